@@ -1,0 +1,1 @@
+"""Hardware: the interface that the mission flies, and the adapters behind it."""

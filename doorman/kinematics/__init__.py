@@ -1,0 +1,1 @@
+"""Kinematics of vehicle and door: Pinocchio models, attitude, and the constraint that ties them together."""

@@ -1,0 +1,99 @@
+r"""Kernel of the arm: joint and point positions from the constants of `ArmGeometry`, with Jacobians.
+
+With :math:`R_i = R_{i-1}\,\mathrm{Rot}(a_i, \eta_i)`: joint i at :math:`p_i = p_{i-1} + R_{i-1} l_i`, its axis
+:math:`R_{i-1} a_i`, a point of parent i at :math:`p_i + R_i o`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.kinematics.vehicle import ArmGeometry
+
+Array = NDArray[np.float64]
+
+
+class ArmParameters(NamedTuple):
+    """`ArmGeometry` for kernels, with the scratch memory that they write to."""
+
+    axes: Array
+    links: Array
+    point_parents: NDArray[np.int64]
+    point_offsets: Array
+    joints: Array
+    """Scratch: position and axis of every joint, shape (n, 6)."""
+    points: Array
+    """Scratch: positions of the points, shape (n_points, 3)."""
+
+    @classmethod
+    def of(cls, arm: ArmGeometry) -> ArmParameters:
+        """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch."""
+        n, n_points = len(arm.axes), len(arm.point_offsets)
+        constants = (arm.axes.copy(), arm.links.copy(), arm.point_parents.copy(), arm.point_offsets.copy())
+        return cls(*constants, joints=np.zeros((n, 6)), points=np.zeros((n_points, 3)))
+
+
+@kernel
+def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
+    """Fill `arm.joints` and `arm.points` for joint angles of shape (n,)."""
+    n_points = arm.point_parents.shape[0]
+    px, py, pz = 0.0, 0.0, 0.0
+    r00, r01, r02 = 1.0, 0.0, 0.0
+    r10, r11, r12 = 0.0, 1.0, 0.0
+    r20, r21, r22 = 0.0, 0.0, 1.0
+    for k in range(n_points):
+        if arm.point_parents[k] < 0:
+            for j in range(3):
+                arm.points[k, j] = arm.point_offsets[k, j]
+    for i in range(arm.axes.shape[0]):
+        lx, ly, lz = arm.links[i, 0], arm.links[i, 1], arm.links[i, 2]
+        px += r00 * lx + r01 * ly + r02 * lz
+        py += r10 * lx + r11 * ly + r12 * lz
+        pz += r20 * lx + r21 * ly + r22 * lz
+        ax, ay, az = arm.axes[i, 0], arm.axes[i, 1], arm.axes[i, 2]
+        arm.joints[i, 0], arm.joints[i, 1], arm.joints[i, 2] = px, py, pz
+        arm.joints[i, 3] = r00 * ax + r01 * ay + r02 * az
+        arm.joints[i, 4] = r10 * ax + r11 * ay + r12 * az
+        arm.joints[i, 5] = r20 * ax + r21 * ay + r22 * az
+        s, c = np.sin(angles[i]), np.cos(angles[i])
+        v = 1.0 - c
+        m00, m01, m02 = c + ax * ax * v, ax * ay * v - az * s, ax * az * v + ay * s
+        m10, m11, m12 = ay * ax * v + az * s, c + ay * ay * v, ay * az * v - ax * s
+        m20, m21, m22 = az * ax * v - ay * s, az * ay * v + ax * s, c + az * az * v
+        r00, r01, r02 = (
+            r00 * m00 + r01 * m10 + r02 * m20,
+            r00 * m01 + r01 * m11 + r02 * m21,
+            r00 * m02 + r01 * m12 + r02 * m22,
+        )
+        r10, r11, r12 = (
+            r10 * m00 + r11 * m10 + r12 * m20,
+            r10 * m01 + r11 * m11 + r12 * m21,
+            r10 * m02 + r11 * m12 + r12 * m22,
+        )
+        r20, r21, r22 = (
+            r20 * m00 + r21 * m10 + r22 * m20,
+            r20 * m01 + r21 * m11 + r22 * m21,
+            r20 * m02 + r21 * m12 + r22 * m22,
+        )
+        for k in range(n_points):
+            if arm.point_parents[k] == i:
+                ox, oy, oz = arm.point_offsets[k, 0], arm.point_offsets[k, 1], arm.point_offsets[k, 2]
+                arm.points[k, 0] = px + r00 * ox + r01 * oy + r02 * oz
+                arm.points[k, 1] = py + r10 * ox + r11 * oy + r12 * oz
+                arm.points[k, 2] = pz + r20 * ox + r21 * oy + r22 * oz
+
+
+@kernel
+def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float, float, float]:
+    """Derivative of a point's position with respect to one joint's angle, after `arm_kinematics`: three floats."""
+    if joint > arm.point_parents[point]:
+        return 0.0, 0.0, 0.0
+    x = arm.points[point, 0] - arm.joints[joint, 0]
+    y = arm.points[point, 1] - arm.joints[joint, 1]
+    z = arm.points[point, 2] - arm.joints[joint, 2]
+    ax, ay, az = arm.joints[joint, 3], arm.joints[joint, 4], arm.joints[joint, 5]
+    return ay * z - az * y, az * x - ax * z, ax * y - ay * x

@@ -1,0 +1,156 @@
+r"""The kinematic constraint between vehicle and door, its Jacobians, and the state conversion both ways.
+
+:math:`P + R\,d = P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]` (the paper's kinematic constraint).
+With :math:`q = [\Phi,\ \alpha]`: :math:`\dot P = J_t\dot q - R\dot d`, :math:`\Omega = J_r\dot q`,
+:math:`\dot\alpha = J_\alpha\dot q`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.kinematics.door import Door
+from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
+from doorman.kinematics.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+JACOBIAN_OF_DOOR_ANGLE = np.array([[0.0, 0.0, 0.0, 1.0]])
+"""J_α of α̇ = J_α q̇, shape (1, 4)."""
+
+
+@dataclass(frozen=True)
+class VehicleMotion:
+    """Where the vehicle is and how it moves, in the world frame."""
+
+    position: Array
+    """P of O_B, shape (3,) [m]."""
+    velocity: Array
+    """Ṗ, shape (3,) [m/s]."""
+
+
+class Coupling:
+    """Tie between the tip of a vehicle's arm and a point of a door's leaf.
+
+    Args:
+        vehicle: The vehicle.
+        door: The door.
+        distance_from_hinge: D_V of the contact point [m].
+        height: D_H of the contact point above the lower end of the hinge line [m].
+    """
+
+    def __init__(self, vehicle: Vehicle, door: Door, distance_from_hinge: float, height: float) -> None:
+        self.vehicle = vehicle
+        self.door = door
+        self.distance_from_hinge = distance_from_hinge
+        self.height = height
+
+    def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
+        r"""Position of O_B with the tip at the contact point, :math:`P = P_h + [\ldots] - R\,d`.
+
+        Args:
+            attitude: Φ, shape (3,) [rad].
+            door_angle: α [rad].
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            P, shape (3,), world frame [m].
+        """
+        contact = self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
+        return contact - rotation_body_to_world(attitude) @ self.vehicle.tip_position(arm_angles)
+
+    def translation_jacobian(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
+        r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ D_V[-\sin\alpha,\cos\alpha,0]^T]`.
+
+        Args:
+            attitude: Φ, shape (3,) [rad].
+            door_angle: α [rad].
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, 4).
+        """
+        rotation = rotation_body_to_world(attitude)
+        jacobian = np.empty((3, 4))
+        jacobian[:, :3] = rotation @ skew(self.vehicle.tip_position(arm_angles)) @ body_rate_matrix(attitude)
+        jacobian[:, 3] = self.distance_from_hinge * np.array([-math.sin(door_angle), math.cos(door_angle), 0.0])
+        return jacobian
+
+    @staticmethod
+    def rotation_jacobian(attitude: ArrayLike) -> Array:
+        r"""J_r of :math:`\Omega = J_r\dot q`: :math:`J_r = [W^{-1}(\Phi),\ 0]`.
+
+        Args:
+            attitude: Φ, shape (3,) [rad].
+
+        Returns:
+            Shape (3, 4).
+        """
+        return np.hstack([body_rate_matrix(attitude), np.zeros((3, 1))])
+
+    def vehicle_motion(self, state: ArrayLike, body_rates: ArrayLike, arm_rates: ArrayLike) -> VehicleMotion:
+        r"""Motion of the vehicle that belongs to a state of the planner.
+
+        :math:`\dot P = \dot\alpha D_V[-\sin\alpha,\cos\alpha,0] - R(\Omega\times d) - R\dot d`.
+
+        Args:
+            state: x = [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            arm_rates: Ḣ, shape (n,) [rad/s].
+
+        Returns:
+            Position and velocity of O_B.
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+        """
+        n = self.vehicle.n_arm
+        x = vector(state, 5 + n, "state")
+        rotation = rotation_body_to_world(x[:3])
+        tip = self.vehicle.tip_position(x[5:])
+        tip_rate = self.vehicle.tip_jacobian(x[5:]) @ vector(arm_rates, n, "arm_rates")
+        sine, cosine = math.sin(x[3]), math.cos(x[3])
+        position = self.door.contact_point(x[3], self.distance_from_hinge, self.height) - rotation @ tip
+        contact_velocity = x[4] * self.distance_from_hinge * np.array([-sine, cosine, 0.0])
+        relative = np.cross(vector(body_rates, 3, "body_rates"), tip) + tip_rate
+        return VehicleMotion(position, contact_velocity - rotation @ relative)
+
+    def door_state(
+        self,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        attitude: ArrayLike,
+        body_rates: ArrayLike,
+        arm_angles: ArrayLike,
+        arm_rates: ArrayLike,
+    ) -> tuple[float, float]:
+        r"""Door angle and rate from the tip: :math:`\alpha = \mathrm{atan2}(P_{ey}-P_{hy},\ P_{ex}-P_{hx})`.
+
+        :math:`\dot\alpha = (-\sin\alpha\,\dot x_e + \cos\alpha\,\dot y_e)/D_V` with the tip's velocity
+        :math:`\dot P + R(\Omega\times d) + R\,\dot d` (the paper's state conversion, without its singularity).
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            velocity: Ṗ, shape (3,), world frame [m/s].
+            attitude: Φ, shape (3,) [rad].
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            arm_angles: H, shape (n,) [rad].
+            arm_rates: Ḣ, shape (n,) [rad/s].
+
+        Returns:
+            α [rad] and α̇ [rad/s]; right only while the tip touches the leaf.
+        """
+        rotation = rotation_body_to_world(attitude)
+        tip_in_body = self.vehicle.tip_position(arm_angles)
+        tip = np.asarray(position) + rotation @ tip_in_body - self.door.hinge_position
+        relative = np.cross(np.asarray(body_rates), tip_in_body)
+        relative += self.vehicle.tip_jacobian(arm_angles) @ np.asarray(arm_rates)
+        tip_velocity = np.asarray(velocity) + rotation @ relative
+        angle = math.atan2(tip[1], tip[0])
+        rate = (-math.sin(angle) * tip_velocity[0] + math.cos(angle) * tip_velocity[1]) / self.distance_from_hinge
+        return angle, float(rate)

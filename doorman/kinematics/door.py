@@ -1,0 +1,182 @@
+"""Door: hinge line, leaf and the torques in the hinge, all from its URDF and the scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf import frame_index, frozen, load_description, load_pinocchio
+from doorman.scenario import DoorSection
+
+Array = NDArray[np.float64]
+
+
+def leaf_direction(door_angle: float) -> Array:
+    """Unit vector along the leaf from hinge to latch, [cos α, sin α, 0], world frame."""
+    return np.array([np.cos(door_angle), np.sin(door_angle), 0.0])
+
+
+def door_normal(door_angle: float) -> Array:
+    """Unit normal of the leaf that points away from the vehicle, n_D = [sin α, −cos α, 0], world frame."""
+    return np.array([np.sin(door_angle), -np.cos(door_angle), 0.0])
+
+
+class Door:
+    """Hinged door.
+
+    Args:
+        urdf: Path of the URDF.
+        section: Names of leaf and hinge, and the torques in the hinge.
+
+    Raises:
+        UrdfError: if the leaf or the hinge is missing, the hinge's axis is not +z, or the leaf has no mass or no box.
+    """
+
+    def __init__(self, urdf: Path, section: DoorSection | None = None) -> None:
+        self.urdf = urdf
+        self.section = section or DoorSection()
+        full = load_pinocchio(urdf)
+        leaf = frame_index(full, self.section.leaf, urdf, "door.leaf")
+        self._hinge = self._hinge_joint(full)
+        locked = [i for i in range(1, full.njoints) if i != self._hinge]
+        self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        self._data = self.model.createData()
+        if full.frames[leaf].parentJoint != self._hinge:
+            raise UrdfError(
+                "the leaf does not hang on the hinge", file=urdf, field="door.leaf", given=self.section.leaf,
+                allowed=f"a link moved by joint '{self.section.hinge}'",
+            )  # fmt: skip
+        self.hinge_position = frozen(self.model.jointPlacements[1].translation)
+        self._check_convention()
+        self.mass = float(self.model.inertias[1].mass)
+        self.inertia = self._inertia_about_hinge()
+        self.width, self.height, self.thickness = self._leaf_size()
+        description = load_description(urdf).joint_map[self.section.hinge]
+        dynamics = description.dynamics
+        self.damping = self._torque("damping", getattr(dynamics, "damping", None))
+        self.friction = self._torque("friction", getattr(dynamics, "friction", None))
+        self.stiffness = self.section.stiffness
+        self.rest_angle = self.section.rest_angle
+        self.friction_rate = self.section.friction_rate
+        self.lower_limit = float(self.model.lowerPositionLimit[0])
+        self.upper_limit = float(self.model.upperPositionLimit[0])
+
+    def link_placements(self, door_angle: float) -> dict[str, Array]:
+        """Placement of every link in the world.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Homogeneous matrices of shape (4, 4) by link name.
+        """
+        pinocchio.framesForwardKinematics(self.model, self._data, np.array([float(door_angle)]))
+        return {
+            frame.name: np.array(placement.homogeneous)
+            for frame, placement in zip(self.model.frames, self._data.oMf, strict=True)
+            if frame.type == pinocchio.FrameType.BODY
+        }
+
+    def contact_point(self, door_angle: float, distance_from_hinge: float, height: float) -> Array:
+        r"""Point of the leaf's surface, :math:`P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]`.
+
+        Args:
+            door_angle: α [rad].
+            distance_from_hinge: D_V [m].
+            height: D_H above the lower end of the hinge line [m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
+        offset = distance_from_hinge * leaf_direction(door_angle) + np.array([0.0, 0.0, height])
+        return np.asarray(self.hinge_position + offset)
+
+    def hinge_torque(self, door_angle: float, door_rate: float) -> float:
+        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0)`.
+
+        Args:
+            door_angle: α [rad].
+            door_rate: α̇ [rad/s].
+
+        Returns:
+            [N m]; α̈ = −torque/I_D when nothing else acts.
+        """
+        friction = self.friction * np.tanh(door_rate / self.friction_rate)
+        return float(self.damping * door_rate + friction + self.stiffness * (door_angle - self.rest_angle))
+
+    def _hinge_joint(self, full: pinocchio.Model) -> int:
+        name = self.section.hinge
+        if not full.existJointName(name):
+            joints = ", ".join(list(full.names)[1:]) or "none that moves"
+            raise UrdfError(
+                f"the URDF has no moving joint '{name}'", file=self.urdf, field="door.hinge", given=name, allowed=joints
+            )
+        index = int(full.getJointId(name))
+        if full.joints[index].nq != 1 or not full.joints[index].shortname().startswith("JointModelR"):
+            raise UrdfError(
+                "the hinge is not a revolute joint", file=self.urdf, field=f"joint {name}",
+                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute",
+            )  # fmt: skip
+        return index
+
+    def _check_convention(self) -> None:
+        """The leaf at angle α must point along [cos α, sin α, 0]."""
+        for angle in (0.0, 1.0):
+            direction = self.link_placements(angle)[self.section.leaf][:3, :3] @ np.array([1.0, 0.0, 0.0])
+            if not np.allclose(direction, leaf_direction(angle), atol=1e-6):
+                raise UrdfError(
+                    "the leaf does not turn about +z from the world's x axis",
+                    file=self.urdf,
+                    field=f"joint {self.section.hinge}",
+                    given=f"leaf along {direction.round(3).tolist()} at {angle} rad",
+                    allowed=f"leaf along {leaf_direction(angle).round(3).tolist()}: axis 0 0 1, origin without rotation",
+                )
+
+    def _inertia_about_hinge(self) -> float:
+        inertia = self.model.inertias[1]
+        about_hinge = float(inertia.matrix()[5, 5])
+        for name, value, unit in (("mass", self.mass, "kg"), ("inertia", about_hinge, "kg m² about the hinge")):
+            if not value > 0.0:
+                raise UrdfError(
+                    f"the leaf has no {name}",
+                    file=self.urdf,
+                    field=f"link {self.section.leaf}/inertial/{name}",
+                    given=value,
+                    allowed=f"> 0 {unit}",
+                )
+        return about_hinge
+
+    def _leaf_size(self) -> tuple[float, float, float]:
+        """Width from the hinge, height and thickness of the leaf's largest box."""
+        link = load_description(self.urdf).link_map[self.section.leaf]
+        boxes = [shape for shape in link.collisions if shape.geometry.box is not None]
+        if not boxes:
+            raise UrdfError(
+                "the leaf has no box as collision shape", file=self.urdf, field=f"link {self.section.leaf}/collision",
+                allowed="a <box> whose first size is the leaf's width",
+            )  # fmt: skip
+        box = max(boxes, key=lambda shape: float(np.prod(shape.geometry.box.size)))
+        size = np.asarray(box.geometry.box.size, dtype=np.float64)
+        center = np.zeros(3) if box.origin is None else np.asarray(box.origin)[:3, 3]
+        if not (size > 0.0).all():
+            raise UrdfError(
+                "the leaf's box is empty", file=self.urdf, field=f"link {self.section.leaf}/collision/geometry/box",
+                given=size.tolist(), allowed="three sizes > 0 m",
+            )  # fmt: skip
+        frame = self.model.frames[frame_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
+        center = frame.placement.act(center)
+        return float(center[0] + size[0] / 2), float(size[2]), float(size[1])
+
+    def _torque(self, name: str, from_urdf: float | None) -> float:
+        override = getattr(self.section, name)
+        value = float(override if override is not None else from_urdf or 0.0)
+        if value < 0.0:
+            raise UrdfError(
+                f"negative hinge {name}", file=self.urdf, field=f"joint {self.section.hinge}/dynamics@{name}",
+                given=value, allowed=">= 0",
+            )  # fmt: skip
+        return value

@@ -1,0 +1,355 @@
+"""Vehicle: the arm's kinematics, masses, limits and rotors, all from its URDF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import coal
+import numpy as np
+import pinocchio
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf import frame_index, frozen, load_description, load_pinocchio
+from doorman.scenario import VehicleSection
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ArmGeometry:
+    """The arm as constants of its zero configuration, in body axes; enough to compute every point without Pinocchio.
+
+    With R_0 = I and R_i = R_{i−1} Rot(axis_i, η_i): joint i+1 lies R_i link_{i+1} after joint i, and a point of parent i
+    lies R_i offset after joint i (parent −1: the body itself, offsets from O_B).
+    """
+
+    axes: Array
+    """Joint axes at H = 0, shape (n, 3)."""
+    links: Array
+    """Vector from joint i−1 (from O_B for the first) to joint i at H = 0, shape (n, 3) [m]."""
+    point_parents: NDArray[np.int64]
+    """Index of the joint that carries each constrained point, shape (n_points,)."""
+    point_offsets: Array
+    """Vector from that joint to the point at H = 0, shape (n_points, 3) [m]."""
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """One rotor: where it is, how it turns and how hard it can pull."""
+
+    position: Array
+    """In the body, shape (3,) [m]."""
+    direction: float
+    """+1 counter-clockwise seen from above, −1 clockwise."""
+    max_thrust: float
+    """[N]."""
+
+
+class Vehicle:
+    """Flying vehicle with an arm of n revolute joints, from `base_link` to `tip`.
+
+    All positions are in the body frame of the base link: x forward, y left, z up.
+
+    Args:
+        urdf: Path of the URDF.
+        names: Names of the base link, the tip and the servo frames, and overrides of radius and thrust.
+
+    Raises:
+        UrdfError: if a named frame is missing, the chain has a joint that is not revolute, or the mass is not positive.
+    """
+
+    def __init__(self, urdf: Path, names: VehicleSection | None = None) -> None:
+        self.urdf = urdf
+        self.names = names or VehicleSection()
+        full = load_pinocchio(urdf)
+        self.model, self.joint_names = self._arm_only(full)
+        self._data = self.model.createData()
+        self._base_frame = frame_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
+        self._tip_frame = frame_index(self.model, self.names.tip, urdf, "vehicle.tip")
+        self._point_frames = [*self._servo_frames(), self._tip_frame]
+        self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
+        self.mass = self._positive_mass()
+        self.lower_limits = frozen(self.model.lowerPositionLimit)
+        self.upper_limits = frozen(self.model.upperPositionLimit)
+        self.rate_limits = frozen(self.model.velocityLimit)
+        self.torque_limits = frozen(self.model.effortLimit)
+        self.rotors = self._read_rotors()
+        self.radius = self.names.radius if self.names.radius is not None else self._disc_radius()
+        self.max_thrust = self._thrust_limit()
+        self.arm = self._arm_geometry()
+
+    @property
+    def n_arm(self) -> int:
+        """Number of the arm's joints, n."""
+        return int(self.model.nq)
+
+    def inertia(self, arm_angles: ArrayLike) -> Array:
+        """Rotational inertia I_A of vehicle and arm about O_B for a given posture.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, 3), body axes [kg m²].
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        pinocchio.forwardKinematics(self.model, self._data, angles)
+        total = pinocchio.Inertia.Zero()
+        for inertia, placement in zip(self.model.inertias, self._data.oMi, strict=True):
+            total += placement.act(inertia)
+        total = self._base_placement().inverse().act(total)
+        return np.array(total.matrix()[3:, 3:])
+
+    def center_of_mass(self, arm_angles: ArrayLike) -> Array:
+        """Centre of mass of vehicle and arm, in the body frame; the model assumes that it is O_B.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3,) [m].
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        pinocchio.forwardKinematics(self.model, self._data, angles)
+        weighted = sum(
+            inertia.mass * placement.act(inertia.lever)
+            for inertia, placement in zip(self.model.inertias, self._data.oMi, strict=True)
+        )
+        return np.array(self._base_placement().actInv(weighted / self.mass))
+
+    def tip_position(self, arm_angles: ArrayLike) -> Array:
+        """Position d of the tip in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3,) [m].
+        """
+        tip: Array = self.point_positions(arm_angles)[-1]
+        return tip
+
+    def tip_jacobian(self, arm_angles: ArrayLike) -> Array:
+        r"""Jacobian :math:`J_d = \partial d/\partial H`.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, n) [m/rad].
+        """
+        jacobian: Array = self.point_jacobians(arm_angles)[-1]
+        return jacobian
+
+    def point_positions(self, arm_angles: ArrayLike) -> Array:
+        """Positions of S³ … Sⁿ and the tip in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (n_points, 3) [m]; the tip is the last.
+
+        Raises:
+            DimensionError: if H has another shape or is not finite.
+        """
+        pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
+        base = self._base_placement()
+        return np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
+
+    def point_jacobians(self, arm_angles: ArrayLike) -> Array:
+        """Jacobians of `point_positions` with respect to H.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (n_points, 3, n) [m/rad].
+
+        Raises:
+            DimensionError: if H has another shape or is not finite.
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        pinocchio.computeJointJacobians(self.model, self._data, angles)
+        pinocchio.updateFramePlacements(self.model, self._data)
+        world_to_base = self._base_placement().rotation.T
+        world = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        jacobians = [pinocchio.getFrameJacobian(self.model, self._data, i, world)[:3] for i in self._point_frames]
+        return np.array([world_to_base @ jacobian for jacobian in jacobians])
+
+    def link_placements(self, arm_angles: ArrayLike) -> dict[str, Array]:
+        """Placement of every link in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Homogeneous matrices of shape (4, 4) by link name.
+        """
+        pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
+        base = self._base_placement().inverse()
+        return {
+            frame.name: np.array((base * placement).homogeneous)
+            for frame, placement in zip(self.model.frames, self._data.oMf, strict=True)
+            if frame.type == pinocchio.FrameType.BODY
+        }
+
+    def _base_placement(self) -> pinocchio.SE3:
+        return self.model.frames[self._base_frame].placement  # the base link is fixed to the tree's root
+
+    def _arm_only(self, full: pinocchio.Model) -> tuple[pinocchio.Model, tuple[str, ...]]:
+        """Lock every joint that is not on the chain from the base link to the tip."""
+        base = full.frames[frame_index(full, self.names.base_link, self.urdf, "vehicle.base_link")].parentJoint
+        joint = full.frames[frame_index(full, self.names.tip, self.urdf, "vehicle.tip")].parentJoint
+        chain: list[int] = []
+        while joint not in (base, 0):
+            chain.insert(0, joint)
+            joint = full.parents[joint]
+        if joint != base or base != 0 or not chain:
+            raise UrdfError(
+                "no chain of joints leads from the base link to the tip",
+                file=self.urdf,
+                field="vehicle.tip",
+                given=self.names.tip,
+                allowed=f"a link after at least one revolute joint from '{self.names.base_link}'",
+            )
+        for index in chain:
+            kind = full.joints[index].shortname()
+            if not kind.startswith(("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")) or (
+                full.joints[index].nq != 1
+            ):
+                raise UrdfError(
+                    "a joint of the arm is not revolute",
+                    file=self.urdf,
+                    field=f"joint {full.names[index]}",
+                    given=kind.removeprefix("JointModel"),
+                    allowed="revolute",
+                )
+        locked = [i for i in range(1, full.njoints) if i not in chain]
+        model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        return model, tuple(full.names[i] for i in chain)
+
+    def _servo_frames(self) -> list[int]:
+        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else (k > 4) the joint itself."""
+        n = self.n_arm
+        if self.names.servos is not None:
+            if len(self.names.servos) != max(n - 2, 0):
+                raise UrdfError(
+                    "wrong number of servo frames",
+                    file=self.urdf,
+                    field="vehicle.servos",
+                    given=len(self.names.servos),
+                    allowed=f"{max(n - 2, 0)}: one for each of the joints 3 … {n}",
+                )
+            return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in self.names.servos]
+        names = [f"servo_{k}" for k in range(3, n + 1)]
+        for position, k in enumerate(range(3, n + 1)):
+            if k > 4 and not self.model.existFrame(names[position]):
+                names[position] = self.joint_names[k - 1]
+        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in names]
+
+    def _positive_mass(self) -> float:
+        mass = float(sum(inertia.mass for inertia in self.model.inertias))
+        if not mass > 0.0:
+            raise UrdfError(
+                "the vehicle has no mass",
+                file=self.urdf,
+                field=f"link {self.names.base_link}/inertial/mass",
+                given=mass,
+                allowed="> 0 kg",
+            )
+        inertia = self.inertia(np.zeros(self.n_arm))
+        if np.linalg.eigvalsh(inertia)[0] <= 0.0:
+            raise UrdfError(
+                "the vehicle's rotational inertia is not positive definite",
+                file=self.urdf,
+                field=f"link {self.names.base_link}/inertial/inertia",
+                given=np.diag(inertia).round(9).tolist(),
+                allowed="> 0 kg m² about every axis",
+            )
+        return mass
+
+    def _disc_radius(self) -> float:
+        """Radius of the disc about the body's z axis that holds every collision shape fixed to the base link."""
+        folders = [str(folder) for folder in self.urdf.resolve().parents]
+        try:
+            geometry = pinocchio.buildGeomFromUrdf(
+                load_pinocchio(self.urdf), str(self.urdf), pinocchio.GeometryType.COLLISION, folders
+            )
+        except (ValueError, RuntimeError) as error:
+            raise UrdfError(
+                f"collision meshes cannot be read ({error}); set vehicle.radius", file=self.urdf, field="vehicle.radius"
+            ) from error
+        base = self._base_placement()
+        reaches = [
+            _horizontal_reach(item.geometry, base.inverse() * item.placement)
+            for item in geometry.geometryObjects
+            if item.parentJoint == 0
+        ]
+        if not reaches:
+            raise UrdfError(
+                "the base link has no collision shape to take the radius from; set vehicle.radius",
+                file=self.urdf,
+                field="vehicle.radius",
+                allowed="> 0 m",
+            )
+        return max(reaches)
+
+    def _read_rotors(self) -> tuple[Rotor, ...]:
+        """Fixed joints named `rotor_…`: their limit's effort is the rotor's largest thrust, their axis its sense."""
+        rotors = []
+        for joint in load_description(self.urdf).robot.joints:
+            if not joint.name.startswith("rotor") or not self.model.existFrame(joint.child):
+                continue
+            frame = self.model.frames[frame_index(self.model, joint.child, self.urdf, joint.name)]
+            thrust = joint.limit.effort if joint.limit is not None and joint.limit.effort else 0.0
+            if frame.parentJoint != 0 or not thrust > 0.0:
+                continue
+            position = self._base_placement().actInv(frame.placement.translation)
+            direction = -1.0 if joint.axis is not None and joint.axis[2] < 0 else 1.0
+            rotors.append(Rotor(frozen(position), direction, float(thrust)))
+        return tuple(rotors)
+
+    def _thrust_limit(self) -> float:
+        if self.names.max_thrust is not None:
+            return float(self.names.max_thrust)
+        if self.rotors:
+            return sum(rotor.max_thrust for rotor in self.rotors)
+        return 2.0 * self.mass * 9.81
+
+    def _arm_geometry(self) -> ArmGeometry:
+        pinocchio.framesForwardKinematics(self.model, self._data, np.zeros(self.n_arm))
+        pinocchio.computeJointJacobians(self.model, self._data, np.zeros(self.n_arm))
+        base = self._base_placement()
+        joints = np.array([base.actInv(self._data.oMi[i + 1].translation) for i in range(self.n_arm)])
+        axes = np.array([base.rotation.T @ self._data.J[3:, i] for i in range(self.n_arm)])
+        parents = np.array([self.model.frames[i].parentJoint - 1 for i in self._point_frames], dtype=np.int64)
+        points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
+        origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
+        parents.flags.writeable = False
+        return ArmGeometry(
+            axes=frozen(axes),
+            links=frozen(np.diff(np.vstack([np.zeros(3), joints]), axis=0)),
+            point_parents=parents,
+            point_offsets=frozen(points - origins[parents]),
+        )
+
+
+def _horizontal_reach(shape: coal.CollisionGeometry, placement: pinocchio.SE3) -> float:
+    """Largest distance of a shape's points from the z axis; exact for upright cylinders, spheres and boxes."""
+    rotation, origin = placement.rotation, placement.translation
+    if isinstance(shape, coal.Sphere):
+        return float(np.hypot(*origin[:2]) + shape.radius)
+    if isinstance(shape, coal.Cylinder):
+        tilt = float(np.hypot(rotation[0, 2], rotation[1, 2]))
+        center = float(np.hypot(*origin[:2]))
+        return float(center + shape.radius + tilt * shape.halfLength)
+    if isinstance(shape, coal.Box):
+        signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
+        corners = origin + (signs * shape.halfSide) @ rotation.T
+    else:
+        corners = origin + np.asarray(shape.vertices()) @ rotation.T
+    return float(np.hypot(corners[:, 0], corners[:, 1]).max())

@@ -1,0 +1,23 @@
+"""Files that ship with doorman: URDFs and scenarios, found in a checkout and in an installed wheel alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parent
+
+
+def urdf_directory() -> Path:
+    """Directory of the shipped URDFs: inside the package in a wheel, beside it in a checkout."""
+    packaged = _PACKAGE / "urdf"
+    return packaged if packaged.is_dir() else _PACKAGE.parent / "urdf"
+
+
+def scenario_directory() -> Path:
+    """Directory of the shipped scenarios."""
+    return _PACKAGE / "scenarios"
+
+
+def shipped(directory: Path, suffix: str) -> dict[str, Path]:
+    """Map the name of every shipped file, without suffix, to its path."""
+    return {path.stem: path for path in sorted(directory.glob(f"*{suffix}"))}

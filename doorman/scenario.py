@@ -1,0 +1,289 @@
+"""Scenario: URDFs, contact, start, goal and options of one task, checked when read from TOML.
+
+Every key has a default (the paper's task); an unknown key is an error that names its nearest neighbour. Angles are in rad,
+everything else in SI units.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+
+from doorman.exceptions import ScenarioError
+from doorman.resources import scenario_directory, shipped, urdf_directory
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
+Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-2 * math.pi, le=2 * math.pi)]
+Pitch = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-math.pi / 2, lt=math.pi / 2)]
+Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
+Name = Annotated[str, Field(min_length=1)]
+
+
+class _Section(BaseModel):
+    """A table of the TOML file: frozen, and closed to unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class VehicleSection(_Section):
+    """Vehicle: its URDF and the names in it."""
+
+    urdf: Name = "hexarotor_arm"
+    base_link: Name = "base_link"
+    tip: Name = "tip"
+    servos: tuple[Name, ...] | None = None
+    """Frames of joints 3 … n; by default `servo_3` … `servo_n`."""
+    radius: Positive | None = None
+    """R_A [m]; by default the disc that holds all collision shapes fixed to the base link."""
+    max_thrust: Positive | None = None
+    """[N]; by default the sum over the URDF's rotors, or twice the weight where it names none."""
+
+
+class DoorSection(_Section):
+    """Door: its URDF, the names in it, and the torques in its hinge."""
+
+    urdf: Name = "hinged_door"
+    leaf: Name = "leaf"
+    hinge: Name = "hinge"
+    damping: NonNegative | None = None
+    """b [N m s/rad]; by default the URDF's `<dynamics damping>`."""
+    friction: NonNegative | None = None
+    """τ_c [N m]; by default the URDF's `<dynamics friction>`."""
+    friction_rate: Positive = 0.02
+    """ε in τ_c tanh(α̇/ε) [rad/s]."""
+    stiffness: NonNegative = 0.0
+    """k of a spring or closer [N m/rad]."""
+    rest_angle: Angle = math.pi / 2
+    """α_0, where the spring is relaxed [rad]."""
+
+
+class ContactSection(_Section):
+    """Where and how the tip touches the leaf."""
+
+    distance_from_hinge: Positive = 0.70
+    height: NonNegative = 0.80
+    kind: Literal["grip", "push"] = "grip"
+
+
+class StartSection(_Section):
+    """Where the task starts, at rest."""
+
+    door_angle: Angle = math.pi / 2
+    arm: tuple[Angle, ...] | None = None
+    """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints, zeros for others."""
+
+
+class GoalSection(_Section):
+    """Where the task ends, at rest."""
+
+    attitude: tuple[Angle, Pitch, Angle] = (0.0, 0.0, -7 * math.pi / 18)
+    door_angle: Angle = math.pi / 9
+    arm: tuple[Angle, ...] | None = None
+    """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints, zeros for others."""
+
+
+class WeightsSection(_Section):
+    """Diagonals of the cost; by default the paper's, extended to the arm's number of joints."""
+
+    state: tuple[NonNegative, ...] | None = None
+    terminal: tuple[NonNegative, ...] | None = None
+    input: tuple[Positive, ...] | None = None
+
+
+class PlannerSection(_Section):
+    """Receding-horizon planner."""
+
+    time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
+    horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50
+    rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
+    iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 2
+    """Iterations of `replan`; a cold plan iterates to convergence."""
+    margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.02
+    """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""
+    weights: WeightsSection = WeightsSection()
+
+
+class ControlSection(_Section):
+    """Gains of the DOB position controller and of the state converter's look-ahead."""
+
+    look_ahead: NonNegative = 0.04
+    """The setpoint is the plan this long after the measured state [s]."""
+    position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
+    """k_p [1/s²]."""
+    velocity_gain: tuple[Positive, Positive, Positive] = (3.5, 3.5, 4.5)
+    """k_d [1/s]."""
+    observer_rate: Positive = 1.0
+    """Bandwidth of the disturbance observer, 1/τ [rad/s]."""
+    observer_damping: Positive = 2.0
+    """a_1 of Q(s) = a_0/((τs)² + a_1 τs + a_0), a_0 = 1: 2 is critically damped."""
+    max_disturbance: Positive = 10.0
+    """Bound of the estimated disturbance, each axis [N]."""
+    max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.5
+    """[rad]."""
+
+
+class NoiseSection(_Section):
+    """Standard deviations of the simulated sensors' white noise."""
+
+    position: NonNegative = 0.0005
+    velocity: NonNegative = 0.005
+    attitude: NonNegative = 0.001
+    body_rates: NonNegative = 0.01
+    arm_angles: NonNegative = 0.0005
+    arm_rates: NonNegative = 0.005
+
+
+class SimulationSection(_Section):
+    """Simulated plant."""
+
+    physics_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=200, le=20_000)] = 1000.0
+    controller_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=20, le=2000)] = 250.0
+    planner_latency_periods: Annotated[int, Field(strict=True, ge=0, le=20)] = 1
+    """A plan is used this many planner periods after the state it starts from was measured."""
+    motor_time_constant: NonNegative = 0.03
+    """First-order lag of a rotor's thrust [s]."""
+    torque_per_thrust: Positive = 0.016
+    """Ratio of a rotor's drag torque to its thrust [m]."""
+    tip_friction: NonNegative = 0.8
+    """Coulomb coefficient between tip and leaf."""
+    tip_stiffness: Positive = 2000.0
+    """Compliance of the tip [N/m]."""
+    tip_damping: Positive = 60.0
+    """[N s/m]."""
+    noise: NoiseSection = NoiseSection()
+
+
+class Scenario(_Section):
+    """One task: URDFs, contact, start, goal, and the options of planner, controller and simulator.
+
+    Make one with `Scenario.load`; `Scenario()` is the paper's task.
+    """
+
+    vehicle: VehicleSection = VehicleSection()
+    door: DoorSection = DoorSection()
+    contact: ContactSection = ContactSection()
+    start: StartSection = StartSection()
+    goal: GoalSection = GoalSection()
+    planner: PlannerSection = PlannerSection()
+    control: ControlSection = ControlSection()
+    simulation: SimulationSection = SimulationSection()
+
+    _source: Path | None = PrivateAttr(default=None)
+
+    @classmethod
+    def load(cls, source: str | Path = "paper", overrides: Mapping[str, Any] | None = None) -> Scenario:
+        """Read a scenario and check it.
+
+        Args:
+            source: Name of a shipped scenario (`paper`, `push`) or path of a TOML file.
+            overrides: Values by dotted key, for example `{"contact.distance_from_hinge": 0.65}`; they win over the file.
+
+        Returns:
+            The checked scenario.
+
+        Raises:
+            ScenarioError: if the file is missing or malformed, or a key is unknown, of wrong type or out of range.
+        """
+        path = _find_scenario(source)
+        try:
+            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise ScenarioError(f"not valid TOML: {error}", file=path) from error
+        except OSError as error:
+            raise ScenarioError(f"cannot be read: {error.strerror}", file=path) from error
+        for key, value in (overrides or {}).items():
+            _set(tables, key, value, path)
+        try:
+            scenario = cls.model_validate(tables)
+        except ValidationError as error:
+            raise _explain(cls, error, path) from None
+        scenario._source = path
+        return scenario
+
+    @property
+    def source(self) -> Path | None:
+        """TOML file that this scenario was read from."""
+        return self._source
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario's file without suffix."""
+        return "default" if self._source is None else self._source.stem
+
+    @property
+    def vehicle_urdf(self) -> Path:
+        """Path of the vehicle's URDF."""
+        return self._urdf("vehicle.urdf", self.vehicle.urdf)
+
+    @property
+    def door_urdf(self) -> Path:
+        """Path of the door's URDF."""
+        return self._urdf("door.urdf", self.door.urdf)
+
+    def _urdf(self, field: str, name: str) -> Path:
+        known = shipped(urdf_directory(), ".urdf")
+        if name.removesuffix(".urdf") in known:
+            return known[name.removesuffix(".urdf")]
+        bases = [Path.cwd()] if self._source is None else [self._source.parent, Path.cwd()]
+        for base in bases:
+            if (base / name).is_file():
+                return (base / name).resolve()
+        raise ScenarioError(
+            "no such URDF",
+            file=self._source,
+            field=field,
+            given=name,
+            allowed=f"a shipped name ({', '.join(known)}) or a path relative to the scenario file",
+        )
+
+
+def _find_scenario(source: str | Path) -> Path:
+    known = shipped(scenario_directory(), ".toml")
+    if str(source) in known:
+        return known[str(source)]
+    path = Path(source)
+    if path.is_file():
+        return path.resolve()
+    close = difflib.get_close_matches(str(source), known, n=1)
+    hint = f"; did you mean '{close[0]}'?" if close else ""
+    raise ScenarioError(
+        f"no such scenario{hint}", given=str(source), allowed=f"{', '.join(known)}, or the path of a TOML file"
+    )
+
+
+def _set(tables: dict[str, Any], key: str, value: Any, path: Path) -> None:
+    *sections, last = key.split(".")
+    table = tables
+    for section in sections:
+        table = table.setdefault(section, {})
+        if not isinstance(table, dict):
+            raise ScenarioError(
+                "not a table", file=path, field=key, given=section, allowed="a dotted key of the scenario"
+            )
+    table[last] = list(value) if isinstance(value, tuple) else value
+
+
+def _explain(root: type[BaseModel], error: ValidationError, path: Path) -> ScenarioError:
+    """Turn the first of pydantic's findings into one error of ours."""
+    first = error.errors(include_url=False)[0]
+    field = ".".join(str(part) for part in first["loc"])
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if first["type"] != "extra_forbidden":
+        words = first["msg"].removeprefix("Input should be ")
+        return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
+    section: type[BaseModel] = root
+    for part in first["loc"][:-1]:
+        section = section.model_fields[str(part)].annotation  # type: ignore[assignment]
+    keys = list(section.model_fields)
+    nearest = difflib.get_close_matches(str(first["loc"][-1]), keys, n=1, cutoff=0.0)[0]
+    return ScenarioError(
+        f"unknown key; the nearest is '{nearest}'{more}", file=path, field=field, allowed=", ".join(keys)
+    )
