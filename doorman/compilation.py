@@ -35,7 +35,7 @@ def cache_directory() -> Path:
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
     for source in sorted(_PACKAGE.rglob("*.py")):
         text = source.read_bytes()
-        if b"kernel" in text:
+        if b"@kernel" in text:
             digest.update(text)
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     name = f"doorman-{digest.hexdigest()[:16]}"

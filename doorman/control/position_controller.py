@@ -1,0 +1,139 @@
+r"""DOB position controller: from a setpoint to thrust and attitude.
+
+.. math:: F = m(\ddot p_d + k_d\dot e + k_p e) + m g e_3 + F_R - \hat\delta
+
+with e = p_d − p and F_R the planned force on the door. Tilt and thrust saturate, and the saturated F is what the observer is
+told. Source: Kim, Choi and Kim, IEEE TCST 2018.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.scenario import ControlSection
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Setpoint:
+    """Where the vehicle should be and how it should move there, world frame."""
+
+    position: Array
+    """P, shape (3,) [m]."""
+    velocity: Array
+    """Ṗ, shape (3,) [m/s]."""
+    acceleration: Array
+    """P̈, shape (3,) [m/s²]."""
+    yaw: float
+    """ψ [rad]."""
+    force: Array
+    """Planned force of the tip on the door, shape (3,) [N]."""
+    arm_rates: Array
+    """Ḣ_d, shape (n,) [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Thrust:
+    """What the controller asks of the vehicle."""
+
+    thrust: float
+    """f_t [N]."""
+    attitude: Array
+    """Φ_d, shape (3,) [rad]."""
+    force: Array
+    """Saturated F, shape (3,), world frame [N]."""
+    disturbance: Array
+    """δ̂, shape (3,), world frame [N]."""
+    saturated: bool
+    """Whether thrust or tilt was cut."""
+
+
+class PositionController:
+    """Position controller with a disturbance observer.
+
+    Args:
+        mass: m_A [kg].
+        gravity: g [m/s²].
+        max_thrust: [N].
+        settings: Gains and limits.
+    """
+
+    def __init__(self, mass: float, gravity: float, max_thrust: float, settings: ControlSection) -> None:
+        self.mass = mass
+        self.max_thrust = max_thrust
+        self.settings = settings
+        self.observer = DisturbanceObserver(
+            mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
+        )
+        self._weight = np.array([0.0, 0.0, mass * gravity])
+        self._position_gain = np.array(settings.position_gain)
+        self._velocity_gain = np.array(settings.velocity_gain)
+        self._acting = np.zeros(3)
+
+    def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
+        """One period of control.
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            velocity: Ṗ, shape (3,), world frame [m/s].
+            setpoint: Where to be.
+            time_step: Since the last call [s].
+
+        Returns:
+            Thrust and attitude.
+        """
+        disturbance = self.observer.update(position, self._acting, time_step)
+        correction = (
+            setpoint.acceleration
+            + self._velocity_gain * (setpoint.velocity - velocity)
+            + self._position_gain * (setpoint.position - position)
+        )
+        wanted = self.mass * correction + self._weight + setpoint.force - disturbance
+        force = saturate(wanted, self.max_thrust, self.settings.max_tilt)
+        self._acting = force - self._weight - setpoint.force
+        return Thrust(
+            thrust=float(np.linalg.norm(force)),
+            attitude=attitude_of_force(force, setpoint.yaw),
+            force=force,
+            disturbance=disturbance,
+            saturated=bool(np.abs(force - wanted).max() > 1e-9),
+        )
+
+
+def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
+    """Nearest sensible force within thrust and tilt: height is kept first, then the horizontal part is cut.
+
+    Args:
+        force: Shape (3,), world frame [N].
+        max_thrust: [N].
+        max_tilt: Largest angle between force and vertical [rad].
+
+    Returns:
+        Shape (3,), world frame [N]; its vertical part is positive.
+    """
+    vertical = min(max(float(force[2]), 0.1 * max_thrust), max_thrust)
+    horizontal = math.hypot(force[0], force[1])
+    largest = min(vertical * math.tan(max_tilt), math.sqrt(max(max_thrust**2 - vertical**2, 0.0)))
+    scale = 1.0 if horizontal <= largest else largest / horizontal
+    return np.array([scale * force[0], scale * force[1], vertical])
+
+
+def attitude_of_force(force: Array, yaw: float) -> Array:
+    """Attitude whose body z axis points along a force.
+
+    Args:
+        force: Shape (3,), world frame, vertical part positive [N].
+        yaw: ψ [rad].
+
+    Returns:
+        Φ, shape (3,) [rad].
+    """
+    forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
+    left = -math.sin(yaw) * force[0] + math.cos(yaw) * force[1]
+    return np.array([math.atan2(-left, math.hypot(forward, force[2])), math.atan2(forward, force[2]), yaw])

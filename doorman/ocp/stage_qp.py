@@ -1,0 +1,63 @@
+"""ProxQP on one node's quadratic program: bounded in time, warm-started, with checked data."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from proxsuite import proxqp
+
+from doorman.ocp.workspace import StageQp
+
+Array = NDArray[np.float64]
+
+_LIMIT = 1e20
+
+
+class StageQpSolver:
+    """Solver of min ½ vᵀHv + gᵀv subject to h + D v ≤ 0 for one size.
+
+    Args:
+        n_inputs: Length of v.
+        n_constraints: Number of rows of D.
+        tolerance: Absolute tolerance on primal and dual residual.
+    """
+
+    def __init__(self, n_inputs: int, n_constraints: int, tolerance: float = 1e-10) -> None:
+        self._qp = proxqp.dense.QP(n_inputs, 0, n_constraints)
+        settings = self._qp.settings
+        settings.eps_abs = tolerance
+        settings.eps_rel = 0.0
+        settings.max_iter = 200
+        settings.max_iter_in = 200
+        settings.initial_guess = proxqp.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT
+        self._lower = np.full(n_constraints, -_LIMIT)
+        self._ready = False
+
+    def solve(self, qp: StageQp) -> bool:
+        """Solve; step and multipliers go into `qp`.
+
+        Args:
+            qp: Data; `step` (v) and `multipliers` (λ ≥ 0) are written.
+
+        Returns:
+            False if the data are not finite, the rows contradict each other, or the iteration limit is reached.
+        """
+        if not (np.isfinite(qp.hessian).all() and np.isfinite(qp.gradient).all() and np.isfinite(qp.jacobian).all()):
+            return False  # NaN would keep the solver busy for seconds
+        if not np.isfinite(qp.constraints).all():
+            return False
+        data = (qp.hessian, qp.gradient, None, None, qp.jacobian, self._lower, -qp.constraints)
+        if self._ready:
+            self._qp.update(*data)
+        else:
+            self._qp.init(*data)
+            self._ready = True
+        self._qp.solve()
+        results = self._qp.results
+        if results.info.status != proxqp.QPSolverOutput.PROXQP_SOLVED:
+            self._ready = False
+            self._qp.cleanup()
+            return False
+        qp.step[:] = results.x
+        np.maximum(results.z, 0.0, out=qp.multipliers)
+        return True

@@ -1,0 +1,154 @@
+"""Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.scene import CollisionScene
+from doorman.exceptions import RecordingError
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.recording import Recording
+
+Array = NDArray[np.float64]
+
+OPEN_TOLERANCE = math.radians(2.0)
+"""|α − target| below this counts as opened [rad]."""
+
+_CLEARANCE_INTERVAL = 0.01
+"""Between states at which FCL measures the clearance [s]."""
+
+
+def summarize(recording: Recording, model: Model) -> dict[str, Any]:
+    """Figures of a simulated run.
+
+    Args:
+        recording: With the topics `truth`, `estimate`, `plan` and `mission`.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        The keys of `summary.json`; a figure that the run does not define, such as the time to open of a door that stayed
+        shut, is None.
+
+    Raises:
+        RecordingError: if the recording has no true states.
+    """
+    if "truth" not in recording:
+        raise RecordingError(
+            "no true states to judge the run by", field="topic", given="truth", allowed="a simulated run"
+        )
+    truth = recording["truth"]
+    time, angle = truth.time, truth["door_angle"]
+    target = float(model.goal_state[3])
+    opened_at = time_to_open(time, angle, target)
+    states = _true_states(recording)
+    return {
+        "opened": opened_at is not None,
+        "final_door_angle_deg": math.degrees(float(angle[-1])),
+        "target_door_angle_deg": math.degrees(target),
+        "time_to_open_s": opened_at,
+        "max_constraint_violation_m": float(max(model.constraints_along(states).max(), 0.0)),
+        "min_clearance_m": _min_clearance(recording, model),
+        "collisions": int(truth["collisions"].sum()),
+        "contact_fraction": _contact_fraction(time, truth["touching"], opened_at),
+        "max_pull_force_n": float(truth["max_pull"].max()),
+        "door_angle_estimate_error_deg_max": _estimate_error(recording),
+        **_planner_figures(recording),
+        "realtime_factor": _realtime_factor(recording),
+    }
+
+
+def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
+    """Whether the door was opened and nothing touched, and a sentence that says what happened.
+
+    Args:
+        summary: As `summarize` returns it.
+
+    Returns:
+        The verdict and the sentence.
+    """
+    final, target = summary["final_door_angle_deg"], summary["target_door_angle_deg"]
+    where = f"the door ended at {final:.1f}°, {abs(final - target):.1f}° from the target of {target:.1f}°"
+    if summary["collisions"]:
+        return False, f"Something was touched ({summary['collisions']} contacts other than tip and leaf); {where}."
+    if summary["min_clearance_m"] <= 0.0:
+        return False, f"Shapes overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
+    if not summary["opened"]:
+        return False, f"The door was not opened: {where}."
+    return True, f"The door was opened in {summary['time_to_open_s']:.2f} s and nothing was touched; {where}."
+
+
+def time_to_open(time: Array, angle: Array, target: float) -> float | None:
+    """First time after which |α − target| stays below 2°.
+
+    Args:
+        time: Shape (m,) [s].
+        angle: α, shape (m,) [rad].
+        target: [rad].
+
+    Returns:
+        The time [s], or None if the last angle is farther off.
+    """
+    off = np.flatnonzero(np.abs(angle - target) >= OPEN_TOLERANCE)
+    if len(off) == 0:
+        return float(time[0])
+    return float(time[off[-1] + 1]) if off[-1] + 1 < len(time) else None
+
+
+def _true_states(recording: Recording) -> Array:
+    truth = recording["truth"]
+    columns = (truth["attitude"], truth["door_angle"][:, None], truth["door_rate"][:, None], truth["arm_angles"])
+    return np.hstack(columns)
+
+
+def _min_clearance(recording: Recording, model: Model) -> float:
+    truth = recording["truth"]
+    ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
+    chosen = slice(None, None, ticks)
+    rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
+    scene = CollisionScene(model.vehicle, model.door)
+    clearances = scene.min_clearance_along(
+        truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
+    )
+    return float(clearances.worst.distance)
+
+
+def _contact_fraction(time: Array, touching: NDArray[np.bool_], opened_at: float | None) -> float:
+    touched = np.flatnonzero(touching)
+    if len(touched) == 0:
+        return 0.0
+    until = len(time) if opened_at is None else int(np.searchsorted(time, opened_at, side="right"))
+    span = touching[touched[0] : max(until, touched[0] + 1)]
+    return float(np.mean(span))
+
+
+def _estimate_error(recording: Recording) -> float:
+    truth, estimate = recording["truth"], recording["estimate"]
+    count = min(len(truth.time), len(estimate.time))
+    error = estimate["state"][:count, 3] - truth["door_angle"][:count]
+    return math.degrees(float(np.abs((error + math.pi) % (2 * math.pi) - math.pi).max()))
+
+
+def _planner_figures(recording: Recording) -> dict[str, Any]:
+    plan = recording["plan"]
+    replans = plan["solve_time"][1:] * 1e3 if len(plan.time) > 1 else plan["solve_time"] * 1e3
+    span = float(plan.time[-1] - plan.time[0])
+    return {
+        "planner_ms": {
+            "median": float(np.median(replans)),
+            "p99": float(np.percentile(replans, 99)),
+            "max": float(replans.max()),
+        },
+        "planner_rate_hz": (len(plan.time) - 1) / span if span > 0.0 else 0.0,
+        "deadline_misses": int(plan["deadline_missed"].sum()),
+    }
+
+
+def _realtime_factor(recording: Recording) -> float | None:
+    end = recording["mission"]
+    wall_time = float(end["wall_time"][-1])
+    return float(end.time[-1]) / wall_time if wall_time > 0.0 else None

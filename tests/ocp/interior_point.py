@@ -1,0 +1,148 @@
+"""An independent solution of the door problem: CasADi expressions written from the equations, solved by IPOPT.
+
+Nothing here calls doorman's kernels. Only numbers are taken from the model (mass, lengths, weights).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Optimum found by IPOPT."""
+
+    states: np.ndarray
+    inputs: np.ndarray
+    cost: float
+    success: bool
+
+
+class InteriorPointReference:
+    """The same optimal control problem as `door_problem`, by multiple shooting and IPOPT.
+
+    Args:
+        model: doorman.Model, for its numbers only.
+        disturbance: Further torque against opening [N m].
+        options: More options of nlpsol, for example to generate and compile C.
+    """
+
+    def __init__(self, model: Any, disturbance: float = 0.0, options: dict[str, Any] | None = None) -> None:
+        self.model = model
+        self.disturbance = disturbance
+        planner = model.scenario.planner
+        self.n, self.dt, self.margin = planner.horizon_steps, planner.time_step, planner.margin
+        self.nx, self.nu = model.nx, model.nu
+        start = ca.SX.sym("x0", self.nx)
+        states = [ca.SX.sym(f"x{k + 1}", self.nx) for k in range(self.n)]
+        inputs = [ca.SX.sym(f"u{k}", self.nu) for k in range(self.n)]
+        weights = self._weights()
+        cost, equal, bounded = 0.0, [], []
+        goal, hover = ca.DM(np.array(model.goal_state)), ca.DM(np.array(model.hover_input))
+        x = start
+        for k in range(self.n):
+            dx, du = x - goal, inputs[k] - hover
+            cost += 0.5 * self.dt * (ca.dot(weights[0] * dx, dx) + ca.dot(weights[2] * du, du))
+            equal.append(states[k] - self._rk4(x, inputs[k]))
+            bounded.append(self.constraints(states[k]) + self.margin)
+            x = states[k]
+        cost += 0.5 * ca.dot(weights[1] * (x - goal), x - goal)
+        variables = ca.vertcat(*[ca.vertcat(u, x) for u, x in zip(inputs, states, strict=True)])
+        rows = ca.vertcat(*[ca.vertcat(e, b) for e, b in zip(equal, bounded, strict=True)])
+        nh = bounded[0].shape[0]
+        self._lower = np.tile(np.concatenate([np.zeros(self.nx), np.full(nh, -np.inf)]), self.n)
+        settings = {
+            "ipopt.tol": 1e-9, "ipopt.constr_viol_tol": 1e-9, "ipopt.acceptable_tol": 1e-9, "ipopt.print_level": 0,
+            "ipopt.max_iter": 500, "ipopt.sb": "yes", "print_time": False, **(options or {}),
+        }  # fmt: skip
+        self._solver = ca.nlpsol("door", "ipopt", {"x": variables, "p": start, "f": cost, "g": rows}, settings)
+
+    def solve(self, state: np.ndarray, guess: Reference | None = None) -> Reference:
+        """Solve from hover inputs and the state held, or from a guess."""
+        if guess is None:
+            inputs = np.tile(self.model.hover_input, (self.n, 1))
+            states = np.tile(state, (self.n, 1))
+        else:
+            inputs, states = guess.inputs, guess.states[1:]
+        first = np.hstack([inputs, states]).ravel()
+        result = self._solver(x0=first, p=state, lbg=self._lower, ubg=0.0)
+        z = np.array(result["x"]).reshape(self.n, self.nu + self.nx)
+        success = bool(self._solver.stats()["success"])
+        return Reference(np.vstack([state, z[:, self.nu :]]), z[:, : self.nu], float(result["f"]), success)
+
+    def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
+        given, n = self.model.scenario.planner.weights, self.model.n_arm
+        arm = ([0.05] + [0.1] * n)[:n]
+        state = list(given.state or [5, 5, 3, 9, 8, *arm])
+        terminal = list(given.terminal or [5, 5, 3, 9, 8, *arm])
+        return ca.DM(state), ca.DM(terminal), ca.DM(list(given.input or [0.1, 5, 5, 13.5, *[10.0] * n]))
+
+    def _rk4(self, x: ca.SX, u: ca.SX) -> ca.SX:
+        k1 = self._rates(x, u)
+        k2 = self._rates(x + self.dt / 2 * k1, u)
+        k3 = self._rates(x + self.dt / 2 * k2, u)
+        k4 = self._rates(x + self.dt * k3, u)
+        return x + self.dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+    def _rates(self, x: ca.SX, u: ca.SX) -> ca.SX:
+        door, contact = self.model.door, self.model.scenario.contact
+        roll, pitch, angle, rate = x[0], x[1], x[3], x[4]
+        euler = ca.vertcat(
+            ca.horzcat(1, ca.sin(roll) * ca.tan(pitch), ca.cos(roll) * ca.tan(pitch)),
+            ca.horzcat(0, ca.cos(roll), -ca.sin(roll)),
+            ca.horzcat(0, ca.sin(roll) / ca.cos(pitch), ca.cos(roll) / ca.cos(pitch)),
+        )
+        normal = ca.vertcat(ca.sin(angle), -ca.cos(angle), 0)
+        force = u[0] * rotation(x[:3])[:, 2] - ca.vertcat(0, 0, self.model.vehicle.mass * 9.81)
+        torque = (
+            door.damping * rate + door.friction * ca.tanh(rate / door.friction_rate)
+            + door.stiffness * (angle - door.rest_angle) + self.disturbance
+        )  # fmt: skip
+        acceleration = -(contact.distance_from_hinge * ca.dot(normal, force) + torque) / door.inertia
+        return ca.vertcat(euler @ u[1:4], rate, acceleration, u[4:])
+
+    def constraints(self, x: ca.SX) -> ca.SX:
+        """h(x), from the geometry: points of the arm by homogeneous transforms, the disc by its support function."""
+        arm, door, contact = self.model.vehicle.arm, self.model.door, self.model.scenario.contact
+        radius = self.model.vehicle.radius
+        placement, joints = (ca.SX.eye(3), ca.SX.zeros(3)), []
+        for i in range(self.model.n_arm):
+            turn, origin = placement
+            origin = origin + turn @ ca.DM(np.array(arm.links[i]))
+            turn = turn @ axis_rotation(np.array(arm.axes[i]), x[5 + i])
+            placement = (turn, origin)
+            joints.append(placement)
+        points = [
+            joints[parent][1] + joints[parent][0] @ ca.DM(np.array(offset))
+            for parent, offset in zip(arm.point_parents, arm.point_offsets, strict=True)
+        ]
+        attitude, angle, tip = rotation(x[:3]), x[3], points[-1]
+        normal = ca.vertcat(ca.sin(angle), -ca.cos(angle), 0)
+        in_body = attitude.T @ normal
+        disc = radius * ca.sqrt(in_body[0] ** 2 + in_body[1] ** 2)
+        across = (attitude @ tip)[1]
+        side = contact.distance_from_hinge * ca.sin(angle)
+        return ca.vertcat(
+            *[p[2] for p in points],
+            disc - ca.dot(in_body, tip),
+            side - door.width + radius - across,
+            across - side + radius,
+        )
+
+
+def rotation(attitude: ca.SX) -> ca.SX:
+    """R = Rz(ψ) Ry(θ) Rx(φ)."""
+    axes = np.eye(3)
+    return (
+        axis_rotation(axes[2], attitude[2]) @ axis_rotation(axes[1], attitude[1]) @ axis_rotation(axes[0], attitude[0])
+    )
+
+
+def axis_rotation(axis: np.ndarray, angle: ca.SX) -> ca.SX:
+    """Rodrigues' formula."""
+    cross = ca.DM([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return ca.SX.eye(3) + ca.sin(angle) * cross + (1 - ca.cos(angle)) * (cross @ cross)
