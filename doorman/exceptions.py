@@ -37,7 +37,8 @@ class DoormanError(Exception):
         where = ": ".join(part for part in (self.file, self.field) if part)
         details = []
         if self.given is not None:
-            details.append(f"given {self.given!r}" if not isinstance(self.given, str) else f"given '{self.given}'")
+            given = f"'{self.given}'" if isinstance(self.given, str) else repr(self.given)
+            details.append(f"given {given if len(given) <= 120 else given[:117] + '...'}")
         if self.allowed is not None:
             details.append(f"allowed: {self.allowed}")
         tail = f" ({'; '.join(details)})" if details else ""

@@ -11,9 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
+from doorman.control.door_observer import DoorObserver
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.state_converter import StateConverter
 from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
 from doorman.recording import Recorder, Recording
@@ -47,7 +49,7 @@ class PlanSchedule:
     latency_periods: int
     recorder: Recorder
     _waiting: list[TimedPlan] = field(default_factory=list)
-    _current: TimedPlan | None = None
+    current: TimedPlan | None = None
     _next: float = 0.0
 
     @property
@@ -55,7 +57,7 @@ class PlanSchedule:
         """Between plans [s]."""
         return 1.0 / self.planner.settings.rate
 
-    def update(self, now: float, state: np.ndarray) -> TimedPlan | None:
+    def update(self, now: float, state: np.ndarray, door_disturbance: float) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
         A plan that is not usable is recorded and dropped: the last usable one is followed to its end, where it rests.
@@ -63,19 +65,21 @@ class PlanSchedule:
         Args:
             now: Time of the state [s].
             state: x, shape (5 + n,).
+            door_disturbance: Estimated torque in the hinge, Coulomb friction included, in the sense of damping [N m].
 
         Returns:
             The plan, or None before the first one is known.
         """
         if now >= self._next - 1e-9:
             self._next = max(self._next + self.period, now)
+            self.planner.update_door(friction=0.0, disturbance=door_disturbance)
             self._plan(now, state)
         while self._waiting and self._waiting[0].available_at <= now + 1e-9:
-            self._current = self._waiting.pop(0)
-        return self._current
+            self.current = self._waiting.pop(0)
+        return self.current
 
     def _plan(self, now: float, state: np.ndarray) -> None:
-        first = self._current is None and not self._waiting
+        first = self.current is None and not self._waiting
         plan = self.planner.plan(state) if first else self.planner.replan(state)
         available_at = now + (0.0 if first else self.latency_periods * self.period)
         if plan.usable:
@@ -116,8 +120,11 @@ class Mission:
             planner or Planner(model), settings.simulation.planner_latency_periods, self.recorder
         )
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
-        self._look_ahead = settings.control.look_ahead
+        self._door_observer = DoorObserver(
+            model, settings.control.door_observer_rate, settings.control.max_door_disturbance
+        )
         self._last_time: float | None = None
+        self._thrust = model.vehicle.mass * GRAVITY
 
     def fly(self, backend: Backend, duration: float, on_progress: OnProgress | None = None) -> None:
         """Fly for a time; the backend is opened here and stopped whatever happens.
@@ -160,15 +167,18 @@ class Mission:
             measurement.position, measurement.velocity, measurement.attitude,
             measurement.body_rates, measurement.arm_angles, measurement.arm_rates,
         )  # fmt: skip
-        current = self._schedule.update(now, state)
+        elapsed = 0.0 if self._last_time is None else now - self._last_time
+        self._last_time = now
+        force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
+        door_disturbance = self._door_observer.update(float(state[3]), float(state[4]), force, elapsed)
+        current = self._schedule.update(now, state, door_disturbance)
         if current is None:
             setpoint = self.converter.hold(measurement.position, float(measurement.attitude[2]))
         else:
-            setpoint = self.converter.setpoint(current.plan, now - current.start + self._look_ahead)
-        elapsed = 0.0 if self._last_time is None else now - self._last_time
-        self._last_time = now
+            setpoint = self.converter.setpoint(current.plan, now - current.start)
         thrust = self._controller.update(measurement.position, measurement.velocity, setpoint, elapsed)
         command = Command(thrust.thrust, thrust.attitude, setpoint.arm_rates)
+        self._thrust = thrust.thrust
         backend.command(command)
         self._record(measurement, state, setpoint, thrust, command)
         return float(state[3])
@@ -178,7 +188,7 @@ class Mission:
     ) -> None:
         now, write = measurement.time, self.recorder.write
         write("measurement", now, {name: getattr(measurement, name) for name in _MEASUREMENT_FIELDS})
-        write("estimate", now, {"state": state})
+        write("estimate", now, {"state": state, "door_disturbance": self._door_observer.estimate})
         write("setpoint", now, {name: getattr(setpoint, name) for name in _SETPOINT_FIELDS})
         write("command", now, {name: getattr(command, name) for name in _COMMAND_FIELDS})
         write(

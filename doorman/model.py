@@ -25,13 +25,11 @@ from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import frozen
+from doorman.kinematics.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicle import Vehicle
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
-
-GRAVITY = 9.81
-"""[m/s²]."""
 
 _PAPER_START_ARM = (0.0, 1.0, -0.6, -0.4)
 _PAPER_GOAL_ARM = (0.0, math.pi / 2, -math.pi / 2, 0.0)
@@ -191,7 +189,7 @@ class Model:
         """Fresh parameters of the quasi-static kernels, with their own scratch memory.
 
         Args:
-            disturbance: Further torque against opening [N m].
+            disturbance: τ_d, a further torque in the sense of damping [N m].
         """
         door = self.door
         return QuasiStaticParameters(
@@ -204,9 +202,10 @@ class Model:
             stiffness=door.stiffness,
             rest_angle=door.rest_angle,
             disturbance=disturbance,
+            state=np.zeros(5),
             rates=np.zeros(5),
-            stage=np.zeros((5, 9)),
-            sensitivity=np.zeros((3, 5, 9)),
+            stage=np.zeros((5, 16)),
+            sensitivity=np.zeros((2, 5, 16)),
         )
 
     def constraint_parameters(self) -> ConstraintParameters:

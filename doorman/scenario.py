@@ -115,7 +115,9 @@ class ControlSection(_Section):
     """Gains of the DOB position controller and of the state converter's look-ahead."""
 
     look_ahead: NonNegative = 0.04
-    """The setpoint is the plan this long after the measured state [s]."""
+    """Position and velocity setpoints are the plan this long after the measured state [s]."""
+    attitude_look_ahead: NonNegative = 0.2
+    """Yaw and the force fed forward are the plan this long after the measured state: they act through the attitude loop [s]."""
     position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
     """k_p [1/s²]."""
     velocity_gain: tuple[Positive, Positive, Positive] = (3.5, 3.5, 4.5)
@@ -126,6 +128,10 @@ class ControlSection(_Section):
     """a_1 of Q(s) = a_0/((τs)² + a_1 τs + a_0), a_0 = 1: 2 is critically damped."""
     max_disturbance: Positive = 10.0
     """Bound of the estimated disturbance, each axis [N]."""
+    door_observer_rate: NonNegative = 2.0
+    """Bandwidth of the observer of the unknown hinge torque [rad/s]; 0 switches it off."""
+    max_door_disturbance: Positive = 5.0
+    """Bound of that torque's estimate [N m]."""
     max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.5
     """[rad]."""
 
@@ -155,9 +161,17 @@ class SimulationSection(_Section):
     tip_friction: NonNegative = 0.8
     """Coulomb coefficient between tip and leaf."""
     tip_stiffness: Positive = 2000.0
-    """Compliance of the tip [N/m]."""
+    """Compliance of a pushing tip [N/m]."""
     tip_damping: Positive = 60.0
     """[N s/m]."""
+    grip_stiffness: Positive = 5000.0
+    """Compliance of a gripping tip, in every direction [N/m]."""
+    grip_damping: Positive = 100.0
+    """[N s/m]."""
+    door_damping: NonNegative | None = None
+    """True damping of the hinge [N m s/rad]; by default what the planner is told."""
+    door_friction: NonNegative | None = None
+    """True Coulomb friction of the hinge [N m]; by default what the planner is told."""
     noise: NoiseSection = NoiseSection()
 
 
@@ -195,8 +209,8 @@ class Scenario(_Section):
         path = _find_scenario(source)
         try:
             tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ScenarioError(f"not valid TOML: {error}", file=path) from error
+        except (ValueError, RecursionError) as error:  # syntax, encoding, integers or nesting beyond Python's limits
+            raise ScenarioError(f"not valid TOML: {error}", file=path, allowed="TOML 1.0 in UTF-8") from error
         except OSError as error:
             raise ScenarioError(f"cannot be read: {error.strerror}", file=path) from error
         for key, value in (overrides or {}).items():
@@ -250,8 +264,11 @@ def _find_scenario(source: str | Path) -> Path:
     if str(source) in known:
         return known[str(source)]
     path = Path(source)
-    if path.is_file():
-        return path.resolve()
+    try:
+        if path.is_file():
+            return path.resolve()
+    except OSError as error:
+        raise ScenarioError(f"cannot be read: {error.strerror}", given=str(source)[:80]) from error
     close = difflib.get_close_matches(str(source), known, n=1)
     hint = f"; did you mean '{close[0]}'?" if close else ""
     raise ScenarioError(
@@ -271,13 +288,26 @@ def _set(tables: dict[str, Any], key: str, value: Any, path: Path) -> None:
     table[last] = list(value) if isinstance(value, tuple) else value
 
 
+_ALLOWED = {
+    "model_type": "a table",
+    "tuple_type": "a list",
+    "missing": "a longer list",
+    "too_long": "a shorter list",
+    "string_too_short": "a name",
+    "string_type": "a string",
+    "float_type": "a number",
+    "int_type": "an integer",
+}
+"""Words of TOML for what pydantic says in words of Python, by its type of error."""
+
+
 def _explain(root: type[BaseModel], error: ValidationError, path: Path) -> ScenarioError:
     """Turn the first of pydantic's findings into one error of ours."""
     first = error.errors(include_url=False)[0]
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] != "extra_forbidden":
-        words = first["msg"].removeprefix("Input should be ")
+        words = _ALLOWED.get(first["type"]) or first["msg"].removeprefix("Input should be ")
         return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
     section: type[BaseModel] = root
     for part in first["loc"][:-1]:

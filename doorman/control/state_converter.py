@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.control.position_controller import Setpoint
+from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan
@@ -53,7 +54,10 @@ class StateConverter:
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
 
     def setpoint(self, plan: Plan, time: float) -> Setpoint:
-        """Setpoint at a time of the plan; after its end, the last state at rest.
+        """Setpoint for a time of the plan; after its end, the last state at rest.
+
+        Position and velocity are those `control.look_ahead` later; yaw, force and acceleration, which act through the
+        attitude loop, those `control.attitude_look_ahead` later.
 
         Args:
             plan: A usable plan.
@@ -62,25 +66,32 @@ class StateConverter:
         Returns:
             The setpoint, by linear interpolation between nodes.
         """
+        settings = self.model.scenario.control
+        state, inputs, _ = self._at(plan, time + settings.look_ahead)
+        motion = self._coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
+        later, later_inputs, door_acceleration = self._at(plan, time + settings.attitude_look_ahead)
+        return Setpoint(
+            position=motion.position,
+            velocity=motion.velocity,
+            acceleration=self._contact_acceleration(later, door_acceleration),
+            yaw=float(later[2]),
+            force=self.planned_force(later, float(later_inputs[0])),
+            arm_rates=np.clip(inputs[4:], -self._rate_limits, self._rate_limits),
+            normal=door_normal(state[3]),
+        )
+
+    @staticmethod
+    def _at(plan: Plan, time: float) -> tuple[Array, Array, float]:
+        """State, inputs and door acceleration at a time of the plan; at rest after its end."""
         last = len(plan.inputs)
         at = min(max(time / plan.time_step, 0.0), float(last))
         node = min(int(at), last - 1)
         part = at - node
         state = (1.0 - part) * plan.states[node] + part * plan.states[node + 1]
-        inputs = plan.inputs[node]
         if at >= last:
-            inputs = np.concatenate([inputs[:1], np.zeros(len(inputs) - 1)])
             state[4] = 0.0
-        motion = self._coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
-        acceleration = (plan.states[node + 1, 4] - plan.states[node, 4]) / plan.time_step if at < last else 0.0
-        return Setpoint(
-            position=motion.position,
-            velocity=motion.velocity,
-            acceleration=self._contact_acceleration(state, acceleration),
-            yaw=float(state[2]),
-            force=self.planned_force(state, float(inputs[0])),
-            arm_rates=np.clip(inputs[4:], -self._rate_limits, self._rate_limits),
-        )
+            return state, np.concatenate([plan.inputs[-1, :1], np.zeros(plan.inputs.shape[1] - 1)]), 0.0
+        return state, plan.inputs[node], float(plan.states[node + 1, 4] - plan.states[node, 4]) / plan.time_step
 
     def hold(self, position: Array, yaw: float) -> Setpoint:
         """Setpoint that keeps a position at rest.
@@ -90,7 +101,7 @@ class StateConverter:
             yaw: ψ [rad].
         """
         rest = np.zeros(3)
-        return Setpoint(position.copy(), rest, rest, yaw, rest, np.zeros(self.model.n_arm))
+        return Setpoint(position.copy(), rest, rest, yaw, rest, np.zeros(self.model.n_arm), rest)
 
     def planned_force(self, state: Array, thrust: float) -> Array:
         r"""Horizontal part, along the door's normal, of :math:`F_R = f_t R e_3 - m_A g e_3`.
@@ -104,7 +115,7 @@ class StateConverter:
         """
         force = thrust * rotation_body_to_world(state[:3])[:, 2]
         force[2] -= self.model.vehicle.mass * GRAVITY
-        normal = np.array([math.sin(state[3]), -math.cos(state[3]), 0.0])
+        normal = door_normal(state[3])
         return np.asarray((normal @ force) * normal)
 
     def _contact_acceleration(self, state: Array, door_acceleration: float) -> Array:

@@ -34,13 +34,15 @@ class QuasiStaticParameters(NamedTuple):
     stiffness: float
     rest_angle: float
     disturbance: float
-    """τ_d, a further torque against opening, from an estimator [N m]."""
+    """τ_d, a further torque in the sense of damping, from an estimator [N m]."""
+    state: Array
+    """Scratch: z at one stage, shape (5,)."""
     rates: Array
-    """Scratch: derivatives of z at one stage, shape (5,)."""
+    """Scratch: its derivative, shape (5,)."""
     stage: Array
-    """Scratch: derivative Jacobian entries at one stage, shape (5, 9)."""
+    """Scratch: slopes of the derivative by the inputs, shape (5, 16), zero but for columns 5 … 8."""
     sensitivity: Array
-    """Scratch: sensitivities of the present stage, of its derivative and their sum, shape (3, 5, 9)."""
+    """Scratch: sensitivities of the present stage and the weighted sum of their derivatives, shape (2, 5, 16)."""
 
 
 @kernel
@@ -61,12 +63,8 @@ def quasi_static_rates(
     sd, cd = np.sin(angle - yaw), np.cos(angle - yaw)
     yaw_rate = (sr * wy + cr * wz) / cp
     push = cr * sp * sd + sr * cd
-    resistance = (
-        p.damping * rate
-        + p.friction * np.tanh(rate / p.friction_rate)
-        + p.stiffness * (angle - p.rest_angle)
-        + p.disturbance
-    )
+    slip = np.tanh(rate / p.friction_rate) if p.friction > 0.0 else 0.0
+    resistance = p.damping * rate + p.friction * slip + p.stiffness * (angle - p.rest_angle) + p.disturbance
     acceleration = -(p.distance_from_hinge * thrust * push + resistance) / p.door_inertia
     return wx + sp * yaw_rate, cr * wy - sr * wz, yaw_rate, acceleration
 
@@ -102,81 +100,89 @@ def quasi_static_step(p: QuasiStaticParameters, x: Array, u: Array, out: Array) 
 
 
 @kernel
-def quasi_static_rates_jacobian(
-    p: QuasiStaticParameters, z: Array, f: float, wx: float, wy: float, wz: float, rates: Array, jacobian: Array
-) -> None:
-    """Derivative of z = [Φ, α, α̇] into `rates` (5,) and its Jacobian by [z, f_t, Ω] into `jacobian` (5, 9)."""
+def quasi_static_linearize(
+    p: QuasiStaticParameters, z: Array, f: float, wx: float, wy: float, wz: float
+) -> tuple[float, float, float, float, float, float, float, float, float, float]:
+    """Derivative of z = [Φ, α, α̇] into `p.rates`, its slopes by [f_t, Ω] into columns 5 … 8 of `p.stage`.
+
+    Returns:
+        Slopes by z: of φ̇ by φ and θ, of θ̇ by φ, of ψ̇ by φ and θ, of α̈ by φ, θ, ψ, α and α̇.
+    """
     sr, cr, sp, cp = np.sin(z[0]), np.cos(z[0]), np.sin(z[1]), np.cos(z[1])
     sd, cd = np.sin(z[3] - z[2]), np.cos(z[3] - z[2])
     secant = 1.0 / cp
-    tp = sp * secant
     yaw_rate = (sr * wy + cr * wz) * secant
     across = (cr * wy - sr * wz) * secant
     scale = p.distance_from_hinge / p.door_inertia
     push = cr * sp * sd + sr * cd
-    slip = np.tanh(z[4] / p.friction_rate)
+    slip = np.tanh(z[4] / p.friction_rate) if p.friction > 0.0 else 0.0
     resistance = p.damping * z[4] + p.friction * slip + p.stiffness * (z[3] - p.rest_angle) + p.disturbance
+    rates, stage = p.rates, p.stage
     rates[0] = wx + sp * yaw_rate
     rates[1] = cr * wy - sr * wz
     rates[2] = yaw_rate
     rates[3] = z[4]
     rates[4] = -scale * f * push - resistance / p.door_inertia
-    jacobian[:, :] = 0.0
-    jacobian[0, 0] = sp * across
-    jacobian[0, 1] = yaw_rate * secant
-    jacobian[0, 6] = 1.0
-    jacobian[0, 7] = sr * tp
-    jacobian[0, 8] = cr * tp
-    jacobian[1, 0] = -sr * wy - cr * wz
-    jacobian[1, 7] = cr
-    jacobian[1, 8] = -sr
-    jacobian[2, 0] = across
-    jacobian[2, 1] = yaw_rate * tp
-    jacobian[2, 7] = sr * secant
-    jacobian[2, 8] = cr * secant
-    jacobian[3, 4] = 1.0
+    stage[0, 6] = 1.0
+    stage[0, 7] = sr * sp * secant
+    stage[0, 8] = cr * sp * secant
+    stage[1, 7] = cr
+    stage[1, 8] = -sr
+    stage[2, 7] = sr * secant
+    stage[2, 8] = cr * secant
+    stage[4, 5] = -scale * push
     turn = scale * f * (cr * sp * cd - sr * sd)
-    jacobian[4, 0] = -scale * f * (-sr * sp * sd + cr * cd)
-    jacobian[4, 1] = -scale * f * cr * cp * sd
-    jacobian[4, 2] = turn
-    jacobian[4, 3] = -turn - p.stiffness / p.door_inertia
-    jacobian[4, 4] = -(p.damping + p.friction * (1.0 - slip * slip) / p.friction_rate) / p.door_inertia
-    jacobian[4, 5] = -scale * push
+    return (
+        sp * across,
+        yaw_rate * secant,
+        -sr * wy - cr * wz,
+        across,
+        yaw_rate * sp * secant,
+        -scale * f * (-sr * sp * sd + cr * cd),
+        -scale * f * cr * cp * sd,
+        turn,
+        -turn - p.stiffness / p.door_inertia,
+        -(p.damping + p.friction * (1.0 - slip * slip) / p.friction_rate) / p.door_inertia,
+    )
 
 
 @kernel
 def quasi_static_step_jacobian(p: QuasiStaticParameters, x: Array, u: Array, out: Array) -> None:
-    """Jacobian [A | B] of `quasi_static_step` into `out` (5 + n, 9 + 2n)."""
+    """Jacobian [A | B] of `quasi_static_step` into `out` (5 + n, ≥ 9 + 2n); further columns are set to zero.
+
+    The sensitivities of z by [z_0, f_t, Ω] go through the stages as rows padded to 16, so that their loop is vectorised.
+    """
     nx = x.shape[0]
     h = p.time_step
-    z, s, d, total = p.rates, p.sensitivity[0], p.sensitivity[1], p.sensitivity[2]
-    stage = p.stage
-    step = np.empty(5)
-    for i in range(5):
-        step[i] = x[i]
+    s, total, stage, z, rates = p.sensitivity[0], p.sensitivity[1], p.stage, p.state, p.rates
     s[:, :] = 0.0
     total[:, :] = 0.0
     for i in range(5):
         s[i, i] = 1.0
+        z[i] = x[i]
     for level in range(4):
-        quasi_static_rates_jacobian(p, step, u[0], u[1], u[2], u[3], z, stage)
-        for i in range(5):  # d = ∂f/∂z · s + ∂f/∂v; row 2 of z (yaw) enters only α̈
-            for j in range(9):
-                d[i, j] = 0.0
-            for m in range(5):
-                if stage[i, m] != 0.0:
-                    for j in range(9):
-                        d[i, j] += stage[i, m] * s[m, j]
-            for j in range(5, 9):
-                d[i, j] += stage[i, j]
+        a0, a1, b0, c0, c1, e0, e1, e2, e3, e4 = quasi_static_linearize(p, z, u[0], u[1], u[2], u[3])
         weight = 1.0 if level == 0 or level == 3 else 2.0
         ahead = h if level == 2 else 0.5 * h
+        for j in range(16):
+            s0, s1, s2, s3, s4 = s[0, j], s[1, j], s[2, j], s[3, j], s[4, j]
+            d0 = a0 * s0 + a1 * s1 + stage[0, j]
+            d1 = b0 * s0 + stage[1, j]
+            d2 = c0 * s0 + c1 * s1 + stage[2, j]
+            d4 = e0 * s0 + e1 * s1 + e2 * s2 + e3 * s3 + e4 * s4 + stage[4, j]
+            total[0, j] += weight * d0
+            total[1, j] += weight * d1
+            total[2, j] += weight * d2
+            total[3, j] += weight * s4
+            total[4, j] += weight * d4
+            s[0, j] = ahead * d0
+            s[1, j] = ahead * d1
+            s[2, j] = ahead * d2
+            s[3, j] = ahead * s4
+            s[4, j] = ahead * d4
         for i in range(5):
-            for j in range(9):
-                total[i, j] += weight * d[i, j]
-                s[i, j] = ahead * d[i, j]
             s[i, i] += 1.0
-            step[i] = x[i] + ahead * z[i]
+            z[i] = x[i] + ahead * rates[i]
     out[:, :] = 0.0
     for i in range(5):
         for j in range(5):

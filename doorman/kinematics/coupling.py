@@ -144,13 +144,16 @@ class Coupling:
 
         Returns:
             α [rad] and α̇ [rad/s]; right only while the tip touches the leaf.
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
         """
         rotation = rotation_body_to_world(attitude)
         tip_in_body = self.vehicle.tip_position(arm_angles)
-        tip = np.asarray(position) + rotation @ tip_in_body - self.door.hinge_position
-        relative = np.cross(np.asarray(body_rates), tip_in_body)
-        relative += self.vehicle.tip_jacobian(arm_angles) @ np.asarray(arm_rates)
-        tip_velocity = np.asarray(velocity) + rotation @ relative
+        tip = vector(position, 3, "position") + rotation @ tip_in_body - self.door.hinge_position
+        relative = np.cross(vector(body_rates, 3, "body_rates"), tip_in_body)
+        relative += self.vehicle.tip_jacobian(arm_angles) @ vector(arm_rates, self.vehicle.n_arm, "arm_rates")
+        tip_velocity = vector(velocity, 3, "velocity") + rotation @ relative
         angle = math.atan2(tip[1], tip[0])
         rate = (-math.sin(angle) * tip_velocity[0] + math.cos(angle) * tip_velocity[1]) / self.distance_from_hinge
         return angle, float(rate)

@@ -9,7 +9,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf import frame_index, frozen, load_description, load_pinocchio
+from doorman.kinematics.urdf import frozen, link_index, load_description, load_pinocchio
 from doorman.scenario import DoorSection
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ class Door:
         self.urdf = urdf
         self.section = section or DoorSection()
         full = load_pinocchio(urdf)
-        leaf = frame_index(full, self.section.leaf, urdf, "door.leaf")
+        leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
         self._hinge = self._hinge_joint(full)
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
         self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
@@ -54,7 +54,8 @@ class Door:
         self._check_convention()
         self.mass = float(self.model.inertias[1].mass)
         self.inertia = self._inertia_about_hinge()
-        self.width, self.height, self.thickness = self._leaf_size()
+        self.width, self.height, self.thickness, self.surface_offset = self._leaf_size()
+        """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]; the constraints take 0."""
         description = load_description(urdf).joint_map[self.section.hinge]
         dynamics = description.dynamics
         self.damping = self._torque("damping", getattr(dynamics, "damping", None))
@@ -124,16 +125,17 @@ class Door:
         return index
 
     def _check_convention(self) -> None:
-        """The leaf at angle α must point along [cos α, sin α, 0]."""
+        """The leaf at angle α must point along [cos α, sin α, 0], and its z axis up."""
         for angle in (0.0, 1.0):
-            direction = self.link_placements(angle)[self.section.leaf][:3, :3] @ np.array([1.0, 0.0, 0.0])
-            if not np.allclose(direction, leaf_direction(angle), atol=1e-6):
+            given = self.link_placements(angle)[self.section.leaf][:3, [0, 2]].T
+            allowed = np.array([leaf_direction(angle), [0.0, 0.0, 1.0]])
+            if not np.allclose(given, allowed, atol=1e-6):
                 raise UrdfError(
                     "the leaf does not turn about +z from the world's x axis",
                     file=self.urdf,
                     field=f"joint {self.section.hinge}",
-                    given=f"leaf along {direction.round(3).tolist()} at {angle} rad",
-                    allowed=f"leaf along {leaf_direction(angle).round(3).tolist()}: axis 0 0 1, origin without rotation",
+                    given=f"x and z of the leaf along {given.round(3).tolist()} at {angle} rad",
+                    allowed=f"{allowed.round(3).tolist()}: axis 0 0 1, origins without rotation",
                 )
 
     def _inertia_about_hinge(self) -> float:
@@ -150,33 +152,22 @@ class Door:
                 )
         return about_hinge
 
-    def _leaf_size(self) -> tuple[float, float, float]:
-        """Width from the hinge, height and thickness of the leaf's largest box."""
+    def _leaf_size(self) -> tuple[float, float, float, float]:
+        """Width from the hinge, height and thickness of the leaf's largest box, and y of its face to the vehicle."""
         link = load_description(self.urdf).link_map[self.section.leaf]
         boxes = [shape for shape in link.collisions if shape.geometry.box is not None]
         if not boxes:
             raise UrdfError(
                 "the leaf has no box as collision shape", file=self.urdf, field=f"link {self.section.leaf}/collision",
-                allowed="a <box> whose first size is the leaf's width",
+                given=f"{len(link.collisions)} shapes, none a box", allowed="a <box> whose first size is the leaf's width",
             )  # fmt: skip
         box = max(boxes, key=lambda shape: float(np.prod(shape.geometry.box.size)))
-        size = np.asarray(box.geometry.box.size, dtype=np.float64)
-        center = np.zeros(3) if box.origin is None else np.asarray(box.origin)[:3, 3]
-        if not (size > 0.0).all():
-            raise UrdfError(
-                "the leaf's box is empty", file=self.urdf, field=f"link {self.section.leaf}/collision/geometry/box",
-                given=size.tolist(), allowed="three sizes > 0 m",
-            )  # fmt: skip
-        frame = self.model.frames[frame_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
-        center = frame.placement.act(center)
-        return float(center[0] + size[0] / 2), float(size[2]), float(size[1])
+        placement = np.eye(4) if box.origin is None else np.asarray(box.origin)
+        size = np.abs(placement[:3, :3]) @ np.asarray(box.geometry.box.size, dtype=np.float64)
+        frame = self.model.frames[link_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
+        center = frame.placement.act(placement[:3, 3])
+        return float(center[0] + size[0] / 2), float(size[2]), float(size[1]), float(center[1] + size[1] / 2)
 
     def _torque(self, name: str, from_urdf: float | None) -> float:
         override = getattr(self.section, name)
-        value = float(override if override is not None else from_urdf or 0.0)
-        if value < 0.0:
-            raise UrdfError(
-                f"negative hinge {name}", file=self.urdf, field=f"joint {self.section.hinge}/dynamics@{name}",
-                given=value, allowed=">= 0",
-            )  # fmt: skip
-        return value
+        return float(override if override is not None else from_urdf or 0.0)

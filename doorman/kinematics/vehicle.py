@@ -5,17 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import coal
 import numpy as np
 import pinocchio
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf import frame_index, frozen, load_description, load_pinocchio
+from doorman.kinematics.disc import disc_radius
+from doorman.kinematics.rotors import Rotor, read_rotors
+from doorman.kinematics.urdf import frame_index, frozen, link_index, load_description, load_pinocchio
 from doorman.scenario import VehicleSection
 
+__all__ = ["GRAVITY", "ArmGeometry", "Rotor", "Vehicle"]
+
 Array = NDArray[np.float64]
+
+GRAVITY = 9.81
+"""[m/s²]."""
 
 
 @dataclass(frozen=True)
@@ -34,18 +40,6 @@ class ArmGeometry:
     """Index of the joint that carries each constrained point, shape (n_points,)."""
     point_offsets: Array
     """Vector from that joint to the point at H = 0, shape (n_points, 3) [m]."""
-
-
-@dataclass(frozen=True)
-class Rotor:
-    """One rotor: where it is, how it turns and how hard it can pull."""
-
-    position: Array
-    """In the body, shape (3,) [m]."""
-    direction: float
-    """+1 counter-clockwise seen from above, −1 clockwise."""
-    max_thrust: float
-    """[N]."""
 
 
 class Vehicle:
@@ -67,17 +61,17 @@ class Vehicle:
         full = load_pinocchio(urdf)
         self.model, self.joint_names = self._arm_only(full)
         self._data = self.model.createData()
-        self._base_frame = frame_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
+        self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
         self._tip_frame = frame_index(self.model, self.names.tip, urdf, "vehicle.tip")
         self._point_frames = [*self._servo_frames(), self._tip_frame]
         self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
         self.mass = self._positive_mass()
         self.lower_limits = frozen(self.model.lowerPositionLimit)
         self.upper_limits = frozen(self.model.upperPositionLimit)
-        self.rate_limits = frozen(self.model.velocityLimit)
+        self.rate_limits = self._positive_rates()
         self.torque_limits = frozen(self.model.effortLimit)
-        self.rotors = self._read_rotors()
-        self.radius = self.names.radius if self.names.radius is not None else self._disc_radius()
+        self.rotors = read_rotors(urdf, self.model, self._base_placement())
+        self.radius = float(self.names.radius or disc_radius(urdf, self._base_placement()))
         self.max_thrust = self._thrust_limit()
         self.arm = self._arm_geometry()
 
@@ -177,8 +171,9 @@ class Vehicle:
         pinocchio.updateFramePlacements(self.model, self._data)
         world_to_base = self._base_placement().rotation.T
         world = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        jacobians = [pinocchio.getFrameJacobian(self.model, self._data, i, world)[:3] for i in self._point_frames]
-        return np.array([world_to_base @ jacobian for jacobian in jacobians])
+        jacobians = [pinocchio.getFrameJacobian(self.model, self._data, i, world) for i in self._point_frames]
+        shape = (6, self.n_arm)  # a single column arrives as a flat array
+        return np.array([world_to_base @ np.reshape(jacobian, shape)[:3] for jacobian in jacobians])
 
     def link_placements(self, arm_angles: ArrayLike) -> dict[str, Array]:
         """Placement of every link in the body frame.
@@ -202,7 +197,7 @@ class Vehicle:
 
     def _arm_only(self, full: pinocchio.Model) -> tuple[pinocchio.Model, tuple[str, ...]]:
         """Lock every joint that is not on the chain from the base link to the tip."""
-        base = full.frames[frame_index(full, self.names.base_link, self.urdf, "vehicle.base_link")].parentJoint
+        base = full.frames[link_index(full, self.names.base_link, self.urdf, "vehicle.base_link")].parentJoint
         joint = full.frames[frame_index(full, self.names.tip, self.urdf, "vehicle.tip")].parentJoint
         chain: list[int] = []
         while joint not in (base, 0):
@@ -228,6 +223,13 @@ class Vehicle:
                     given=kind.removeprefix("JointModel"),
                     allowed="revolute",
                 )
+        joints = load_description(self.urdf).joint_map
+        for name in (full.names[index] for index in chain):
+            if joints[name].mimic is not None:
+                raise UrdfError(
+                    "a joint of the arm follows another", file=self.urdf, field=f"joint {name}/mimic",
+                    given=joints[name].mimic.joint, allowed="joints that move on their own",
+                )  # fmt: skip
         locked = [i for i in range(1, full.njoints) if i not in chain]
         model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
         return model, tuple(full.names[i] for i in chain)
@@ -272,60 +274,29 @@ class Vehicle:
             )
         return mass
 
-    def _disc_radius(self) -> float:
-        """Radius of the disc about the body's z axis that holds every collision shape fixed to the base link."""
-        folders = [str(folder) for folder in self.urdf.resolve().parents]
-        try:
-            geometry = pinocchio.buildGeomFromUrdf(
-                load_pinocchio(self.urdf), str(self.urdf), pinocchio.GeometryType.COLLISION, folders
-            )
-        except (ValueError, RuntimeError) as error:
-            raise UrdfError(
-                f"collision meshes cannot be read ({error}); set vehicle.radius", file=self.urdf, field="vehicle.radius"
-            ) from error
-        base = self._base_placement()
-        reaches = [
-            _horizontal_reach(item.geometry, base.inverse() * item.placement)
-            for item in geometry.geometryObjects
-            if item.parentJoint == 0
-        ]
-        if not reaches:
-            raise UrdfError(
-                "the base link has no collision shape to take the radius from; set vehicle.radius",
-                file=self.urdf,
-                field="vehicle.radius",
-                allowed="> 0 m",
-            )
-        return max(reaches)
-
-    def _read_rotors(self) -> tuple[Rotor, ...]:
-        """Fixed joints named `rotor_…`: their limit's effort is the rotor's largest thrust, their axis its sense."""
-        rotors = []
-        for joint in load_description(self.urdf).robot.joints:
-            if not joint.name.startswith("rotor") or not self.model.existFrame(joint.child):
-                continue
-            frame = self.model.frames[frame_index(self.model, joint.child, self.urdf, joint.name)]
-            thrust = joint.limit.effort if joint.limit is not None and joint.limit.effort else 0.0
-            if frame.parentJoint != 0 or not thrust > 0.0:
-                continue
-            position = self._base_placement().actInv(frame.placement.translation)
-            direction = -1.0 if joint.axis is not None and joint.axis[2] < 0 else 1.0
-            rotors.append(Rotor(frozen(position), direction, float(thrust)))
-        return tuple(rotors)
+    def _positive_rates(self) -> Array:
+        for name, rate in zip(self.joint_names, self.model.velocityLimit, strict=True):
+            if not rate > 0.0:
+                raise UrdfError(
+                    "a joint of the arm cannot move", file=self.urdf, field=f"joint {name}/limit@velocity",
+                    given=float(rate), allowed="> 0 rad/s",
+                )  # fmt: skip
+        return frozen(self.model.velocityLimit)
 
     def _thrust_limit(self) -> float:
         if self.names.max_thrust is not None:
             return float(self.names.max_thrust)
         if self.rotors:
             return sum(rotor.max_thrust for rotor in self.rotors)
-        return 2.0 * self.mass * 9.81
+        return 2.0 * self.mass * GRAVITY
 
     def _arm_geometry(self) -> ArmGeometry:
         pinocchio.framesForwardKinematics(self.model, self._data, np.zeros(self.n_arm))
         pinocchio.computeJointJacobians(self.model, self._data, np.zeros(self.n_arm))
         base = self._base_placement()
         joints = np.array([base.actInv(self._data.oMi[i + 1].translation) for i in range(self.n_arm)])
-        axes = np.array([base.rotation.T @ self._data.J[3:, i] for i in range(self.n_arm)])
+        columns = np.reshape(self._data.J, (6, self.n_arm))  # a single column arrives as a flat array
+        axes = (base.rotation.T @ columns[3:]).T
         parents = np.array([self.model.frames[i].parentJoint - 1 for i in self._point_frames], dtype=np.int64)
         points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
         origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
@@ -336,20 +307,3 @@ class Vehicle:
             point_parents=parents,
             point_offsets=frozen(points - origins[parents]),
         )
-
-
-def _horizontal_reach(shape: coal.CollisionGeometry, placement: pinocchio.SE3) -> float:
-    """Largest distance of a shape's points from the z axis; exact for upright cylinders, spheres and boxes."""
-    rotation, origin = placement.rotation, placement.translation
-    if isinstance(shape, coal.Sphere):
-        return float(np.hypot(*origin[:2]) + shape.radius)
-    if isinstance(shape, coal.Cylinder):
-        tilt = float(np.hypot(rotation[0, 2], rotation[1, 2]))
-        center = float(np.hypot(*origin[:2]))
-        return float(center + shape.radius + tilt * shape.halfLength)
-    if isinstance(shape, coal.Box):
-        signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
-        corners = origin + (signs * shape.halfSide) @ rotation.T
-    else:
-        corners = origin + np.asarray(shape.vertices()) @ rotation.T
-    return float(np.hypot(corners[:, 0], corners[:, 1]).max())

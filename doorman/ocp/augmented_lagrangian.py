@@ -13,8 +13,6 @@ the same linearisation. Methods: Jallet et al. 2022 (proximal AL DDP); Hintermü
 
 from __future__ import annotations
 
-import numpy as np
-
 from doorman.compilation import kernel
 from doorman.ocp.functions import linearize_constraints, linearize_step, step
 from doorman.ocp.riccati import eliminate, expand, substitute, terminal_value

@@ -67,7 +67,7 @@ def door_problem(model: Model, disturbance: float = 0.0) -> Problem:
 
     Args:
         model: Model of the scenario.
-        disturbance: Torque against opening beyond damping, friction and spring, for example from an estimator [N m].
+        disturbance: τ_d, torque in the sense of damping, beyond damping, friction and spring [N m].
 
     Returns:
         The problem, whose constraints are h(x) + planner.margin ≤ 0.

@@ -71,17 +71,25 @@ class Planner:
         self._previous: Solution | None = None
         self._compile()
 
-    @property
-    def door_disturbance(self) -> float:
-        """Torque against opening that the plans reckon with beyond damping, friction and spring [N m]."""
-        return float(self._problem.model.dynamics.disturbance)
+    def update_door(self, *, friction: float | None = None, disturbance: float | None = None) -> None:
+        """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
 
-    @door_disturbance.setter
-    def door_disturbance(self, torque: float) -> None:
-        if not np.isfinite(torque):
-            raise DimensionError("not finite", field="door_disturbance", given=torque, allowed="a finite torque [N m]")
+        Args:
+            friction: τ_c [N m].
+            disturbance: τ_d of α̈ = … − τ_d/I_D, in the sense of damping: negative where it resists opening [N m].
+
+        Raises:
+            DimensionError: if a value is not finite, or the friction is negative.
+        """
+        changes = {"friction": friction, "disturbance": disturbance}
+        changes = {name: float(value) for name, value in changes.items() if value is not None}
+        for name, value in changes.items():
+            if not np.isfinite(value) or (name == "friction" and value < 0.0):
+                raise DimensionError(
+                    "not a torque", field=name, given=value, allowed="a finite torque, friction >= 0 [N m]"
+                )
         model: DoorModel = self._problem.model
-        updated = model._replace(dynamics=model.dynamics._replace(disturbance=float(torque)))
+        updated = model._replace(dynamics=model.dynamics._replace(**changes))
         self._problem = replace(self._problem, model=updated)
         self._solver.update_model(updated)
 

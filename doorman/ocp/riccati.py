@@ -101,7 +101,7 @@ def eliminate(work: Workspace, k: int) -> bool:
 @kernel
 def substitute(work: Workspace, k: int, half: Array) -> None:
     """Gains of node k, [K | · | k] = −L⁻ᵀ `half`."""
-    nx, nu, width = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.width)
+    nu, width = len(work.sizes.inputs), len(work.sizes.width)
     gains, factor = work.policy.gains[k], work.policy.factors[k]
     gains[:, :] = 0.0
     for b in range(nu - 1, -1, -1):

@@ -1,1 +1,8 @@
-"""visualization."""
+"""Figures and replay page of a recorded flight; needs the extra `viz`."""
+
+from doorman.visualization.constraint_figure import constraints_and_forces_figure
+from doorman.visualization.figures import states_figure
+from doorman.visualization.replay import replay_page
+from doorman.visualization.style import save
+
+__all__ = ["constraints_and_forces_figure", "replay_page", "save", "states_figure"]

@@ -1,0 +1,156 @@
+"""The `doorman` command: its arguments, its help and its exit status."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from doorman.exceptions import DoormanError
+
+BAD_INPUT = 2
+"""Exit status for input that cannot be used; what was asked for and did not come true is 1."""
+
+_EXTRAS = {"mujoco": "sim", "matplotlib": "viz", "meshcat": "viz"}
+"""Extra of the package that brings a module in."""
+
+_HELP = """
+Aerial manipulators that open hinged doors.
+
+A multirotor with an arm touches a hinged door with the arm's tip and opens it without touching door, doorframe or itself.
+A planner (model predictive control by constrained differential dynamic programming) looks one second ahead; a position
+controller with a disturbance observer follows it; the vehicle, the door and their contact are simulated in MuJoCo.
+
+A SCENARIO names the URDFs of vehicle and door, the contact, start and goal, and the options of planner, controller and
+simulator. It is the name of a shipped one (paper, push) or the path of a TOML file; every key has a default.
+
+Examples:
+
+- `doorman check paper`: can it work at all?
+- `doorman open paper`: fly it; the results go to a new folder under runs.
+- `doorman open push --seed 3 --out push-3`: a tip that can only push.
+- `doorman open --set contact.height=0.9`: the same task, touched higher up.
+
+Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
+did not, 2 if the input cannot be used.
+"""
+
+app = typer.Typer(
+    help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown"
+)
+
+_Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.")]
+_Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Override a key of the scenario: planner.margin=0.01. The value is TOML, a bare word is a string. Repeatable.",
+    ),
+]
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    app()
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from doorman import __version__
+
+        typer.echo(f"doorman {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _doorman(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    pass  # the help is the application's
+
+
+@app.command("open")
+def open_command(
+    scenario: _Source = "paper",
+    settings: _Settings = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the results.", show_default="a new one under runs"),
+    ] = None,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Simulated time to fly.")] = 12.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Do not run ahead of the clock.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
+    ] = False,
+) -> None:
+    """Fly a scenario in simulation.
+
+    Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
+    all its values (scenario.toml), plots of the states and of constraints and forces (states, constraints; each .png and
+    .pdf), and a page that replays the motion in a browser (replay.html).
+
+    Ctrl-C ends the flight and keeps what was flown. The exit status is 0 only if the door was opened and nothing was
+    touched; otherwise it is 1, and a sentence says what happened.
+    """
+
+    def command() -> int:
+        from doorman.cli.open_door import open_door
+
+        return open_door(scenario, settings or [], out, duration, seed, realtime, as_json)
+
+    _leave(command)
+
+
+@app.command("check")
+def check_command(
+    scenario: _Source = "paper",
+    settings: _Settings = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Say whether a scenario can work, before any flight.
+
+    Looks at the arm's reach and joint limits, the rotor disc between the jambs along the whole swing, thrust and tilt
+    against the force that the door needs, and start and goal against the constraints; and compares the planner's
+    constraints with the collision shapes of the URDFs. Every finding names the number, its limit and what to change.
+
+    The exit status is 0 if the scenario is possible, 1 if it is not.
+    """
+
+    def command() -> int:
+        from doorman.cli.check import check_scenario
+
+        return check_scenario(scenario, settings or [], as_json)
+
+    _leave(command)
+
+
+def _leave(command: Callable[[], int]) -> None:
+    """Run a command and leave with the status that it returns; what can be expected to fail is one line, no traceback."""
+    try:
+        status = command()
+    except KeyboardInterrupt:
+        _complain("interrupted before there was anything to keep.")
+        status = 1
+    except DoormanError as error:
+        _complain(f"error: {error}")
+        status = BAD_INPUT
+    except OSError as error:
+        _complain(f"error: {error.filename or 'a file'}: {error.strerror or error}")
+        status = BAD_INPUT
+    except ModuleNotFoundError as error:
+        extra = _EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None:
+            raise
+        _complain(f"error: {error.name} is not installed; it comes with: pip install 'doorman[{extra}]'")
+        status = BAD_INPUT
+    raise typer.Exit(status)
+
+
+def _complain(message: str) -> None:
+    typer.echo(f"doorman: {' '.join(message.split())}", err=True)

@@ -1,0 +1,89 @@
+"""What `doorman open` shows on the terminal: a progress bar on stderr, a table on stdout."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from doorman.mission import OnProgress
+
+_REFRESH_INTERVAL = 0.2
+"""Between two pictures of the progress bar [s]."""
+
+
+@contextmanager
+def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
+    """A progress bar with the time left, on stderr; silent where stderr is not a terminal.
+
+    It is drawn from within the callback, never by a thread of its own that would take time away from the planner.
+
+    Args:
+        duration: Of the flight [s].
+        shown: Draw it at all.
+
+    Yields:
+        The callback of `doorman.mission.simulate`.
+    """
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn(),
+        TextColumn("left"),
+    )  # fmt: skip
+    progress = Progress(*columns, console=console, auto_refresh=False, disable=not (shown and console.is_terminal))
+    with progress:
+        task = progress.add_task("Preparing (the first run compiles)", total=duration, now="")
+        progress.refresh()
+        last_drawn = -math.inf
+
+        def on_progress(now: float, door_angle: float) -> None:
+            nonlocal last_drawn
+            if time.monotonic() - last_drawn < _REFRESH_INTERVAL and now < duration:
+                return
+            last_drawn = time.monotonic()
+            position = f"{now:.1f} of {duration:g} s, door at {math.degrees(door_angle):.0f}°"
+            progress.update(task, description="Flying", completed=now, now=position, refresh=True)
+
+        yield on_progress
+
+
+def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
+    """Print a run's figures as a table, and the sentence that says what happened.
+
+    Args:
+        summary: As `doorman.summary.summarize` returns it.
+        sentence: The verdict.
+        folder: Of the run.
+    """
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in _rows(summary):
+        table.add_row(name, Text(value))
+    console = Console(highlight=False)
+    console.print(table)
+    console.print(Text(f"\n{sentence}\nResults: {folder}"), soft_wrap=True)
+
+
+def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    opened_at, factor, planner = summary["time_to_open_s"], summary["realtime_factor"], summary["planner_ms"]
+    return [
+        ("door's angle at the end", f"{summary['final_door_angle_deg']:.2f}°"),
+        ("target", f"{summary['target_door_angle_deg']:.2f}°"),
+        ("time to open", "not opened" if opened_at is None else f"{opened_at:.2f} s"),
+        ("largest constraint violation", f"{summary['max_constraint_violation_m'] * 1e3:.1f} mm"),
+        ("smallest clearance", f"{summary['min_clearance_m'] * 1e3:.1f} mm"),
+        ("contacts other than tip and leaf", f"{summary['collisions']}"),
+        ("tip in contact", f"{summary['contact_fraction']:.1%}"),
+        ("largest pull", f"{summary['max_pull_force_n']:.2f} N"),
+        ("largest error of the estimated angle", f"{summary['door_angle_estimate_error_deg_max']:.2f}°"),
+        ("planner", f"median {planner['median']:.2f}, p99 {planner['p99']:.2f}, max {planner['max']:.2f} ms"),
+        ("plans", f"{summary['planner_rate_hz']:.0f}/s, {summary['deadline_misses']} late"),
+        ("speed", "unknown" if factor is None else f"{factor:.1f} × real time"),
+    ]

@@ -1,0 +1,106 @@
+"""`doorman open`: fly a scenario, write the run's folder, say what happened."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from datetime import datetime
+from pathlib import Path
+
+import typer
+
+from doorman.cli.display import flight_progress, print_run
+from doorman.cli.effective import effective_toml
+from doorman.cli.overrides import parse_overrides
+from doorman.exceptions import DoormanError
+from doorman.mission import simulate
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.scenario import Scenario
+from doorman.summary import verdict
+from doorman.visualization import constraints_and_forces_figure, replay_page, save, states_figure
+
+RUN_FILES = (
+    "scenario.toml",
+    "recording.mcap",
+    "summary.json",
+    "states.png",
+    "states.pdf",
+    "constraints.png",
+    "constraints.pdf",
+    "replay.html",
+)
+"""What a run's folder holds."""
+
+_LONGEST = 3600.0
+"""Longest flight [s]."""
+
+
+def open_door(
+    source: str, settings: Sequence[str], out: Path | None, duration: float, seed: int, realtime: bool, as_json: bool
+) -> int:
+    """Fly a scenario in simulation and write the folder of the run.
+
+    Args:
+        source: Name or path of the scenario.
+        settings: Overrides, `key=value`.
+        out: Folder to write; made if it does not exist. None: a new one under `runs`.
+        duration: Simulated time [s].
+        seed: Of the sensors' noise.
+        realtime: Do not run ahead of the clock.
+        as_json: Print the summary as JSON and nothing else.
+
+    Returns:
+        Exit status: 0 if the flight went to its end, the door was opened and nothing was touched, else 1.
+
+    Raises:
+        DoormanError: if the input cannot be used or the simulation fails.
+        OSError: if the folder cannot be written.
+    """
+    if not 0.0 < duration <= _LONGEST:
+        raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
+    scenario = Scenario.load(source, parse_overrides(settings))
+    with flight_progress(duration, shown=not as_json) as on_progress:
+        model = Model(scenario)
+        folder = _run_folder(out, scenario.name)
+        (folder / "scenario.toml").write_text(effective_toml(scenario), encoding="utf-8")
+        recording = simulate(
+            model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress
+        )
+    summary = recording.summary or {}
+    text = json.dumps(summary, indent=2)
+    (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    _write_pictures(recording, model, folder)
+    good, sentence = _outcome(recording, duration)
+    if as_json:
+        typer.echo(text)
+        typer.echo(sentence, err=True)
+    else:
+        print_run(summary, sentence, folder)
+    return 0 if good else 1
+
+
+def _outcome(recording: Recording, duration: float) -> tuple[bool, str]:
+    good, sentence = verdict(recording.summary or {})
+    end = recording["mission"]
+    if end["message"][-1] != "interrupted":
+        return good, sentence
+    return False, f"Interrupted after {end.time[-1]:.1f} of {duration:g} s. Until then: {sentence}"
+
+
+def _write_pictures(recording: Recording, model: Model, folder: Path) -> None:
+    save(states_figure(recording, model), folder, "states")
+    save(constraints_and_forces_figure(recording, model), folder, "constraints")
+    replay_page(recording, model, folder / "replay.html")
+
+
+def _run_folder(out: Path | None, name: str) -> Path:
+    """The folder, made, without what an earlier run may have left in it."""
+    if out is None:
+        stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+        candidates = (Path("runs") / f"{name}-{stamp}{suffix}" for suffix in ("", *(f"-{k}" for k in range(2, 1000))))
+        out = next(folder for folder in candidates if not folder.exists())
+    out.mkdir(parents=True, exist_ok=True)
+    for file in RUN_FILES:
+        (out / file).unlink(missing_ok=True)
+    return out

@@ -1,0 +1,47 @@
+"""Overrides of scenario keys on the command line: `--set planner.margin=0.01`."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterable
+from typing import Any
+
+from doorman.exceptions import ScenarioError
+
+_KEY = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
+_WORD = re.compile(r"[A-Za-z_./~][^\"'\[\]{}=#,\x00-\x1f\x7f]*")
+"""What may stand without quotes: a name or a path."""
+
+
+def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
+    """Values by dotted key from `key=value` texts; the last of a key wins.
+
+    Args:
+        settings: Texts such as `planner.margin=0.01`, `start.arm=[0, 1, -0.6, -0.4]` or `contact.kind=push`. The value is
+            TOML; a bare word is a string.
+
+    Returns:
+        What `Scenario.load` takes as overrides.
+
+    Raises:
+        ScenarioError: if a text has no `=`, its key is not a dotted name, or its value is not TOML.
+    """
+    return dict(_parse(text) for text in settings)
+
+
+def _parse(text: str) -> tuple[str, Any]:
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not _KEY.fullmatch(key):
+        raise ScenarioError("not an override", field="--set", given=text, allowed="KEY=VALUE with a dotted key")
+    try:
+        table = tomllib.loads(f"value = {value}")
+        if table.keys() == {"value"}:  # and no further line smuggled in
+            return key, table["value"]
+    except (ValueError, RecursionError):
+        if _WORD.fullmatch(value):
+            return key, value
+    raise ScenarioError(
+        "the value is not TOML", field=f"--set {key}", given=value,
+        allowed='a number, true, false, a list such as [0, 1], a word, or a "quoted text"',
+    )  # fmt: skip

@@ -1,0 +1,311 @@
+"""Audit of the analytic constraints by exact geometry: does anything that they allow collide, and what do they forbid in vain?
+
+What the constraints do not know of: the arm's elbow against the leaf, and the disc against lintel and sill. The elbow stays on
+the vehicle's side of the leaf up to the tilt t where, with links of lengths L between the second joint (at depth z below O_B)
+and the last one, L + z sin t = R_A cos t: 0.68 rad (39°) for the shipped vehicle. The search of `audit` agrees: it finds no
+collision up to 0.65 rad, for any yaw and any posture within the joint limits, and elbows through the leaf from 0.70 rad on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.constraints import ConstraintParameters, collision_constraints_batch
+from doorman.collision.sampling import Constraints, Region
+from doorman.collision.scene import Clearances, CollisionScene, arm_joint_of_links
+from doorman.kinematics.arm import ArmParameters
+from doorman.kinematics.coupling import Coupling
+from doorman.kinematics.rotations import rotation_body_to_world
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 5e-4
+"""Largest overlap that does not count as a collision [m]: FCL's accuracy, and the half thickness of the thin shapes."""
+
+_BATCH = 200_000
+_ENOUGH = 500
+_SPREADS = (0.1, 0.05, 0.02, 0.01, 0.005)
+_CLOSEST_SHARE = 0.02
+_COPIES = 12
+
+
+@dataclass(frozen=True)
+class Offender:
+    """A configuration that the constraints allow although shapes overlap."""
+
+    state: tuple[float, ...]
+    """x = [Φ, α, 0, H] [rad]."""
+    first: str
+    second: str
+    depth: float
+    """[m]."""
+
+
+@dataclass(frozen=True)
+class RowConservatism:
+    """What one row of the constraints forbids in vain."""
+
+    name: str
+    forbidden_share: float
+    """Share of the collision-free configurations that this row forbids."""
+    forbidden_alone_share: float
+    """Share of the collision-free configurations that only this row forbids."""
+    boundary_samples: int
+    """How many samples were taken where this row is the active one."""
+    boundary_clearance: float | None
+    """Median of the exact clearance there, without the link that carries the tip against the leaf [m]."""
+
+
+@dataclass(frozen=True)
+class AuditReport:
+    """Result of an audit."""
+
+    sampled: int
+    """Configurations drawn."""
+    allowed: int
+    """Configurations that the constraints allow and that went through FCL."""
+    colliding: int
+    """How many of them overlap by more than the tolerance."""
+    worst: Offender | None
+    """The deepest of them."""
+    forbidden_free_share: float
+    """Share of the drawn collision-free configurations that the constraints forbid."""
+    rows: tuple[RowConservatism, ...]
+    max_tilt: float
+    """Tilt range that was sampled [rad]."""
+    tolerance: float
+    """[m]."""
+    enough: int
+    """Allowed configurations that an audit needs to say anything."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there were enough allowed configurations and none of them collides."""
+        return self.allowed >= self.enough and self.colliding == 0
+
+    @property
+    def reason(self) -> str:
+        """The verdict in one sentence."""
+        if self.allowed < self.enough:
+            few = f"only {self.allowed}" if self.allowed else "none"
+            return (
+                f"{few} of {self.sampled} sampled configurations are allowed by the constraints, "
+                f"{self.enough} are needed: the constraints contradict each other or leave no room"
+            )
+        if self.worst is not None:
+            return (
+                f"{self.colliding} of {self.allowed} allowed configurations collide, "
+                f"the worst by {1e3 * self.worst.depth:.1f} mm: {self.worst.first} in {self.worst.second}"
+            )
+        return (
+            f"none of {self.allowed} allowed configurations collides up to a tilt of {np.degrees(self.max_tilt):.0f}°"
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain types, with `ok` and `reason`."""
+        return {"ok": self.ok, "reason": self.reason, **asdict(self)}
+
+
+def analytic_constraints(coupling: Coupling) -> Constraints:
+    """The planner's constraints as a function of many states.
+
+    Args:
+        coupling: Vehicle and door, tied at the contact point.
+
+    Returns:
+        Function from states (m, 5 + n) to h (m, n_points + 3) [m].
+    """
+    parameters = ConstraintParameters(
+        radius=coupling.vehicle.radius,
+        distance_from_hinge=coupling.distance_from_hinge,
+        door_width=coupling.door.width,
+        arm=ArmParameters.of(coupling.vehicle.arm),
+    )
+
+    def constraints(states: Array) -> Array:
+        h = np.empty((len(states), len(coupling.vehicle.point_names) + 3))
+        collision_constraints_batch(parameters, np.ascontiguousarray(states), h)
+        return h
+
+    return constraints
+
+
+def audit(
+    coupling: Coupling,
+    constraints: Constraints | None = None,
+    names: Sequence[str] | None = None,
+    *,
+    door_angles: tuple[float, float],
+    max_tilt: float = 0.5,
+    draws: int = 1_000_000,
+    checks: int = 2000,
+    seed: int = 0,
+) -> AuditReport:
+    """Sample configurations on the kinematic constraint and hold the constraints against FCL.
+
+    States are drawn uniformly: any yaw, tilt up to `max_tilt`, α in `door_angles`, the arm within its joint limits. Those that
+    the constraints allow go through FCL; so do as many at the boundary (found by bisection towards forbidden states), and the
+    allowed neighbours of the closest states of every pair of shapes, round by round nearer: an adversary that looks for
+    collisions in corners which uniform samples miss. The guarantee is that of a search, for the sampled tilt range.
+
+    Args:
+        coupling: Vehicle and door, tied at the contact point.
+        constraints: h of many states, allowed where all rows are ≤ 0; by default the planner's.
+        names: Names of the rows.
+        door_angles: First and last α of the swing [rad].
+        max_tilt: Largest angle between the body's z axis and the vertical [rad].
+        draws: Configurations to draw at most; fewer where enough are allowed.
+        checks: Allowed configurations of each kind (inside, boundary) that go through FCL.
+        seed: Of the random numbers.
+
+    Returns:
+        The report.
+
+    Raises:
+        UrdfError: if a collision shape cannot be used.
+    """
+    rows = constraints or analytic_constraints(coupling)
+    region = Region(coupling, door_angles, max_tilt)
+    generator = np.random.default_rng(seed)
+    scene = CollisionScene(coupling.vehicle, coupling.door)
+    draw = _draw(region, rows, draws, checks, generator)
+    boundary = draw.inside[:0]
+    if len(draw.inside) and len(draw.outside):
+        ends = draw.outside[generator.integers(len(draw.outside), size=len(draw.inside))]
+        boundary = region.to_boundary(draw.inside, ends, rows)
+    states = np.vstack([draw.inside, boundary])
+    if len(states):
+        states, distances, pairs = _search(
+            region, rows, scene, states, max(4, round(_CLOSEST_SHARE * checks)), generator
+        )
+    else:
+        distances, pairs = np.zeros(0), ()
+    worst = None
+    if len(states) and distances.min() < -TOLERANCE:
+        index = int(np.argmin(distances))
+        worst = Offender(tuple(states[index].tolist()), *pairs[index], depth=-float(distances[index]))
+    share, conservatism = _conservatism(region, rows, names, draw, boundary)
+    return AuditReport(
+        sampled=draw.sampled,
+        allowed=len(states),
+        colliding=int((distances < -TOLERANCE).sum()),
+        worst=worst,
+        forbidden_free_share=share,
+        rows=conservatism,
+        max_tilt=max_tilt,
+        tolerance=TOLERANCE,
+        enough=min(_ENOUGH, checks),
+    )
+
+
+@dataclass(frozen=True)
+class _Draw:
+    """Uniform random states, divided by the constraints."""
+
+    sampled: int
+    allowed_share: float
+    inside: Array
+    outside: Array
+
+
+def _draw(region: Region, constraints: Constraints, draws: int, checks: int, generator: np.random.Generator) -> _Draw:
+    sampled, allowed = 0, 0
+    inside: list[Array] = []
+    outside = np.zeros((0, 0))
+    while sampled < draws and allowed < checks:
+        states = region.draw(min(_BATCH, draws - sampled), generator)
+        good = constraints(states).max(axis=1) <= 0.0
+        sampled, allowed = sampled + len(states), allowed + int(good.sum())
+        inside.append(states[good])
+        outside = states[~good][:checks] if not outside.size else outside
+    return _Draw(sampled, allowed / sampled, np.vstack(inside)[:checks], outside)
+
+
+def _search(
+    region: Region,
+    constraints: Constraints,
+    scene: CollisionScene,
+    states: Array,
+    closest: int,
+    generator: np.random.Generator,
+) -> tuple[Array, Array, tuple[tuple[str, str], ...]]:
+    """FCL at allowed states, then at allowed neighbours of the closest ones of every pair: states, distances, pairs."""
+    found = clearances_at(scene, region.coupling, states)
+    distances, pairs = found.distances, found.pairs
+    for spread in _SPREADS:
+        chosen = np.concatenate([_closest(distances, pairs, pair, closest) for pair in sorted(set(pairs))])
+        around = region.near(states[chosen], spread, _COPIES, generator)
+        around = around[region.allowed(around, constraints)]
+        if len(around) == 0:
+            continue
+        found = clearances_at(scene, region.coupling, around)
+        states, pairs = np.vstack([states, around]), pairs + found.pairs
+        distances = np.concatenate([distances, found.distances])
+    return states, distances, pairs
+
+
+def _closest(
+    distances: Array, pairs: tuple[tuple[str, str], ...], pair: tuple[str, str], count: int
+) -> NDArray[np.int64]:
+    """Indices of the closest states of one pair of shapes."""
+    mine = np.array([k for k, other in enumerate(pairs) if other == pair], dtype=np.int64)
+    return mine[np.argsort(distances[mine])[:count]]
+
+
+def clearances_at(scene: CollisionScene, coupling: Coupling, states: Array) -> Clearances:
+    """Exact clearances of states on the kinematic constraint.
+
+    Args:
+        scene: FCL scene.
+        coupling: Vehicle and door, tied at the contact point.
+        states: x = [Φ, α, α̇, H], shape (m, 5 + n) with m ≥ 1.
+
+    Returns:
+        Distance and pair at each state.
+    """
+    positions = np.array([coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
+    rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
+    return scene.min_clearance_along(positions, rotations, states[:, 5:], states[:, 3])
+
+
+def _conservatism(
+    region: Region, constraints: Constraints, names: Sequence[str] | None, draw: _Draw, boundary: Array
+) -> tuple[float, tuple[RowConservatism, ...]]:
+    """Share of the collision-free states that are forbidden, in all and row by row, and clearances at the boundary."""
+    coupling = region.coupling
+    outside = draw.outside[: max(1, len(draw.outside) // 2)]
+    free = clearances_at(CollisionScene(coupling.vehicle, coupling.door), coupling, outside).distances >= -TOLERANCE
+    violated = constraints(outside) > 0.0
+    alone = violated & (violated.sum(axis=1) == 1)[:, None]
+    forbidden = (1.0 - draw.allowed_share) * float(free.mean())
+    total = max(draw.allowed_share + forbidden, 1e-12)
+    scale = (1.0 - draw.allowed_share) / total
+    active = np.zeros(0, dtype=np.int64)
+    distances = np.zeros(0)
+    if len(boundary):
+        active = constraints(boundary).argmax(axis=1)
+        carries_tip = [
+            link for link, joint in arm_joint_of_links(coupling.vehicle).items() if joint == coupling.vehicle.n_arm
+        ]
+        ignored = [(link, coupling.door.section.leaf) for link in carries_tip]
+        distances = clearances_at(
+            CollisionScene(coupling.vehicle, coupling.door, ignored), coupling, boundary
+        ).distances
+    rows = []
+    for k in range(violated.shape[1]):
+        mine = distances[active == k]
+        rows.append(
+            RowConservatism(
+                name=names[k] if names is not None else f"row {k + 1}",
+                forbidden_share=scale * float((violated[:, k] & free).mean()),
+                forbidden_alone_share=scale * float((alone[:, k] & free).mean()),
+                boundary_samples=len(mine),
+                boundary_clearance=float(np.median(mine)) if len(mine) else None,
+            )
+        )
+    return forbidden / total, tuple(rows)

@@ -1,0 +1,279 @@
+"""Exact distances between vehicle and door: an FCL scene of the URDFs' collision shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import fcl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.collision.shapes import Shape, read_shapes
+from doorman.exceptions import DimensionError, UrdfError
+from doorman.kinematics.door import Door
+from doorman.kinematics.urdf import load_description
+from doorman.kinematics.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+_ROTATION_TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Distance of the closest pair of shapes."""
+
+    distance: float
+    """[m]; negative: depth of penetration."""
+    first: str
+    """Shape of the vehicle."""
+    second: str
+    """Shape of the door, or of the vehicle itself."""
+
+
+@dataclass(frozen=True)
+class Clearances:
+    """Distance of the closest pair of shapes at each of m configurations."""
+
+    distances: Array
+    """Shape (m,) [m]; negative: depth of penetration."""
+    pairs: tuple[tuple[str, str], ...]
+    """Names of the closest pair at each configuration."""
+
+    @property
+    def worst(self) -> Clearance:
+        """The smallest of them."""
+        index = int(np.argmin(self.distances))
+        return Clearance(float(self.distances[index]), *self.pairs[index])
+
+
+class CollisionScene:
+    """Vehicle and door as FCL shapes.
+
+    Pairs are every shape of the vehicle against every shape of the door, but not the tip against the leaf, which touch by
+    design; and every shape of the arm against those fixed to the base link, but not those of the arm's first link, which
+    hangs on it.
+
+    Args:
+        vehicle: The vehicle.
+        door: The door.
+        ignored: Further pairs of links, vehicle's first, that are not checked.
+
+    Raises:
+        UrdfError: if a collision shape cannot be used, or vehicle or door have none.
+    """
+
+    def __init__(self, vehicle: Vehicle, door: Door, ignored: Iterable[tuple[str, str]] = ()) -> None:
+        self.vehicle = vehicle
+        self.door = door
+        vehicle_shapes, door_shapes = read_shapes(vehicle.urdf), read_shapes(door.urdf)
+        for shapes, owner in ((vehicle_shapes, vehicle), (door_shapes, door)):
+            if not shapes:
+                raise UrdfError(
+                    "no collision shapes", file=owner.urdf, field="/robot/link/collision", given="none",
+                    allowed="at least one link with <collision>",
+                )  # fmt: skip
+        self.shapes: tuple[Shape, ...] = (*vehicle_shapes, *door_shapes)
+        self._n_vehicle = len(vehicle_shapes)
+        self._objects = [fcl.CollisionObject(shape.geometry) for shape in self.shapes]
+        self._radii = np.array([shape.radius for shape in self.shapes])
+        self._extents = np.array([shape.half_extents for shape in self.shapes])
+        self._first, self._second = np.array(self._relevant_pairs(set(ignored))).T
+        self._request = fcl.DistanceRequest(enable_nearest_points=False, enable_signed_distance=True)
+
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]:
+        """Names of all pairs that are checked."""
+        indices = zip(self._first, self._second, strict=True)
+        return tuple((self.shapes[i].name, self.shapes[j].name) for i, j in indices)
+
+    def min_clearance(
+        self, position: ArrayLike, rotation_body_to_world: ArrayLike, arm_angles: ArrayLike, door_angle: float
+    ) -> Clearance:
+        """Distance of the closest pair.
+
+        Args:
+            position: P of O_B, shape (3,), world frame [m].
+            rotation_body_to_world: R, shape (3, 3).
+            arm_angles: H, shape (n,) [rad].
+            door_angle: α [rad].
+
+        Returns:
+            The closest pair and its distance.
+
+        Raises:
+            DimensionError: if an array has another shape, is not finite, or R is no rotation.
+        """
+        return self.min_clearance_along(*self._single(position, rotation_body_to_world, arm_angles, door_angle)).worst
+
+    def collides(
+        self, position: ArrayLike, rotation_body_to_world: ArrayLike, arm_angles: ArrayLike, door_angle: float
+    ) -> list[Clearance]:
+        """All pairs that overlap, the deepest first.
+
+        Args:
+            position: P of O_B, shape (3,), world frame [m].
+            rotation_body_to_world: R, shape (3, 3).
+            arm_angles: H, shape (n,) [rad].
+            door_angle: α [rad].
+
+        Returns:
+            Pairs with their negative distances; empty if nothing overlaps.
+
+        Raises:
+            DimensionError: if an array has another shape, is not finite, or R is no rotation.
+        """
+        placements = self._placements(*self._single(position, rotation_body_to_world, arm_angles, door_angle))
+        near = np.flatnonzero(self._lower_bounds(placements)[0] <= 0.0)
+        names = self.pairs
+        found = [Clearance(self._distance(placements[0], int(k)), *names[k]) for k in near]
+        return sorted((pair for pair in found if pair.distance < 0.0), key=lambda pair: pair.distance)
+
+    def min_clearance_along(
+        self, positions: ArrayLike, rotations: ArrayLike, arm_angles: ArrayLike, door_angles: ArrayLike
+    ) -> Clearances:
+        """Distance of the closest pair at each of m configurations; about 0.1 ms each.
+
+        Args:
+            positions: P, shape (m, 3), world frame [m].
+            rotations: R, body to world, shape (m, 3, 3).
+            arm_angles: H, shape (m, n) [rad].
+            door_angles: α, shape (m,) [rad].
+
+        Returns:
+            Distances and pairs.
+
+        Raises:
+            DimensionError: if an array has another shape, is not finite, or an R is no rotation.
+        """
+        placements = self._placements(*self._checked(positions, rotations, arm_angles, door_angles))
+        bounds = self._lower_bounds(placements)
+        distances, closest = np.empty(len(placements)), np.empty(len(placements), dtype=np.int64)
+        for m, order in enumerate(np.argsort(bounds, axis=1)):
+            best, pair = np.inf, int(order[0])
+            for k in order:
+                if bounds[m, k] >= best:
+                    break  # the others cannot be closer: their bounds are larger still
+                distance = self._distance(placements[m], int(k))
+                if distance < best:
+                    best, pair = distance, int(k)
+            distances[m], closest[m] = best, pair
+        distances.flags.writeable = False
+        names = self.pairs
+        return Clearances(distances, tuple(names[k] for k in closest))
+
+    def _relevant_pairs(self, ignored: set[tuple[str, str]]) -> list[tuple[int, int]]:
+        joint = arm_joint_of_links(self.vehicle)
+        ignored = ignored | {(tip_link(self.vehicle), self.door.section.leaf)}
+        own, others = range(self._n_vehicle), range(self._n_vehicle, len(self.shapes))
+        links = [shape.link for shape in self.shapes]
+        pairs = [(i, j) for i in own for j in others if (links[i], links[j]) not in ignored]
+        pairs += [(i, j) for i in own for j in own if joint[links[i]] >= 2 and joint[links[j]] == 0]
+        return pairs
+
+    def _distance(self, placements: Array, pair: int) -> float:
+        """Signed distance of one pair; `placements` of all shapes, shape (n_shapes, 4, 4)."""
+        first, second = self._first[pair], self._second[pair]
+        for index in (first, second):
+            matrix = placements[index]
+            self._objects[index].setTransform(fcl.Transform(matrix[:3, :3], matrix[:3, 3]))
+        return float(fcl.distance(self._objects[first], self._objects[second], self._request, fcl.DistanceResult()))
+
+    def _lower_bounds(self, placements: Array) -> Array:
+        """Lower bounds of the distances of all pairs, shape (m, n_pairs): one's bounding sphere to the other's box."""
+        centers, rotations = placements[:, :, :3, 3], placements[:, :, :3, :3]
+        apart = centers[:, self._first] - centers[:, self._second]
+        bounds = np.full(apart.shape[:2], -np.inf)
+        for box, ball in ((self._first, self._second), (self._second, self._first)):
+            local = np.abs(np.einsum("mkij,mki->mkj", rotations[:, box], apart))
+            outside = np.maximum(local - self._extents[box], 0.0)
+            bounds = np.maximum(bounds, np.linalg.norm(outside, axis=2) - self._radii[ball])
+        return bounds
+
+    def _placements(self, positions: Array, rotations: Array, arm_angles: Array, door_angles: Array) -> Array:
+        """Placements of all shapes in the world, shape (m, n_shapes, 4, 4)."""
+        body = np.zeros((len(positions), 1, 4, 4))
+        body[:, 0, :3, :3], body[:, 0, :3, 3], body[:, 0, 3, 3] = rotations, positions, 1.0
+        own, others = self.shapes[: self._n_vehicle], self.shapes[self._n_vehicle :]
+        arm_links = [self.vehicle.link_placements(angles) for angles in arm_angles]
+        door_links = [self.door.link_placements(float(angle)) for angle in door_angles]
+        in_body = np.array([[links[shape.link] for shape in own] for links in arm_links])
+        in_world = np.array([[links[shape.link] for shape in others] for links in door_links])
+        links = np.concatenate([body @ in_body, in_world], axis=1)
+        return np.ascontiguousarray(links @ np.array([shape.placement for shape in self.shapes]))
+
+    def _single(
+        self, position: ArrayLike, rotation: ArrayLike, arm_angles: ArrayLike, door_angle: float
+    ) -> tuple[Array, Array, Array, Array]:
+        """One configuration as arrays of length one."""
+        return self._checked(
+            vector(position, 3, "position")[None],
+            _numbers(rotation, "rotation_body_to_world")[None],
+            vector(arm_angles, self.vehicle.n_arm, "arm_angles")[None],
+            vector([door_angle], 1, "door_angle"),
+        )
+
+    def _checked(
+        self, positions: ArrayLike, rotations: ArrayLike, arm_angles: ArrayLike, door_angles: ArrayLike
+    ) -> tuple[Array, Array, Array, Array]:
+        """Arrays of the right shapes and finite: a NaN in a pose would take the process down inside FCL."""
+        p, r = _numbers(positions, "positions"), _numbers(rotations, "rotations")
+        h, a = _numbers(arm_angles, "arm_angles"), _numbers(door_angles, "door_angles")
+        m = len(a) if a.ndim == 1 else 0
+        shapes = {
+            "positions": (m, 3),
+            "rotations": (m, 3, 3),
+            "arm_angles": (m, self.vehicle.n_arm),
+            "door_angles": (m,),
+        }
+        for array, (name, shape) in zip((p, r, h, a), shapes.items(), strict=True):
+            if array.shape != shape or m == 0:
+                raise DimensionError("wrong shape", field=name, given=array.shape, allowed=f"{shape}, at least one")
+        if not np.allclose(r @ np.swapaxes(r, 1, 2), np.eye(3), atol=_ROTATION_TOLERANCE):
+            raise DimensionError("not a rotation matrix", field="rotations", given=r[0].tolist(), allowed="R Rᵀ = I")
+        return p, r, h, a
+
+
+def _numbers(values: ArrayLike, field: str) -> Array:
+    """Finite floats of any shape."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DimensionError(
+            "not an array of numbers", field=field, given=repr(values)[:80], allowed="an array of numbers"
+        ) from error
+    if not np.isfinite(array).all():
+        raise DimensionError(
+            "not finite", field=field, given=float(array[~np.isfinite(array)][0]), allowed="finite numbers"
+        )
+    return array
+
+
+def tip_link(vehicle: Vehicle) -> str:
+    """Link of the tip, which a scenario may also name by the joint that carries it."""
+    description = load_description(vehicle.urdf)
+    name = vehicle.names.tip
+    return name if name in description.link_map else str(description.joint_map[name].child)
+
+
+def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
+    """For every link how many of the arm's joints move it: 0 is fixed to the base link.
+
+    Args:
+        vehicle: The vehicle.
+
+    Returns:
+        Number of joints by link name.
+    """
+    description = load_description(vehicle.urdf)
+    parents = {joint.child: joint for joint in description.robot.joints}
+    counts = {}
+    for link in description.link_map:
+        count, at = 0, link
+        while at in parents:
+            count += parents[at].name in vehicle.joint_names
+            at = parents[at].parent
+        counts[link] = count
+    return counts

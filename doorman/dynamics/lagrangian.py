@@ -1,0 +1,233 @@
+r"""The full Lagrangian model of vehicle and door: RK4 with exact sensitivities (the paper's equations of motion).
+
+With q = [Φ, α], the state x = [Φ, α, Φ̇, α̇, H] and the input u = [f_t, T, Ḣ_d]:
+
+.. math::
+    M_q\ddot q + C_q\dot q + G_q = J_t^T R e_3 f_t + J_r^T T - J_\alpha^T\tau,\quad \dot H = \dot H_d,\quad
+    M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha
+
+with the hinge's torque :math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.dynamics.lagrangian_acceleration import (
+    LagrangianParameters,
+    body_accelerations,
+    force_on_tip,
+    sines_and_cosines,
+    tip_in_body,
+)
+from doorman.dynamics.lagrangian_step import lagrangian_derivative, lagrangian_step, lagrangian_step_jacobian
+from doorman.exceptions import SingularityError, SolverError
+from doorman.kinematics.arm import ArmParameters
+from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicle import GRAVITY
+
+__all__ = ["LagrangianModel", "LagrangianParameters", "lagrangian_step", "lagrangian_step_jacobian"]
+
+Array = NDArray[np.float64]
+
+
+class LagrangianModel:
+    """Full dynamics of vehicle and door tied together at the contact point, the arm locked within them.
+
+    States are x = [φ, θ, ψ, α, φ̇, θ̇, ψ̇, α̇, η_1 … η_n], inputs u = [f_t, T, Ḣ_d]; shapes (8 + n,) and (4 + n,).
+
+    Args:
+        coupling: Vehicle, door and the contact point that ties them.
+        time_step: Of the RK4 integration [s].
+        inertia_posture: H whose I_A about O_B is used for all postures (the paper's arm is massless), shape (n,) [rad]; by
+            default H = 0.
+        disturbance: Further torque on the hinge against opening [N m].
+
+    Raises:
+        SolverError: if the time step is not a positive number, or the disturbance is not finite.
+        DimensionError: if the posture has another shape or is not finite.
+    """
+
+    def __init__(
+        self,
+        coupling: Coupling,
+        time_step: float,
+        *,
+        inertia_posture: ArrayLike | None = None,
+        disturbance: float = 0.0,
+    ) -> None:
+        if not (math.isfinite(time_step) and time_step > 0.0):
+            raise SolverError("impossible time step", field="time_step", given=time_step, allowed="> 0 s, finite")
+        if not math.isfinite(disturbance):
+            raise SolverError("not finite", field="disturbance", given=disturbance, allowed="a finite torque [N m]")
+        self.coupling = coupling
+        self.time_step = float(time_step)
+        self.disturbance = float(disturbance)
+        self.n_arm = coupling.vehicle.n_arm
+        self.nx = 8 + self.n_arm
+        self.nu = 4 + self.n_arm
+        posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
+        self.vehicle_inertia = coupling.vehicle.inertia(posture)
+        self._parameters = self.parameters()
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array.
+
+        Args:
+            state: x, shape (8 + n,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (8 + n,).
+
+        Raises:
+            DimensionError: if it has another shape than (8 + n,) or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        x = vector(state, self.nx, field)
+        if abs(x[1]) >= math.pi / 2 - 1e-6:
+            raise SingularityError(
+                "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
+            )
+        return x
+
+    def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
+        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`.
+
+        Args:
+            configuration: q = [Φ, α], shape (4,) [rad].
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (4, 4), symmetric.
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+        """
+        q = vector(configuration, 4, "configuration")
+        translation = self.coupling.translation_jacobian(q[:3], q[3], arm_angles)
+        rotation = self.coupling.rotation_jacobian(q[:3])
+        of_vehicle = (
+            self.coupling.vehicle.mass * translation.T @ translation + rotation.T @ self.vehicle_inertia @ rotation
+        )
+        of_door = self.coupling.door.inertia * JACOBIAN_OF_DOOR_ANGLE.T @ JACOBIAN_OF_DOOR_ANGLE
+        return np.asarray(of_vehicle + of_door)
+
+    def energy(self, state: ArrayLike) -> float:
+        r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g P_z + \frac12 k(\alpha-\alpha_0)^2`.
+
+        Args:
+            state: x, shape (8 + n,).
+
+        Returns:
+            [J], zero height being the world's origin.
+        """
+        x = self.check_state(state)
+        vehicle, door = self.coupling.vehicle, self.coupling.door
+        kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]
+        height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2]
+        return float(kinetic + vehicle.mass * GRAVITY * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
+
+    def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
+        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A\ddot P`.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            Shape (3,), world frame [N].
+        """
+        x, u, p = self.check_state(state), vector(inputs, self.nu, "inputs"), self._parameters
+        angles, tip = sines_and_cosines(x), tip_in_body(p, x)
+        body_accelerations(p, angles, x, u, tip)
+        on_tip = force_on_tip(p, angles, x, u[0], tip, p.accelerations)
+        return np.asarray(-rotation_body_to_world(x[:3]) @ np.array(on_tip))
+
+    def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
+        """Time derivative of the state.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            ẋ, shape (8 + n,).
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        out = np.empty(self.nx)
+        lagrangian_derivative(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
+        return out
+
+    def step(self, state: ArrayLike, inputs: ArrayLike) -> Array:
+        """One RK4 step over the time step.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            The next state, shape (8 + n,).
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°, now or after the step.
+        """
+        out = np.empty(self.nx)
+        lagrangian_step(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
+        return self.check_state(out, "next state")
+
+    def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
+        """Exact sensitivities A, B of `step`.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            A of shape (8 + n, 8 + n) and B of shape (8 + n, 4 + n).
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        out = np.empty((self.nx, self.nx + self.nu))
+        lagrangian_step_jacobian(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
+        return out[:, : self.nx].copy(), out[:, self.nx :].copy()
+
+    def parameters(self, disturbance: float | None = None) -> LagrangianParameters:
+        """Fresh parameters of the kernels, with their own scratch memory.
+
+        Args:
+            disturbance: Further torque against opening [N m]; by default the model's own.
+        """
+        door, vehicle, n = self.coupling.door, self.coupling.vehicle, self.n_arm
+        return LagrangianParameters(
+            time_step=self.time_step,
+            mass=vehicle.mass,
+            gravity=GRAVITY,
+            inertia=self.vehicle_inertia.copy(),
+            distance_from_hinge=self.coupling.distance_from_hinge,
+            door_inertia=door.inertia,
+            damping=door.damping,
+            friction=door.friction,
+            friction_rate=door.friction_rate,
+            stiffness=door.stiffness,
+            rest_angle=door.rest_angle,
+            disturbance=self.disturbance if disturbance is None else disturbance,
+            arm=ArmParameters.of(vehicle.arm),
+            mass_matrix=np.zeros((4, 4)),
+            accelerations=np.zeros((4, 1)),
+            partials=np.zeros((4, 15)),
+            stage=np.zeros((2, self.nx)),
+            stage_jacobian=np.zeros((4, 12 + n)),
+            sensitivity=np.zeros((3, 8, self.nx + self.nu)),
+        )

@@ -1,0 +1,188 @@
+"""Findings from the rehearsal: where the door ends, and what the motion asks of arm, rotors, contact and clearance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.audit import TOLERANCE, clearances_at
+from doorman.collision.scene import CollisionScene
+from doorman.feasibility.rehearsal import Rehearsal
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.setup import joint_margin
+from doorman.kinematics.door import door_normal
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+
+Array = NDArray[np.float64]
+
+LARGEST_ERROR = math.radians(1.5)
+"""Door angle error at the end of a rehearsal that still counts as opened [rad]."""
+
+_OPEN = math.radians(2.0)
+_JOINT_SLACK = 0.02
+_PULL_SLACK = 0.05
+_EVERY = 0.05
+_AT_REST = 0.01
+_ACTIVE = 1e-3
+
+
+def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    """What a rehearsed motion shows.
+
+    Args:
+        model: Model of the scenario.
+        rehearsal: Motion of the planner's own model.
+
+    Returns:
+        The findings.
+    """
+    return [
+        _goal(model, rehearsal),
+        _joints(model, rehearsal),
+        _rates(model, rehearsal),
+        _tilt(model, rehearsal),
+        _thrust(model, rehearsal),
+        *_forces(model, rehearsal),
+        _clearance(model, rehearsal),
+    ]
+
+
+def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Where the planner takes the door, on its own model."""
+    target = float(model.goal_state[3])
+    error = abs(rehearsal.final_door_angle - target)
+    ok = not rehearsal.failure and error <= LARGEST_ERROR
+    ends = f"the door ends at {math.degrees(rehearsal.final_door_angle):.1f}°, {math.degrees(error):.1f}° from the goal"
+    message = f"rehearsed on the planner's own model for {rehearsal.times[-1]:.1f} s, {ends}"
+    within = rehearsal.time_within(target, _OPEN)
+    if rehearsal.failure:
+        message += f"; the motion breaks off there: {rehearsal.failure}"
+    elif within is not None:
+        message += f", and is within 2° of it from {within:.1f} s on"
+    return Finding(
+        "goal reached", graded(ok), message, error, LARGEST_ERROR, "rad",
+        "" if ok else _why_not_reached(model, rehearsal),
+    )  # fmt: skip
+
+
+def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
+    """What holds the door where it ended: constraints that are active there, friction, or time."""
+    h = model.constraints(rehearsal.states[-1]) + model.scenario.planner.margin
+    active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
+    if active:
+        return f"it is held by {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
+    if abs(rehearsal.states[-1, 4]) > _AT_REST:
+        return "it is still moving: raise the weight of the door angle in planner.weights, or lower those of the inputs"
+    return "it stands still: raise planner.weights.state of the door angle against the hinge's friction and spring"
+
+
+def _joints(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Arm along the rehearsal against the joint limits, which the planner does not know."""
+    joint, inside = joint_margin(model, rehearsal.states[:, 5:])
+    ok = inside >= -_JOINT_SLACK
+    return Finding(
+        "joint limits along the swing", graded(ok),
+        f"joint {joint} comes nearest to its limits: {math.degrees(abs(inside)):.1f}° "
+        f"{'inside' if inside >= 0.0 else 'outside'}",
+        inside, 0.0, "rad", "" if ok else f"start.arm and goal.arm of joint {joint} farther from its limits",
+    )  # fmt: skip
+
+
+def _rates(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Joint rates along the rehearsal against what the servos can do; a limit of 0 in the URDF means none is given."""
+    rates, limits = np.abs(rehearsal.inputs[:, 4:]).max(axis=0), _given(model.vehicle.rate_limits)
+    worst = int(np.argmax(rates / limits))
+    ok = bool(rates[worst] <= limits[worst])
+    return Finding(
+        "servo rates", graded(ok, Severity.WARNING),
+        f"joint {model.vehicle.joint_names[worst]} turns at up to {rates[worst]:.2f} rad/s of {limits[worst]:.2f}",
+        float(rates[worst]), float(limits[worst]), "rad/s",
+        "" if ok else "a start that keeps the constraints, or larger planner.weights.input of the joints",
+    )  # fmt: skip
+
+
+def _tilt(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Tilt along the rehearsal against the controller's limit, which the planner does not know."""
+    roll, pitch = rehearsal.states[:, 0], rehearsal.states[:, 1]
+    tilt = float(np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0)).max())
+    limit = model.scenario.control.max_tilt
+    ok = tilt <= limit
+    return Finding(
+        "tilt", graded(ok, Severity.WARNING),
+        f"the plan tilts by up to {math.degrees(tilt):.1f}° of {math.degrees(limit):.1f}°", tilt, limit, "rad",
+        "" if ok else "a larger control.max_tilt, or larger planner.weights on roll, pitch and door rate",
+    )  # fmt: skip
+
+
+def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Thrust along the rehearsal against what the rotors give."""
+    thrust, limit = float(rehearsal.inputs[:, 0].max()), model.vehicle.max_thrust
+    ok = thrust <= limit
+    return Finding(
+        "thrust", graded(ok, Severity.WARNING),
+        f"the plan asks for up to {thrust:.1f} N of {limit:.1f} N", thrust, limit, "N",
+        "" if ok else "stronger rotors (vehicle.max_thrust), or a larger weight on the thrust",
+    )  # fmt: skip
+
+
+def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques :math:`J_d^T R^T F_R`."""
+    torques, pushes = [], []
+    for state, inputs in _every(model, rehearsal):
+        rotation = rotation_body_to_world(state[:3])
+        force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        pushes.append(float(door_normal(float(state[3])) @ force))
+        torques.append(np.abs(model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force))
+    return [_servo_torques(model, np.max(torques, axis=0)), _pull(model, max(0.0, -min(pushes)))]
+
+
+def _servo_torques(model: Model, torques: Array) -> Finding:
+    limits = _given(model.vehicle.torque_limits)
+    worst = int(np.argmax(torques / limits))
+    ok = bool(torques[worst] <= limits[worst])
+    return Finding(
+        "servo torques", graded(ok, Severity.WARNING),
+        f"the force on the door loads joint {model.vehicle.joint_names[worst]} with up to {torques[worst]:.2f} N m "
+        f"of {limits[worst]:.2f}",
+        float(torques[worst]), float(limits[worst]), "N m",
+        "" if ok else "stronger servos, or larger planner.weights on roll, pitch and thrust",
+    )  # fmt: skip
+
+
+def _pull(model: Model, pull: float) -> Finding:
+    """Force that pulls the leaf towards the vehicle: a grip holds it, a tip that only pushes loses the door."""
+    push_only = model.scenario.contact.kind == "push"
+    ok = not push_only or pull <= _PULL_SLACK
+    how = "the tip can only push, and loses the door there" if push_only and not ok else "the contact can do that"
+    return Finding(
+        "pull on the door", graded(ok), f"the plan pulls by up to {pull:.1f} N to brake the door; {how}",
+        pull, _PULL_SLACK if push_only else None, "N",
+        "" if ok else 'contact.kind = "grip", or a hinge with enough friction and damping to brake the door',
+    )  # fmt: skip
+
+
+def _clearance(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Exact distance of all shapes but tip and leaf along the rehearsal."""
+    states = np.array([state for state, _ in _every(model, rehearsal)])
+    worst = clearances_at(CollisionScene(model.vehicle, model.door), model.coupling, states).worst
+    ok = worst.distance > -TOLERANCE
+    how = "come as near as" if worst.distance > 0.0 else "overlap by"
+    return Finding(
+        "clearance along the swing", graded(ok),
+        f"{worst.first} and {worst.second} {how} {1e3 * abs(worst.distance):.1f} mm", worst.distance, -TOLERANCE, "m",
+        "" if ok else "a larger planner.margin; against elbow, lintel or sill, which the constraints do not know, another "
+        "contact.height, start.arm or goal.arm",
+    )  # fmt: skip
+
+
+def _given(limits: Array) -> Array:
+    return np.where(limits > 0.0, limits, np.inf)
+
+
+def _every(model: Model, rehearsal: Rehearsal) -> list[tuple[Array, Array]]:
+    """States and inputs of the rehearsal every 0.05 s."""
+    stride = max(1, round(_EVERY / model.scenario.planner.time_step))
+    return list(zip(rehearsal.states[::stride], rehearsal.inputs[::stride], strict=True))

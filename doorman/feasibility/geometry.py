@@ -1,0 +1,100 @@
+"""Findings from geometry and statics along the swing: reach, room between the constraints, force on the door."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.swing import Swing, best_swing
+from doorman.model import GRAVITY, Model
+
+_FORCE_RESERVE = 0.7
+
+
+def geometry_findings(model: Model, duration: float) -> list[Finding]:
+    """Whether postures exist along the whole swing, and whether the vehicle is strong enough to move the door there.
+
+    Args:
+        model: Model of the scenario.
+        duration: Time for the swing [s].
+
+    Returns:
+        The findings.
+    """
+    without_jambs = np.arange(model.n_constraints - 2)
+    return [_reach(model, best_swing(model, without_jambs)), _room(model, best_swing(model)), _force(model, duration)]
+
+
+def _reach(model: Model, swing: Swing) -> Finding:
+    """Whether the arm, hanging below the rotors, holds the disc off the leaf; `swing` over rows without the jambs."""
+    margin, room = model.scenario.planner.margin, float(swing.room[swing.narrowest])
+    ok = room >= margin
+    return Finding(
+        "reach", graded(ok),
+        f"with the arm below the rotors, the tip reaches {1e2 * abs(room):.1f} cm {'beyond' if room >= 0 else 'less than'} "
+        f"the rim of the disc of {model.vehicle.radius:.2f} m radius, for a margin of {1e2 * margin:.1f} cm",
+        room, margin, "m",
+        "" if ok else f"an arm longer by at least {1e2 * (margin - room):.1f} cm, a smaller disc (vehicle.radius) "
+        "or a smaller planner.margin",
+    )  # fmt: skip
+
+
+def _room(model: Model, swing: Swing) -> Finding:
+    """Whether a level posture inside the constraints exists at every door angle, connected to its neighbours."""
+    margin, k = model.scenario.planner.margin, swing.narrowest
+    room, angle = float(swing.room[k]), math.degrees(swing.door_angles[k])
+    rows = " and ".join(f"'{model.constraint_names[row]}'" for row in swing.binding[k])
+    missing = (
+        f"breaks a constraint by {-1e2 * room:.1f} cm"
+        if room < 0.0
+        else f"keeps {1e2 * room:.1f} cm from all constraints"
+    )
+    message = (
+        f"at α = {angle:.0f}°, the narrowest door angle of the swing, the best posture {missing}, "
+        f"for a margin of {1e2 * margin:.1f} cm; {rows} {'bind' if len(swing.binding[k]) > 1 else 'binds'}"
+    )
+    ok, advice = room >= margin and swing.connected, ""
+    if room < margin:
+        advice = f"{1e2 * (margin - room):.1f} cm are missing: {_where_to_gain(model, swing.binding[k])}"
+    elif not ok:
+        message += "; the postures do not follow from the start's without a jump"
+        advice = "another start.arm"
+    return Finding("room along the swing", graded(ok), message, room, margin, "m", advice)
+
+
+def _where_to_gain(model: Model, binding: tuple[int, ...]) -> str:
+    leaf, latch, hinge = (model.n_constraints - 3 + k for k in range(3))
+    ways = []
+    if latch in binding:
+        ways.append("a smaller contact.distance_from_hinge")
+    if hinge in binding:
+        ways.append("a larger contact.distance_from_hinge")
+    if latch in binding or hinge in binding:
+        ways.append("a wider doorway")
+    if leaf in binding:
+        ways.append("a longer arm")
+    return ", ".join([*ways, "a smaller disc (vehicle.radius) or a smaller planner.margin"])
+
+
+def _force(model: Model, duration: float) -> Finding:
+    """Force that moves the door steadily through the swing in a given time, against what tilt and thrust can give."""
+    start, goal = float(model.start_state[3]), float(model.goal_state[3])
+    sense = 1.0 if goal > start else -1.0
+    rate = sense * abs(goal - start) / duration
+    torques = [sense * model.door.hinge_torque(angle, rate) for angle in np.linspace(start, goal, 30)]
+    needed = max(0.0, max(torques)) / model.coupling.distance_from_hinge
+    weight, tilt = model.vehicle.mass * GRAVITY, model.scenario.control.max_tilt
+    by_tilt = weight * math.tan(tilt)
+    by_thrust = math.sqrt(max(model.vehicle.max_thrust**2 - weight**2, 0.0))
+    available = min(by_tilt, by_thrust)
+    severity = graded(needed <= _FORCE_RESERVE * available, Severity.WARNING if needed < available else Severity.ERROR)
+    what = f"the tilt limit of {math.degrees(tilt):.0f}°" if by_tilt < by_thrust else "the largest thrust"
+    return Finding(
+        "force on the door", severity,
+        f"friction, damping and spring of the hinge need {needed:.1f} N at the tip; {what} allows {available:.1f} N",
+        needed, available, "N",
+        "" if severity is Severity.OK else "a larger contact.distance_from_hinge, a larger control.max_tilt, more thrust, "
+        "or an easier hinge",
+    )  # fmt: skip

@@ -1,0 +1,104 @@
+"""Rehearsal: the planner in closed loop with its own model, from the scenario's start, without noise or model error.
+
+What the planner makes of a task is more than geometry: its weights pull towards the goal's posture, and where the goal itself
+is out of bounds it settles on a compromise. Whether the compromise still opens the door is a property of weights and
+constraints together; running the loop answers it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import SingularityError
+from doorman.model import Model
+from doorman.ocp.planner import Planner
+
+Array = NDArray[np.float64]
+
+DURATION = 12.0
+"""Of a rehearsal [s]."""
+
+_FASTEST_DOOR = 20.0
+"""Door rate at which a rehearsal is given up [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """Motion of the rehearsal; m states."""
+
+    times: Array
+    """Shape (m,) [s]."""
+    states: Array
+    """x, shape (m, 5 + n)."""
+    inputs: Array
+    """u applied at each state, shape (m, 4 + n); the last is repeated."""
+    unusable_plans: int
+    """Plans that the planner itself calls not to be flown."""
+    failure: str
+    """Why the rehearsal broke off; empty if it ran to its end."""
+
+    @property
+    def final_door_angle(self) -> float:
+        """α at the end [rad]."""
+        return float(self.states[-1, 3])
+
+    def time_within(self, target: float, tolerance: float) -> float | None:
+        """First time after which |α − target| stays below a tolerance.
+
+        Args:
+            target: [rad].
+            tolerance: [rad].
+
+        Returns:
+            [s]; None if the last angle is still farther off.
+        """
+        off = np.flatnonzero(np.abs(self.states[:, 3] - target) > tolerance)
+        if len(off) == 0:
+            return 0.0
+        return float(self.times[off[-1] + 1]) if off[-1] + 1 < len(self.times) else None
+
+
+def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
+    """Run planner and quasi-static model in closed loop, one plan per time step.
+
+    As in flight, a plan that may not be flown is dropped, and the last good one followed to its end.
+
+    Args:
+        model: Model of the scenario.
+        duration: [s].
+
+    Returns:
+        The motion, as far as it went.
+
+    Raises:
+        ScenarioError: if the scenario's weights do not fit the arm.
+    """
+    planner = Planner(model)
+    time_step = model.scenario.planner.time_step
+    states, inputs = [model.start_state.copy()], []
+    flown, ahead, unusable, failure = None, 0, 0, ""
+    for _ in range(max(1, math.ceil(duration / time_step))):
+        try:
+            plan = planner.plan(states[-1]) if flown is None else planner.replan(states[-1], elapsed=time_step)
+            unusable += not plan.usable
+            flown, ahead = (plan, 0) if plan.usable else (flown, ahead + 1)
+            if flown is None or ahead >= len(flown.inputs):
+                failure = f"no plan that may be flown ({plan.status.value})"
+                break
+            following = model.step(states[-1], flown.inputs[ahead])
+        except SingularityError as error:
+            failure = str(error)
+            break
+        if not np.isfinite(following).all() or abs(following[4]) > _FASTEST_DOOR:
+            failure = "the motion diverges"
+            break
+        states.append(following)
+        inputs.append(flown.inputs[ahead])
+    inputs.append(inputs[-1] if inputs else model.hover_input)
+    return Rehearsal(
+        np.arange(len(states), dtype=np.float64) * time_step, np.array(states), np.array(inputs), unusable, failure
+    )

@@ -1,0 +1,209 @@
+"""Findings from the scenario's numbers alone: masses, contact, limits, start and goal, planner."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.audit import TOLERANCE
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.model import GRAVITY, Model
+
+Array = NDArray[np.float64]
+
+_CENTER_OF_MASS_WARNING = 0.01
+_CENTER_OF_MASS_ERROR = 0.05
+_CONTACT_EDGE = 0.02
+_THRUST_RESERVE = 1.3
+_SHORTEST_HORIZON = 0.3
+_LONGEST_STEP = 0.1
+
+
+def setup_findings(model: Model) -> list[Finding]:
+    """All findings that need no motion.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    return [
+        _center_of_mass(model),
+        _thrust_reserve(model),
+        _contact_point(model),
+        _leaf_surface(model),
+        _hinge_limits(model),
+        _doorway(model),
+        *(_arm_limits(model, name) for name in ("start", "goal")),
+        *(_constraints_at(model, name) for name in ("start", "goal")),
+        _planner_numbers(model),
+    ]
+
+
+def _center_of_mass(model: Model) -> Finding:
+    """The model takes O_B for the centre of mass, whatever the arm does."""
+    offsets = [float(np.linalg.norm(model.vehicle.center_of_mass(arm))) for arm in (model.start_arm, model.goal_arm)]
+    offset = max(offsets)
+    severity = graded(offset <= _CENTER_OF_MASS_WARNING, Severity.WARNING)
+    if offset > _CENTER_OF_MASS_ERROR:
+        severity = Severity.ERROR
+    return Finding(
+        "centre of mass", severity,
+        f"the centre of mass is {1e2 * offset:.1f} cm from the base link's origin, where the models assume it",
+        offset, _CENTER_OF_MASS_WARNING, "m",
+        "" if severity is Severity.OK else "put the base link's origin at the centre of mass, or lighten the arm",
+    )  # fmt: skip
+
+
+def _thrust_reserve(model: Model) -> Finding:
+    """Thrust in hand over the weight."""
+    ratio = model.vehicle.max_thrust / (model.vehicle.mass * GRAVITY)
+    severity = graded(ratio >= _THRUST_RESERVE, Severity.WARNING if ratio > 1.0 else Severity.ERROR)
+    return Finding(
+        "thrust reserve", severity,
+        f"the largest thrust of {model.vehicle.max_thrust:.1f} N is {ratio:.2f} times the weight",
+        ratio, _THRUST_RESERVE, "",
+        "" if severity is Severity.OK else "stronger rotors (vehicle.max_thrust) or less mass",
+    )  # fmt: skip
+
+
+def _contact_point(model: Model) -> Finding:
+    """The contact point against the leaf's edges; off the leaf is an error of the model already."""
+    contact, door = model.scenario.contact, model.door
+    edges = {
+        "hinge": contact.distance_from_hinge,
+        "latch": door.width - contact.distance_from_hinge,
+        "lower": contact.height,
+        "upper": door.height - contact.height,
+    }
+    nearest = min(edges, key=lambda edge: edges[edge])
+    ok = edges[nearest] >= _CONTACT_EDGE
+    return Finding(
+        "contact on the leaf", graded(ok, Severity.WARNING),
+        f"the contact point is {1e2 * edges[nearest]:.1f} cm from the leaf's {nearest} edge",
+        edges[nearest], _CONTACT_EDGE, "m",
+        "" if ok else "move contact.distance_from_hinge or contact.height away from the edge",
+    )  # fmt: skip
+
+
+def _leaf_surface(model: Model) -> Finding:
+    """The constraints take the plane through the hinge for the leaf's surface."""
+    offset = model.door.surface_offset
+    ok = abs(offset) <= TOLERANCE
+    return Finding(
+        "leaf's surface", graded(ok, Severity.WARNING),
+        f"the leaf's face lies {1e3 * offset:.1f} mm before the hinge axis; the constraints take 0 mm", offset, TOLERANCE, "m",
+        "" if ok else f"a box of link '{model.door.section.leaf}' whose +y face contains the hinge axis",
+    )  # fmt: skip
+
+
+def _hinge_limits(model: Model) -> Finding:
+    """Start and goal inside the hinge's limits."""
+    lower, upper = model.door.lower_limit, model.door.upper_limit
+    angles = {"start": float(model.start_state[3]), "goal": float(model.goal_state[3])}
+    inside = {name: min(angle - lower, upper - angle) for name, angle in angles.items()}
+    name = min(inside, key=lambda key: inside[key])
+    ok = inside[name] >= 0.0
+    return Finding(
+        "hinge limits", graded(ok),
+        f"the {name}'s door angle of {_degrees(angles[name])} is {_degrees(abs(inside[name]))} "
+        f"{'inside' if ok else 'outside'} the hinge's range of {_degrees(lower)} to {_degrees(upper)}",
+        inside[name], 0.0, "rad",
+        "" if ok else f"change {name}.door_angle, or the limits of joint '{model.door.section.hinge}'",
+    )  # fmt: skip
+
+
+def _doorway(model: Model) -> Finding:
+    """Width of the doorway left beside the rotor disc."""
+    margin = model.scenario.planner.margin
+    room = model.door.width - 2.0 * model.vehicle.radius - 2.0 * margin
+    ok = room > 0.0
+    return Finding(
+        "doorway width", graded(ok),
+        f"the doorway of {model.door.width:.2f} m leaves {1e2 * room:.1f} cm beside a disc of "
+        f"{2 * model.vehicle.radius:.2f} m with a margin of {1e2 * margin:.1f} cm on either side",
+        room, 0.0, "m",
+        "" if ok else f"a doorway wider by {-1e2 * room:.1f} cm, smaller rotors, or a smaller planner.margin",
+    )  # fmt: skip
+
+
+def _arm_limits(model: Model, name: str) -> Finding:
+    """Arm posture of start or goal against the joint limits."""
+    arm = model.start_arm if name == "start" else model.goal_arm
+    joint, inside = joint_margin(model, arm[None])
+    ok = inside >= 0.0
+    return Finding(
+        f"{name} arm", graded(ok),
+        f"joint {joint} of the {name}'s arm is {_degrees(abs(inside))} {'inside' if ok else 'outside'} its limits",
+        inside, 0.0, "rad",
+        "" if ok else f"move {name}.arm of joint {joint} by at least {-inside:.3f} rad towards the middle",
+    )  # fmt: skip
+
+
+def joint_margin(model: Model, arms: Array) -> tuple[str, float]:
+    """Joint that comes nearest to a limit.
+
+    Args:
+        model: Model of the scenario.
+        arms: Postures H, shape (m, n) [rad].
+
+    Returns:
+        Name of the joint and its distance from the limit, negative outside [rad].
+    """
+    vehicle = model.vehicle
+    inside = np.minimum(arms - vehicle.lower_limits, vehicle.upper_limits - arms).min(axis=0)
+    worst = int(np.argmin(inside))
+    return vehicle.joint_names[worst], float(inside[worst])
+
+
+def _constraints_at(model: Model, name: str) -> Finding:
+    """Start or goal against the planner's constraints.
+
+    A start inside the margin is left at once; a goal out of bounds makes the planner settle for a compromise, which the
+    rehearsal judges.
+    """
+    margin = model.scenario.planner.margin
+    h = model.constraints(model.start_state if name == "start" else model.goal_state)
+    excess = h + margin
+    worst = int(np.argmax(excess))
+    severity = graded(excess[worst] <= 0.0, Severity.ERROR if name == "start" and h[worst] > 0.0 else Severity.WARNING)
+    broken = [f"'{model.constraint_names[k]}' by {1e2 * excess[k]:.1f} cm" for k in np.flatnonzero(excess > 0.0)]
+    if broken:
+        message = f"the {name} breaks {', '.join(broken)} (margin of {1e2 * margin:.1f} cm included)"
+    else:
+        message = (
+            f"the {name} keeps all constraints; the nearest, '{model.constraint_names[worst]}', "
+            f"by {-1e2 * excess[worst]:.1f} cm beyond the margin of {1e2 * margin:.1f} cm"
+        )
+    return Finding(
+        f"{name} constraints", severity, message, float(excess[worst]), 0.0, "m",
+        "" if not broken else f"change {name}.arm{' or goal.attitude' if name == 'goal' else ''}, contact.distance_from_hinge "
+        "or planner.margin",
+    )  # fmt: skip
+
+
+def _planner_numbers(model: Model) -> Finding:
+    """Horizon, time step, latency and look-ahead of the planner against each other."""
+    scenario = model.scenario
+    planner = scenario.planner
+    horizon = planner.time_step * planner.horizon_steps
+    used = scenario.control.look_ahead + scenario.simulation.planner_latency_periods / planner.rate
+    severity, advice = Severity.OK, ""
+    if used >= horizon:
+        severity, advice = Severity.ERROR, "more planner.horizon_steps, or a smaller control.look_ahead"
+    elif horizon < _SHORTEST_HORIZON:
+        severity, advice = Severity.WARNING, "more planner.horizon_steps: the door is braked within the horizon"
+    elif planner.time_step > _LONGEST_STEP:
+        severity, advice = Severity.WARNING, "a smaller planner.time_step: constraints hold at nodes only"
+    return Finding(
+        "planner", severity,
+        f"a horizon of {horizon:.2f} s in steps of {planner.time_step:g} s, of which look-ahead and latency use {used:.2f} s",
+        horizon, max(used, _SHORTEST_HORIZON), "s", advice,
+    )  # fmt: skip
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.1f}°"

@@ -1,0 +1,152 @@
+r"""Room along the swing: how far the best level posture at every door angle stays from the constraints.
+
+At door angle α, with the vehicle level, the room is :math:`\max_{\psi, H}\ -\max_i h_i(\psi, \alpha, H)` over any yaw ψ and
+every arm posture H within its joint limits. It is found by sequential quadratic programming on the minimax problem, started
+from the best posture of the neighbouring door angle: so a swing with room everywhere is also connected. Where that finds no
+room, other starting postures are tried.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import proxsuite
+from numpy.typing import NDArray
+
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_LARGEST_STEP = 0.3
+_SMALLEST_STEP = 1e-5
+_SMALLEST_GAIN = 1e-6
+_REGULARISATION = 1e-3
+_ITERATIONS = 40
+_ACTIVE = 1e-3
+_RELATIVE_YAWS = (0.0, 0.6, -0.6, 1.2, -1.2)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """Best level postures from start to goal; m door angles."""
+
+    door_angles: Array
+    """α, shape (m,) [rad]."""
+    room: Array
+    """Distance of the best posture from the nearest constraint, shape (m,) [m]; negative: no posture is allowed."""
+    states: Array
+    """Best postures x = [0, 0, ψ, α, 0, H], shape (m, 5 + n)."""
+    connected: bool
+    """Whether all postures follow from the start posture without a jump."""
+    binding: tuple[tuple[int, ...], ...]
+    """Rows of h that bind at each door angle."""
+
+    @property
+    def narrowest(self) -> int:
+        """Index of the door angle with the least room."""
+        return int(np.argmin(self.room))
+
+
+def best_swing(model: Model, rows: NDArray[np.int64] | None = None, spacing: float = math.radians(5.0)) -> Swing:
+    """Follow the best level posture from the start's door angle to the goal's.
+
+    Args:
+        model: Model of the scenario.
+        rows: Rows of h to look at; by default all.
+        spacing: Largest distance between door angles [rad].
+
+    Returns:
+        The postures and their room.
+    """
+    rows = np.arange(model.n_constraints) if rows is None else rows
+    start, goal = model.start_state[3], model.goal_state[3]
+    angles = np.linspace(start, goal, max(2, math.ceil(abs(goal - start) / spacing) + 1))
+    state = model.start_state.copy()
+    state[5:] = np.clip(state[5:], model.vehicle.lower_limits, model.vehicle.upper_limits)
+    states, room, binding, connected = [], [], [], True
+    for k, angle in enumerate(angles):
+        turned = state.copy()
+        turned[2:4] += angle - state[3]  # the posture relative to the leaf stays
+        state, found = widest_posture(model, turned, rows)
+        if found < 0.0:
+            other, better = _elsewhere(model, turned, rows)
+            if better > found + _ACTIVE:
+                connected = connected and k == 0 and better < 0.0
+                state, found = other, better
+        h = model.constraints(state)[rows]
+        states.append(state)
+        room.append(found)
+        binding.append(tuple(int(row) for row in rows[h >= h.max() - _ACTIVE]))
+    return Swing(angles, np.array(room), np.array(states), connected, tuple(binding))
+
+
+def widest_posture(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple[Array, float]:
+    """Locally best yaw and arm posture at a state's door angle.
+
+    Args:
+        model: Model of the scenario.
+        state: Where to start, x = [Φ, α, α̇, H], shape (5 + n,).
+        rows: Rows of h to look at.
+
+    Returns:
+        The posture, shape (5 + n,), and its room [m].
+    """
+    free = np.array([2, *range(5, model.nx)])
+    lower = np.concatenate([[-np.inf], model.vehicle.lower_limits])
+    upper = np.concatenate([[np.inf], model.vehicle.upper_limits])
+    h, step = model.constraints(state)[rows], _LARGEST_STEP
+    for _ in range(_ITERATIONS):
+        jacobian = model.constraint_jacobian(state)[np.ix_(rows, free)]
+        low, high = np.maximum(lower - state[free], -step), np.minimum(upper - state[free], step)
+        change = _minimax_step(h, jacobian, np.minimum(low, 0.0), np.maximum(high, 0.0))
+        candidate = state.copy()
+        candidate[free] += change
+        reached = model.constraints(candidate)[rows]
+        expected, gain = h.max() - (h + jacobian @ change).max(), h.max() - reached.max()
+        if gain > 0.0:
+            state, h = candidate, reached
+        if expected < _SMALLEST_GAIN or step < _SMALLEST_STEP:
+            break
+        if gain < 0.25 * expected:
+            step *= 0.4
+        elif gain > 0.7 * expected:
+            step = min(2.0 * step, _LARGEST_STEP)
+    return state, -float(h.max())
+
+
+def _minimax_step(h: Array, jacobian: Array, low: Array, high: Array) -> Array:
+    """Minimiser of max_i (h + J δ)_i over low ≤ δ ≤ high, slightly regularised; in variables of order one."""
+    m, n = jacobian.shape
+    step = max(float(high.max()), -float(low.min()))
+    scale = max(step * float(np.abs(jacobian).sum(axis=1).max()), 1e-12)
+    rows = np.zeros((m + n, n + 1))
+    rows[:m, :n], rows[:m, n] = jacobian * (step / scale), -1.0
+    rows[m:, :n] = np.eye(n)
+    problem = proxsuite.proxqp.dense.QP(n + 1, 0, m + n)
+    problem.settings.eps_abs = 1e-9
+    problem.settings.eps_primal_inf = problem.settings.eps_dual_inf = 1e-14  # it is feasible: δ = 0 always is
+    problem.settings.max_iter = problem.settings.max_iter_in = 200
+    problem.init(
+        _REGULARISATION * np.eye(n + 1), np.array([*[0.0] * n, 1.0]), None, None, rows,
+        np.concatenate([np.full(m, -1e20), low / step]), np.concatenate([(h.max() - h) / scale, high / step]),
+    )  # fmt: skip
+    problem.solve()
+    return np.asarray(np.clip(step * problem.results.x[:n], low, high))
+
+
+def _elsewhere(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple[Array, float]:
+    """Best posture from other starting points: arms of start and goal and between, at several yaws to the leaf."""
+    best, room = state, -np.inf
+    normal = state[3] - math.pi / 2
+    for share in (0.0, 0.5, 1.0):
+        for yaw in _RELATIVE_YAWS:
+            other = state.copy()
+            other[2] = normal + yaw
+            arm = (1.0 - share) * model.start_arm + share * model.goal_arm
+            other[5:] = np.clip(arm, model.vehicle.lower_limits, model.vehicle.upper_limits)
+            other, found = widest_posture(model, other, rows)
+            if found > room:
+                best, room = other, found
+    return best, room

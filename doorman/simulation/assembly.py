@@ -1,0 +1,164 @@
+"""Assembly: vehicle and door from their URDFs in one MuJoCo specification."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from doorman.exceptions import BackendError
+from doorman.kinematics.urdf import load_description
+from doorman.model import GRAVITY, Model
+from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
+from doorman.simulation.rotors import RotorLayout
+from doorman.simulation.servos import add_servos
+
+VEHICLE = "vehicle/"
+DOOR = "door/"
+ROOT = "flight"
+"""Name of the free body and of its joint."""
+
+_SMALLEST_MASS = 1e-6
+_SMALLEST_INERTIA = 1e-10
+"""MuJoCo refuses moving bodies without mass; the arm's links may be massless in the URDF [kg], [kg m²]."""
+_LARGEST_ROUNDING = 1e-3
+"""Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's."""
+_VEHICLE_BIT, _DOOR_BIT = 1, 2
+_TIP_RADIUS = 0.001
+"""Ball given to a tip without collision shape [m]."""
+_HARD = (0.999, 0.9999, 0.001, 0.5, 2.0)
+_HARD_TIME = 0.005
+"""Time constant of a hinge's friction: short, so that a door held by friction does not creep [s]."""
+
+
+def link_name(urdf: Path, name: str) -> str:
+    """The link of that name, or the child link of the joint of that name."""
+    description = load_description(urdf)
+    return name if name in description.link_map else str(description.joint_map[name].child)
+
+
+def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:
+    """Specification of the whole plant, ready to compile.
+
+    Args:
+        mujoco: The engine.
+        model: The model.
+        layout: The vehicle's rotors.
+        time_step: Of the physics [s].
+
+    Returns:
+        MjSpec.
+
+    Raises:
+        BackendError: if MuJoCo cannot read a URDF.
+    """
+    spec = mujoco.MjSpec()
+    _set_options(spec, mujoco, time_step)
+    door = _part(mujoco, model.door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
+    vehicle = _part(mujoco, model.vehicle.urdf, model.vehicle.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
+    root = spec.worldbody.add_body(name=ROOT, mass=_SMALLEST_MASS, inertia=[_SMALLEST_INERTIA] * 3)
+    root.explicitinertial = True
+    root.add_freejoint(name=ROOT)
+    spec.attach(vehicle, prefix=VEHICLE, frame=root.add_frame())  # first: its free joint leads qpos and qvel
+    spec.attach(door, prefix=DOOR, frame=spec.worldbody.add_frame())
+    base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
+    tip = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.tip))
+    leaf = spec.body(DOOR + link_name(model.door.urdf, model.door.section.leaf))
+    base.add_site(name="base")
+    tip.add_site(name="tip")
+    if not tip.geoms:
+        tip.add_geom(name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TIP_RADIUS, 0, 0],
+                     contype=_VEHICLE_BIT, conaffinity=_VEHICLE_BIT | _DOOR_BIT)  # fmt: skip
+    leaf.add_site(name="contact", pos=_contact_in_leaf(model))
+    _set_hinge(spec, model)
+    _add_rotors(spec, mujoco, base, layout, model.scenario.simulation.motor_time_constant)
+    add_servos(spec, mujoco, model.vehicle, VEHICLE)
+    add_contact(spec, mujoco, model, tip, leaf)
+    return spec
+
+
+def _set_options(spec: Any, mujoco: Any, time_step: float) -> None:
+    spec.compiler.degree = False
+    spec.compiler.fusestatic = False
+    option = spec.option
+    option.timestep = time_step
+    option.gravity = [0.0, 0.0, -GRAVITY]
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = FRICTION_IMPEDANCE_RATIO
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverging state must stay to be seen
+
+
+def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> Any:
+    """One URDF as a specification: only the named joints move, every body has mass, every shape a name."""
+    try:
+        part = mujoco.MjSpec.from_file(str(urdf))
+    except ValueError as error:
+        raise BackendError(f"MuJoCo cannot read the URDF: {' '.join(str(error).split())}", file=urdf) from error
+    part.compiler.fusestatic = False  # would weld the root link into the world and lose its mass
+    part.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    part.compiler.boundmass, part.compiler.boundinertia = _SMALLEST_MASS, _SMALLEST_INERTIA
+    for joint in list(part.joints):
+        if joint.name not in moving:
+            part.delete(joint)
+    used = {shape.meshname for body in part.bodies for shape in body.geoms}
+    for mesh in list(part.meshes):
+        if mesh.name not in used:
+            part.delete(mesh)  # of a visual only; its format may be one that MuJoCo does not read
+    for body in part.bodies:
+        _round_inertia(body, urdf)
+        for index, shape in enumerate(body.geoms):
+            shape.name = shape.name or f"{body.name}_{index}"
+            shape.contype, shape.conaffinity = kind, meets
+    return part
+
+
+def _round_inertia(body: Any, urdf: Path) -> None:
+    """Lift the principal moments A ≤ B ≤ C of a thin body, whose A + B = C may miss by a rounding error."""
+    xx, yy, zz, xy, xz, yz = body.fullinertia
+    if not np.isfinite([xx, yy, zz, xy, xz, yz]).all():
+        return  # the URDF gives none
+    smallest, middle, largest = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    missing = largest - smallest - middle
+    if missing > _LARGEST_ROUNDING * largest:
+        raise BackendError(
+            "the inertia of a link is not that of a rigid body", file=urdf, field=f"link {body.name}/inertial/inertia",
+            given=[round(float(moment), 6) for moment in (smallest, middle, largest)],
+            allowed="principal moments A, B, C with A + B >= C",
+        )  # fmt: skip
+    lift = max(missing, 0.0) + 1e-9 * largest
+    body.fullinertia = [xx + lift, yy + lift, zz + lift, xy, xz, yz]
+
+
+def _contact_in_leaf(model: Model) -> list[float]:
+    """The contact point in the leaf's frame, shape (3,)."""
+    contact = model.scenario.contact
+    placement = model.door.link_placements(0.0)[link_name(model.door.urdf, model.door.section.leaf)]
+    point = model.door.contact_point(0.0, contact.distance_from_hinge, contact.height)
+    return [float(value) for value in placement[:3, :3].T @ (point - placement[:3, 3])]
+
+
+def _set_hinge(spec: Any, model: Model) -> None:
+    """The hinge's true torques: the scenario's for the simulation, else those that the planner is told."""
+    hinge, told, true = spec.joint(DOOR + model.door.section.hinge), model.door, model.scenario.simulation
+    hinge.damping[0] = told.damping if true.door_damping is None else true.door_damping
+    hinge.frictionloss = told.friction if true.door_friction is None else true.door_friction
+    hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
+    hinge.stiffness[0] = told.stiffness
+    hinge.springref = told.rest_angle
+    hinge.limited = bool(told.lower_limit < told.upper_limit)
+
+
+def _add_rotors(spec: Any, mujoco: Any, base: Any, layout: RotorLayout, time_constant: float) -> None:
+    """One actuator a rotor; its control is a thrust set point [N], its activation the thrust after the motor's lag."""
+    for index in range(layout.count):
+        name = f"rotor_{index + 1}"
+        base.add_site(name=name, pos=layout.positions[index])
+        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_SITE)
+        actuator.gear = [0.0, 0.0, 1.0, 0.0, 0.0, -layout.directions[index] * layout.torque_per_thrust]
+        actuator.ctrllimited = True
+        actuator.ctrlrange = [0.0, layout.max_thrusts[index]]
+        if time_constant > 0.0:
+            actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+            actuator.dynprm[0] = time_constant

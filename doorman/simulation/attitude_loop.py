@@ -1,0 +1,127 @@
+r"""The onboard attitude loop, in the structure of a Pixhawk's: attitude P, body rate PID, both at the physics rate.
+
+.. math::
+    \Omega_s = \mathrm{sat}(2 K_a \,\mathrm{vec}(q^{-1} q_d)), \qquad
+    \tau = I_A\,(K_p (\Omega_s - \Omega) + z - K_d \dot\Omega) + \Omega \times I_A \Omega, \qquad
+    \dot z = K_i (\Omega_s - \Omega)
+
+The attitude error is split into tilt and turn about the thrust axis (swing and twist), so that a large yaw error does not
+disturb the tilt. The integrator stands still where the rotors are saturated and it would drive them further.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.compilation import kernel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AttitudeGains:
+    """Gains about the body's x, y and z axis, as accelerations: they fit every vehicle whose motors are fast enough."""
+
+    attitude: tuple[float, float, float] = (10.0, 10.0, 4.0)
+    """K_a [1/s]."""
+    rate: tuple[float, float, float] = (70.0, 70.0, 30.0)
+    """K_p [1/s]."""
+    integral: tuple[float, float, float] = (70.0, 70.0, 60.0)
+    """K_i [1/s²]."""
+    derivative: tuple[float, float, float] = (1.5, 1.5, 0.5)
+    """K_d [-]."""
+    max_rates: tuple[float, float, float] = (3.8, 3.8, 1.0)
+    """[rad/s]; yaw is slow because drag torque is small: at this rate the rotors can still stop the turn in time."""
+    derivative_cutoff: float = 377.0
+    """Bandwidth of the low-pass on dΩ/dt [rad/s]."""
+
+
+class AttitudeParameters(NamedTuple):
+    """Numbers and memory of the attitude kernels."""
+
+    gains: Array
+    """Rows K_a, K_p, K_i, K_d, largest rates, largest integral; shape (6, 3)."""
+    inertia: Array
+    """I_A, shape (3, 3) [kg m²]."""
+    timing: Array
+    """Period [s] and share of the derivative's low-pass that passes in one, shape (2,)."""
+    memory: Array
+    """Rows integral z, last rates, filtered dΩ/dt, rate errors; shape (4, 3)."""
+    torque: Array
+    """Result: τ, shape (3,), body frame [N m]."""
+
+    @classmethod
+    def of(
+        cls, inertia: ArrayLike, torque_authority: ArrayLike, period: float, gains: AttitudeGains | None = None
+    ) -> AttitudeParameters:
+        """Parameters for one vehicle, with cleared memory.
+
+        Args:
+            inertia: I_A, shape (3, 3) [kg m²].
+            torque_authority: Bound of the integral's torque, shape (3,) [N m].
+            period: Of the loop [s].
+            gains: Gains.
+        """
+        gains = gains or AttitudeGains()
+        matrix = np.array(inertia, dtype=np.float64)
+        bound = np.asarray(torque_authority) / np.diag(matrix)
+        rows = [gains.attitude, gains.rate, gains.integral, gains.derivative, gains.max_rates, bound]
+        passed = 1.0 - math.exp(-period * gains.derivative_cutoff)
+        return cls(np.array(rows, dtype=np.float64), matrix, np.array([period, passed]), np.zeros((4, 3)), np.zeros(3))
+
+
+@kernel
+def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, float]:
+    """Rotation from an attitude to the desired one, in the body: two components of tilt, one of turn, as 2 sin(angle/2).
+
+    Quaternions are [w, x, y, z], body to world, shape (4,).
+    """
+    a, b, c, d = quaternion[0], -quaternion[1], -quaternion[2], -quaternion[3]
+    e, f, g, h = desired[0], desired[1], desired[2], desired[3]
+    w = a * e - b * f - c * g - d * h
+    x = a * f + b * e + c * h - d * g
+    y = a * g - b * h + c * e + d * f
+    z = a * h + b * g - c * f + d * e
+    n = np.sqrt(w * w + z * z)
+    if n < 1e-9:  # upside down: any tilt axis rights the vehicle
+        return 2.0 * x, 2.0 * y, 0.0
+    sign = 1.0 if w >= 0.0 else -1.0
+    return 2.0 * (x * w - y * z) / n, 2.0 * (y * w + x * z) / n, 2.0 * sign * z / n
+
+
+@kernel
+def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desired: Array) -> None:
+    """Fill `p.torque` from attitude (4,), body rates (3,) and desired attitude (4,)."""
+    errors = attitude_error(quaternion, desired)
+    for k in range(3):
+        limit = p.gains[4, k]
+        setpoint = min(max(p.gains[0, k] * errors[k], -limit), limit)
+        p.memory[2, k] += p.timing[1] * ((rates[k] - p.memory[1, k]) / p.timing[0] - p.memory[2, k])
+        p.memory[1, k] = rates[k]
+        p.memory[3, k] = setpoint - rates[k]
+    p.torque[:] = 0.0
+    for k in range(3):  # Ω × I_A Ω
+        momentum = p.inertia[k, 0] * rates[0] + p.inertia[k, 1] * rates[1] + p.inertia[k, 2] * rates[2]
+        p.torque[(k + 1) % 3] += rates[(k + 2) % 3] * momentum
+        p.torque[(k + 2) % 3] -= rates[(k + 1) % 3] * momentum
+    for k in range(3):
+        acceleration = p.gains[1, k] * p.memory[3, k] + p.memory[0, k] - p.gains[3, k] * p.memory[2, k]
+        for i in range(3):
+            p.torque[i] += p.inertia[i, k] * acceleration
+
+
+@kernel
+def integrate_rate_error(p: AttitudeParameters, achieved: Array) -> None:
+    """Advance the integral after the mixer made `achieved` = [f_t, τ], shape (4,)."""
+    for k in range(3):
+        missing = p.torque[k] - achieved[k + 1]
+        if missing * p.memory[3, k] > 1e-9:
+            continue
+        bound = p.gains[5, k]
+        z = p.memory[0, k] + p.gains[2, k] * p.memory[3, k] * p.timing[0]
+        p.memory[0, k] = min(max(z, -bound), bound)

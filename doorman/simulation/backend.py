@@ -1,0 +1,136 @@
+"""The simulator as a backend: what the mission loop flies instead of a vehicle."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from doorman.checks import vector
+from doorman.exceptions import BackendError, DimensionError
+from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.model import Model
+from doorman.recording import Recorder
+from doorman.simulation.attitude_loop import AttitudeGains
+from doorman.simulation.sensors import Sensors
+from doorman.simulation.simulator import DisturbanceSource, Simulator
+from doorman.simulation.truth import Truth
+
+
+class SimulatedBackend(Backend):
+    """MuJoCo plant behind the interface of the hardware.
+
+    One `read` is one period of the controller. The physics takes a whole number of steps in it, so its step is the nearest
+    to 1/`simulation.physics_rate` that divides the period. The last command holds meanwhile; before the first it is hover.
+
+    Args:
+        model: The model.
+        seed: Of the sensors' noise; the same seed gives the same flight to the bit.
+        recorder: Gets a message `truth` at every tick.
+        realtime: Whether `read` waits so that simulated time does not run ahead of the wall clock.
+        disturbance: What else acts on the plant.
+        gains: Of the onboard attitude loop.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        seed: int = 0,
+        recorder: Recorder | None = None,
+        realtime: bool = False,
+        *,
+        disturbance: DisturbanceSource | None = None,
+        gains: AttitudeGains | None = None,
+    ) -> None:
+        self.model = model
+        self.seed = seed
+        simulation = model.scenario.simulation
+        self.period = 1.0 / simulation.controller_rate
+        self.steps_per_period = max(1, round(simulation.physics_rate / simulation.controller_rate))
+        self._recorder = recorder
+        self._realtime = realtime
+        self._disturbance = disturbance
+        self._gains = gains
+        self._simulator: Simulator | None = None
+        self._sensors: Sensors | None = None
+        self._truth: Truth | None = None
+        self._ticks = 0
+        self._wall_start = 0.0
+
+    @property
+    def truth(self) -> Truth:
+        """The plant as it was at the last `read`, or at the start before the first; kept after `stop`.
+
+        Raises:
+            BackendError: if the backend was never opened.
+        """
+        if self._truth is None:
+            raise BackendError("no truth yet: the simulation was not opened", allowed="open() before truth")
+        return self._truth
+
+    def open(self) -> None:
+        """Build the plant and put it at the scenario's start; a stopped backend starts afresh.
+
+        Raises:
+            BackendError: if it is open already, MuJoCo is missing or it cannot build the plant.
+        """
+        if self._simulator is not None:
+            raise BackendError("the simulation is open already", allowed="stop() before another open()")
+        self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbance, self._gains)
+        self._sensors = Sensors(self.model.scenario.simulation.noise, self.seed)
+        self._truth = self._simulator.truth()
+        self._ticks = 0
+
+    def read(self) -> Measurement:
+        """Advance by one period of the controller and measure; the first call measures the start, at time 0.
+
+        Returns:
+            The measurement.
+
+        Raises:
+            BackendError: if the simulation is not open, or the physics became unstable.
+        """
+        simulator = self._opened()
+        if self._ticks > 0:
+            simulator.advance(self.steps_per_period)
+        elif self._realtime:
+            self._wall_start = time.monotonic()
+        self._truth = simulator.truth()
+        self._ticks += 1
+        if self._recorder is not None:
+            self._recorder.write("truth", self._truth.time, self._truth.fields())
+        if self._realtime:
+            ahead = self._truth.time - (time.monotonic() - self._wall_start)
+            if ahead > 0.0:
+                time.sleep(ahead)
+        assert self._sensors is not None
+        return self._sensors.measure(self._truth)
+
+    def command(self, command: Command) -> None:
+        """Hold a command from now on.
+
+        Args:
+            command: Thrust, attitude and joint rates; limits are those of rotors and servos.
+
+        Raises:
+            BackendError: if the simulation is not open, or the command is not finite or of wrong shape.
+        """
+        simulator = self._opened()
+        try:
+            thrust = float(command.thrust)
+            attitude = vector(command.attitude, 3, "command.attitude")
+            arm_rates = vector(command.arm_rates, self.model.n_arm, "command.arm_rates")
+        except (DimensionError, TypeError, ValueError) as error:
+            raise BackendError(f"not a command: {error}", field="command") from error
+        if not math.isfinite(thrust):
+            raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
+        simulator.set_command(thrust, attitude, arm_rates)
+
+    def stop(self) -> None:
+        """Let go of the plant; the last `truth` stays. May be called twice."""
+        self._simulator = None
+        self._sensors = None
+
+    def _opened(self) -> Simulator:
+        if self._simulator is None:
+            raise BackendError("the simulation is not open", allowed="open() before read() and command()")
+        return self._simulator

@@ -1,0 +1,129 @@
+r"""Contact of tip and leaf: a ball tie (`grip`) or a unilateral contact with friction (`push`), both compliant.
+
+MuJoCo's soft constraint with a constant impedance d obeys :math:`R f = -b\,v - k\,r - a` with
+:math:`R = \frac{1-d}{d}\hat A`, where r, v, a are deflection, its rate and its acceleration. With
+:math:`k = K R,\ b = B R` and a small d the constraint is a spring K and a damper B in N/m and N s/m, beside a negligible
+virtual mass 1/R.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import Model
+from doorman.scenario import SimulationSection
+
+Array = NDArray[np.float64]
+
+IMPEDANCE = 0.05
+"""d: small, so that spring and damper and not the engine's estimate of the mass decide."""
+FRICTION_RATE = 400.0
+"""Rate at which friction stops a slip [1/s]."""
+FRICTION_IMPEDANCE_RATIO = 1e5
+"""Hardness of friction against that of the normal direction: keeps a loaded tip from creeping."""
+TOUCH = 1e-6
+"""Smallest force that counts as touching [N]."""
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """Contacts of one physics step."""
+
+    tip: Array
+    """Force of the tip on the door, shape (3,), world frame [N]."""
+    others: tuple[tuple[int, int], ...]
+    """Pairs of shapes, by index, of all contacts but that of tip and leaf."""
+
+
+def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> None:
+    """Tie or pair the tip's body with the leaf's; `calibrate` must follow after compiling.
+
+    Args:
+        spec: MjSpec of the assembly.
+        mujoco: The engine.
+        model: The model.
+        tip: Body of the tip, with a site `tip`.
+        leaf: Body of the leaf, with a site `contact`.
+    """
+    spec.add_exclude(name="tip_leaf", bodyname1=tip.name, bodyname2=leaf.name)
+    if model.scenario.contact.kind == "grip":
+        spec.add_equality(
+            name="grip", type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_SITE, name1="tip", name2="contact"
+        )
+        return
+    friction = model.scenario.simulation.tip_friction
+    for ball in tip.geoms:
+        for face in leaf.geoms:
+            pair = spec.add_pair(name=f"push {ball.name} {face.name}", geomname1=ball.name, geomname2=face.name)
+            pair.condim = 3 if friction > 0.0 else 1
+            pair.friction = [max(friction, 1e-5)] * 2 + [1e-5] * 3
+
+
+def calibrate(engine_model: Any, tip_body: int, leaf_body: int, simulation: SimulationSection) -> None:
+    """Give tie and pairs the compliance of a spring and a damper.
+
+    Args:
+        engine_model: Compiled MjModel.
+        tip_body: Index of the tip's body.
+        leaf_body: Index of the leaf's body.
+        simulation: Stiffness and damping of tip and grip.
+    """
+    inverse_mass = engine_model.body_invweight0[tip_body, 0] + engine_model.body_invweight0[leaf_body, 0]
+    scale = -(1.0 - IMPEDANCE) * inverse_mass
+    impedance = np.array([IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0])
+    engine_model.eq_solref[:] = scale * simulation.grip_stiffness, scale * simulation.grip_damping
+    engine_model.eq_solimp[:] = impedance
+    engine_model.pair_solref[:] = scale * simulation.tip_stiffness, scale * simulation.tip_damping
+    engine_model.pair_solimp[:] = impedance
+    engine_model.pair_solreffriction[:] = -1.0, -FRICTION_RATE * IMPEDANCE  # the engine divides by the impedance
+
+
+class ContactReader:
+    """Reads the contacts of the last physics step out of MuJoCo.
+
+    Args:
+        mujoco: The engine.
+        engine_model: MjModel.
+        data: MjData.
+        tip_shapes: Indices of the tip's shapes.
+        leaf_shapes: Indices of the leaf's shapes.
+        grip: Whether tip and leaf are tied.
+    """
+
+    def __init__(
+        self,
+        mujoco: Any,
+        engine_model: Any,
+        data: Any,
+        tip_shapes: frozenset[int],
+        leaf_shapes: frozenset[int],
+        grip: bool,
+    ) -> None:
+        self._mujoco, self._model, self._data, self._grip = mujoco, engine_model, data, grip
+        self._signs = {(tip, leaf): 1.0 for tip in tip_shapes for leaf in leaf_shapes}
+        self._signs |= {(leaf, tip): -1.0 for tip in tip_shapes for leaf in leaf_shapes}
+        self._wrench = np.zeros(6)
+
+    def read(self) -> ContactForces:
+        """Force of the tip on the door, and the other contacts."""
+        data = self._data
+        count = data.ncon
+        # the tie's rows come first; they hold the force on its first site, the tip
+        tip = -data.efc_force[:3] if self._grip else np.zeros(3)
+        others = []
+        for index in range(count):
+            contact = data.contact[index]
+            shapes = (int(contact.geom1), int(contact.geom2))
+            if contact.exclude:
+                continue
+            sign = self._signs.get(shapes)
+            if sign is None:
+                others.append(shapes)
+                continue
+            self._mujoco.mj_contactForce(self._model, data, index, self._wrench)
+            tip += sign * (self._wrench[:3] @ contact.frame.reshape(3, 3))  # on the second shape, in the contact's axes
+        return ContactForces(tip, tuple(others))

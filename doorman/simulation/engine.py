@@ -1,0 +1,49 @@
+"""MuJoCo, imported only here and only when a plant is built: it is an optional dependency."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from doorman.exceptions import BackendError
+
+
+def engine() -> Any:
+    """The `mujoco` module, without its habit of writing warnings to a file in the working directory.
+
+    Raises:
+        BackendError: if it is not installed.
+    """
+    try:
+        mujoco = importlib.import_module("mujoco")
+    except ImportError as error:
+        raise BackendError(
+            "the simulation needs MuJoCo; install it with: pip install 'doorman[sim]'", field="mujoco"
+        ) from error
+    if mujoco.get_mju_user_warning() is None:
+        mujoco.set_mju_user_warning(_ignore)
+    return mujoco
+
+
+def check_stability(mujoco: Any, data: Any) -> None:
+    """Raise on what MuJoCo only counts.
+
+    Args:
+        mujoco: The engine.
+        data: MjData.
+
+    Raises:
+        BackendError: if the physics diverged, or a buffer was too small, since `data` was made.
+    """
+    counts = data.warning.number
+    if not counts.any():
+        return
+    kinds = [name for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING" and counts[int(kind)]]
+    raise BackendError(
+        "the simulated physics became unstable", field=", ".join(kinds), given=f"time {data.time:.4f} s",
+        allowed="finite, moderate states; try a higher simulation.physics_rate or a softer tip",
+    )  # fmt: skip
+
+
+def _ignore(message: str) -> None:
+    """MuJoCo's warnings are read from its counters by `check_stability`."""

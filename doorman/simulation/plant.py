@@ -1,0 +1,156 @@
+"""Plant: the compiled MuJoCo model of vehicle and door, its start, and where everything stands in its vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.kinematics.door import door_normal
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.simulation.assembly import DOOR, VEHICLE, assemble
+from doorman.simulation.contact import calibrate
+from doorman.simulation.rotors import RotorLayout
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Plant:
+    """Compiled model with its addresses; `data` is the state that the physics advances."""
+
+    engine_model: Any
+    """MjModel."""
+    data: Any
+    """MjData."""
+    root_to_base: Array
+    """Homogeneous matrix of the base link in the free body, shape (4, 4)."""
+    root_to_base_quaternion: Array
+    """Its rotation as [w, x, y, z], shape (4,)."""
+    base_body: int
+    """Index of the base link."""
+    arm_positions: Indices
+    """Index of every arm joint in qpos, shape (n,)."""
+    arm_velocities: Indices
+    """Index of every arm joint in qvel, shape (n,)."""
+    hinge_position: int
+    """Index of the hinge in qpos."""
+    hinge_velocity: int
+    """Index of the hinge in qvel."""
+    tip_shapes: frozenset[int]
+    """Geometry indices of the tip."""
+    leaf_shapes: frozenset[int]
+    """Geometry indices of the leaf."""
+    n_rotors: int
+    """Number of rotors; their controls come first."""
+
+    @property
+    def rotor_thrusts(self) -> Array:
+        """Thrusts that the rotors make now, shape (m,) [N]."""
+        return np.array(self.data.act if self.engine_model.na else self.data.ctrl[: self.n_rotors])
+
+    def shape_name(self, index: int) -> str:
+        """Name of a collision shape, without the part's prefix."""
+        return str(self.engine_model.geom(index).name).removeprefix(VEHICLE).removeprefix(DOOR)
+
+
+def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Plant:
+    """Compile vehicle and door and put them at the start: at rest, tip at the contact point, rotors at hover thrust.
+
+    Args:
+        mujoco: The engine.
+        model: The model.
+        layout: The vehicle's rotors.
+        time_step: Of the physics [s].
+
+    Returns:
+        The plant.
+
+    Raises:
+        BackendError: if MuJoCo cannot read or compile a URDF.
+    """
+    spec = assemble(mujoco, model, layout, time_step)
+    try:
+        compiled = spec.compile()
+    except ValueError as error:
+        raise BackendError(
+            f"MuJoCo cannot build vehicle and door: {' '.join(str(error).split())}", file=model.vehicle.urdf,
+            given=str(model.door.urdf), allowed="collision shapes as boxes, cylinders and spheres",
+        ) from error  # fmt: skip
+    plant = _addresses(mujoco, compiled, model, layout.count)
+    tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
+    calibrate(compiled, tip, leaf, model.scenario.simulation)
+    _place(mujoco, plant, model)
+    _spin_up(plant, model, layout)
+    mujoco.mj_forward(compiled, plant.data)
+    return plant
+
+
+def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant:
+    data = mujoco.MjData(compiled)
+    data.qpos[:7] = [0, 0, 0, 1, 0, 0, 0]
+    mujoco.mj_kinematics(compiled, data)
+    base = int(compiled.site("base").bodyid[0])
+    root_to_base = np.eye(4)
+    root_to_base[:3, :3] = data.xmat[base].reshape(3, 3)
+    root_to_base[:3, 3] = data.xpos[base]
+    joints = [compiled.joint(VEHICLE + name) for name in model.vehicle.joint_names]
+    hinge = compiled.joint(DOOR + model.door.section.hinge)
+    bodies = {name: int(compiled.site(name).bodyid[0]) for name in ("tip", "contact")}
+    shapes = {name: frozenset(np.flatnonzero(compiled.geom_bodyid == body).tolist()) for name, body in bodies.items()}
+    return Plant(
+        engine_model=compiled,
+        data=data,
+        root_to_base=root_to_base,
+        root_to_base_quaternion=np.array(data.xquat[base]),
+        base_body=base,
+        arm_positions=np.array([int(joint.qposadr[0]) for joint in joints]),
+        arm_velocities=np.array([int(joint.dofadr[0]) for joint in joints]),
+        hinge_position=int(hinge.qposadr[0]),
+        hinge_velocity=int(hinge.dofadr[0]),
+        tip_shapes=shapes["tip"],
+        leaf_shapes=shapes["contact"],
+        n_rotors=n_rotors,
+    )
+
+
+def _place(mujoco: Any, plant: Plant, model: Model) -> None:
+    """Set the start posture; in push mode move the vehicle along n_D until the tip's surface just touches the leaf."""
+    state, n = model.start_state, model.n_arm
+    compiled, data = plant.engine_model, plant.data
+    motion = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(n))
+    rotation = rotation_body_to_world(state[:3])
+    inverse = np.linalg.inv(plant.root_to_base)
+    data.qpos[:3] = motion.position + rotation @ inverse[:3, 3]
+    mujoco.mju_mat2Quat(data.qpos[3:7], (rotation @ inverse[:3, :3]).ravel())
+    data.qpos[plant.arm_positions] = state[5:]
+    data.qpos[plant.hinge_position] = state[3]
+    if model.scenario.contact.kind == "push":
+        mujoco.mj_kinematics(compiled, data)
+        far = 10.0
+        gap = min(
+            mujoco.mj_geomDistance(compiled, data, ball, face, far, None)
+            for ball in plant.tip_shapes
+            for face in plant.leaf_shapes
+        )
+        data.qpos[:3] += gap * door_normal(float(state[3]))
+
+
+def hover_wrench(model: Model) -> Array:
+    """Thrust and torques [f_t, τ] that hold the vehicle in its start posture, shape (4,): c × f_t e₃ for its centre of mass c."""
+    thrust = model.vehicle.mass * GRAVITY
+    center = model.vehicle.center_of_mass(model.start_arm)
+    return np.array([thrust, *np.cross(center, [0.0, 0.0, thrust])])
+
+
+def _spin_up(plant: Plant, model: Model, layout: RotorLayout) -> None:
+    """Rotors at the thrusts that hold the vehicle at the start."""
+    hover = np.clip(np.linalg.pinv(layout.allocation) @ hover_wrench(model), 0.0, layout.max_thrusts)
+    if plant.engine_model.na:
+        plant.data.act[:] = hover
+    plant.data.ctrl[: layout.count] = hover

@@ -1,0 +1,192 @@
+"""Simulator: plant and onboard loop together, advanced by physics steps, and the truth about them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.exceptions import BackendError, SingularityError
+from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
+from doorman.kinematics.urdf import frozen
+from doorman.model import GRAVITY, Model
+from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
+from doorman.simulation.contact import TOUCH, ContactReader
+from doorman.simulation.engine import check_stability, engine
+from doorman.simulation.onboard import OnboardParameters, onboard_step
+from doorman.simulation.plant import Plant, build_plant, hover_wrench
+from doorman.simulation.rotors import MixerParameters, RotorLayout, rotor_layout
+from doorman.simulation.servos import ServoParameters
+from doorman.simulation.truth import Truth
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """What acts on the plant beside rotors, servos and contact."""
+
+    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """At the base link's centre of mass, world frame [N]."""
+    torque: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """On the base link, world frame [N m]."""
+    hinge_torque: float = 0.0
+    """On the leaf about the hinge, positive for growing α [N m]."""
+
+
+DisturbanceSource = Callable[[float], Disturbance]
+"""Disturbance at a time [s], asked for at every physics step."""
+
+
+class Simulator:
+    """Physics and onboard loop of one flight, beginning at the start of the scenario.
+
+    Args:
+        model: The model.
+        time_step: Of the physics [s].
+        disturbance: What else acts on the plant.
+        gains: Of the attitude loop.
+
+    Raises:
+        BackendError: if MuJoCo is missing or cannot build the plant, or the rotors cannot steer.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        time_step: float,
+        disturbance: DisturbanceSource | None = None,
+        gains: AttitudeGains | None = None,
+    ) -> None:
+        self.model = model
+        self.time_step = time_step
+        self._disturbance = disturbance
+        self._mujoco = engine()
+        self.layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+        self.plant = build_plant(self._mujoco, model, self.layout, time_step)
+        data = self.plant.data
+        self._qpos, self._qvel, self._control = data.qpos, data.qvel, data.ctrl
+        self._onboard = _onboard_parameters(model, self.plant, self.layout, time_step, gains)
+        self._grip = model.scenario.contact.kind == "grip"
+        self._contacts = ContactReader(
+            self._mujoco, self.plant.engine_model, data, self.plant.tip_shapes, self.plant.leaf_shapes, self._grip
+        )
+        self._command = np.zeros(5 + model.n_arm)
+        self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
+        self._steps = 0
+        self._begin_interval()
+        self._note_contacts(float(self._qpos[self.plant.hinge_position]))
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._steps * self.time_step
+
+    def set_command(self, thrust: float, attitude: ArrayLike, arm_rates: ArrayLike) -> None:
+        """Set what the onboard loop follows from the next physics step on.
+
+        Args:
+            thrust: f_t [N].
+            attitude: Φ_d, shape (3,) [rad].
+            arm_rates: Ḣ_d, shape (n,) [rad/s].
+        """
+        self._command[0] = thrust
+        self._mujoco.mju_mat2Quat(self._command[1:5], rotation_body_to_world(attitude).ravel())
+        self._command[5:] = arm_rates
+
+    def advance(self, steps: int) -> None:
+        """Advance the physics, and note contacts on the way.
+
+        Args:
+            steps: Number of physics steps.
+
+        Raises:
+            BackendError: if the physics became unstable.
+        """
+        self._begin_interval()
+        engine_model, data, step = self.plant.engine_model, self.plant.data, self._mujoco.mj_step
+        hinge = self.plant.hinge_position
+        for _ in range(steps):
+            if self._disturbance is not None:
+                self._disturb(self._disturbance(self.time))
+            onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
+            door_angle = float(self._qpos[hinge])
+            step(engine_model, data)
+            self._steps += 1
+            self._note_contacts(door_angle)
+        check_stability(self._mujoco, data)
+
+    def truth(self) -> Truth:
+        """State now, and contacts since the last call of `advance` began.
+
+        Raises:
+            BackendError: if the vehicle has pitched to ±90°, where Euler angles are singular.
+        """
+        plant = self.plant
+        rotation = np.empty(9)
+        self._mujoco.mju_quat2Mat(rotation, self._qpos[3:7])
+        root = rotation.reshape(3, 3)
+        to_base = plant.root_to_base
+        try:
+            attitude = attitude_from_rotation(root @ to_base[:3, :3])
+        except SingularityError as error:
+            raise BackendError(
+                f"the vehicle has turned over: {error}", field="attitude", given=f"time {self.time:.3f} s"
+            ) from error
+        lever = np.cross(self._qvel[3:6], to_base[:3, 3])
+        return Truth(
+            time=self.time,
+            position=frozen(self._qpos[:3] + root @ to_base[:3, 3]),
+            velocity=frozen(self._qvel[:3] + root @ lever),
+            attitude=frozen(attitude),
+            body_rates=frozen(to_base[:3, :3].T @ self._qvel[3:6]),
+            door_angle=float(self._qpos[plant.hinge_position]),
+            door_rate=float(self._qvel[plant.hinge_velocity]),
+            arm_angles=frozen(self._qpos[plant.arm_positions]),
+            arm_rates=frozen(self._qvel[plant.arm_velocities]),
+            tip_force=frozen(self._tip_force),
+            tip_normal_force=self._normal_force,
+            touching=self._grip or bool(np.abs(self._tip_force).max() > TOUCH),
+            max_pull=self._max_pull,
+            collisions=self._collisions,
+            collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),
+            rotor_thrusts=frozen(plant.rotor_thrusts),
+        )
+
+    def _begin_interval(self) -> None:
+        self._max_pull, self._collisions = 0.0, 0
+        self._pairs: set[tuple[int, int]] = set()
+
+    def _note_contacts(self, door_angle: float) -> None:
+        """Take in the contacts of a step that began at this door angle."""
+        forces = self._contacts.read()
+        self._tip_force = forces.tip
+        self._normal_force = float(math.sin(door_angle) * forces.tip[0] - math.cos(door_angle) * forces.tip[1])
+        self._max_pull = max(self._max_pull, -self._normal_force)
+        if forces.others:
+            self._collisions = max(self._collisions, len(forces.others))
+            self._pairs.update(forces.others)
+
+    def _disturb(self, disturbance: Disturbance) -> None:
+        data, plant = self.plant.data, self.plant
+        data.xfrc_applied[plant.base_body, :3] = disturbance.force
+        data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
+        data.qfrc_applied[plant.hinge_velocity] = disturbance.hinge_torque
+
+
+def _onboard_parameters(
+    model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains | None
+) -> OnboardParameters:
+    attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
+    attitude.memory[0] = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
+    return OnboardParameters(
+        attitude=attitude,
+        mixer=MixerParameters.of(layout),
+        root_to_base=plant.root_to_base_quaternion,
+        servos=ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step),
+        quaternion=np.zeros(4),
+        rates=np.zeros(3),
+    )

@@ -1,0 +1,55 @@
+"""Truth: what a simulated flight really did, as no sensor sees it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """State and contact of the simulated plant at one tick of the controller."""
+
+    time: float
+    """[s]."""
+    position: Array
+    """P of O_B, shape (3,), world frame [m]."""
+    velocity: Array
+    """Ṗ, shape (3,), world frame [m/s]."""
+    attitude: Array
+    """Φ = [φ, θ, ψ], shape (3,) [rad]."""
+    body_rates: Array
+    """Ω, shape (3,), body frame [rad/s]."""
+    door_angle: float
+    """α [rad]."""
+    door_rate: float
+    """α̇ [rad/s]."""
+    arm_angles: Array
+    """H, shape (n,) [rad]."""
+    arm_rates: Array
+    """Ḣ, shape (n,) [rad/s]."""
+    tip_force: Array
+    """Force of the tip on the door in the last physics step, shape (3,), world frame [N]."""
+    tip_normal_force: float
+    """Its share along n_D: positive when the tip pushes the door open [N]."""
+    touching: bool
+    """Whether the tip exerts a force on the leaf; always, where it grips."""
+    max_pull: float
+    """Largest pull on the door, against n_D, in any physics step since the last tick [N]."""
+    collisions: int
+    """Largest number of contacts other than tip and leaf in any physics step since the last tick."""
+    collision_pairs: tuple[str, ...]
+    """What these contacts were between."""
+    rotor_thrusts: Array
+    """Shape (m,) [N]."""
+
+    def fields(self) -> dict[str, Any]:
+        """Everything but the time, for a recorder; the pairs of collisions as one text."""
+        values = {name: value for name, value in vars(self).items() if name != "time"}
+        values["collision_pairs"] = ", ".join(self.collision_pairs)
+        return values

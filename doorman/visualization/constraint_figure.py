@@ -1,0 +1,169 @@
+"""Figure of what limits a flight: constraints, force at the tip, thrust, disturbance and the planner's time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.door import door_normal
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.recording import Recording
+from doorman.visualization.style import (
+    BLACK,
+    CYCLE,
+    GREEN,
+    ORANGE,
+    RED,
+    SKY,
+    Axes,
+    Figure,
+    FuncFormatter,
+    flight_name,
+    true_states,
+)
+
+Array = NDArray[np.float64]
+
+
+def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
+    """Collision constraints, force at the tip, thrust, disturbance and the planner's time over a flight.
+
+    The constraints are evaluated on the simulator's true states where there are any, else on the estimate. The planned force
+    is that of the plan's first input on a door that does not move, n_Dᵀ(f_t R e₃ − m g e₃).
+
+    Args:
+        recording: What was flown; a panel whose topic is missing says so.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        The figure; `save` writes it.
+    """
+    figure = Figure(figsize=(11.0, 8.4), layout="constrained")
+    panels = figure.subplots(3, 2, sharex=True)
+    arm = len(model.vehicle.point_names)
+    _draw_constraints(panels[0, 0], recording, model, range(arm), "h: arm below the body [m]")
+    _draw_constraints(panels[0, 1], recording, model, range(arm, model.n_constraints), "h: disc clear of the door [m]")
+    _draw_tip_force(panels[1, 0], recording, model)
+    _draw_thrust(panels[1, 1], recording, model)
+    _draw_disturbance(panels[2, 0], recording)
+    _draw_solve_time(panels[2, 1], recording, model)
+    for axes in panels.ravel():
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=7, loc="best", framealpha=0.8)
+        else:
+            axes.text(0.5, 0.5, "not recorded", ha="center", va="center", transform=axes.transAxes, color="0.5")
+    for axes in panels[-1]:
+        axes.set_xlabel("time [s]")
+    figure.suptitle(f"Constraints and forces: {flight_name(recording)}", fontsize=11)
+    return figure
+
+
+def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: range, label: str) -> None:
+    axes.set_ylabel(label)
+    truth = true_states(recording)
+    if truth is None and "estimate" in recording:
+        truth = (recording["estimate"].time, recording["estimate"]["state"])
+    if truth is None:
+        return
+    time, states = truth
+    h = model.constraints_along(states)[:, rows.start : rows.stop]
+    for k, name in enumerate(model.constraint_names[rows.start : rows.stop]):
+        style = ("-", "--", "-.", ":")[k % 4]
+        axes.plot(time, h[:, k], color=CYCLE[k % len(CYCLE)], linestyle=style, linewidth=1.3, label=name)
+    axes.axhline(0.0, color=BLACK, linewidth=0.9)
+    low, high = axes.get_ylim()
+    high = max(high, 0.04)
+    margin = model.scenario.planner.margin
+    axes.axhspan(0.0, high, color=RED, alpha=0.15, linewidth=0, label="not allowed")
+    if margin > 0.0:
+        axes.axhspan(-margin, 0.0, color=ORANGE, alpha=0.25, linewidth=0, label=f"planner's margin {margin:g} m")
+    axes.set_ylim(low, high)
+    axes.grid(alpha=0.3)
+
+
+def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
+    axes.set_ylabel("tip force on the door along $n_D$ [N]")
+    if "truth" in recording:
+        truth = recording["truth"]
+        axes.plot(truth.time, truth["tip_normal_force"], color=BLACK, linewidth=0.9, label="true")
+    if "plan" in recording:
+        plan = recording["plan"]
+        axes.plot(plan.time, planned_normal_force(plan["states"][:, 0], plan["inputs"][:, 0], model), color=RED,
+                  linestyle="--", linewidth=1.2, label="planned")  # fmt: skip
+    if axes.lines:
+        axes.axhline(0.0, color=BLACK, linewidth=0.9)
+        low = min(axes.get_ylim()[0], -1.0)
+        axes.axhspan(low, 0.0, color=SKY, alpha=0.2, linewidth=0, label="pulls")
+        axes.set_ylim(bottom=low)
+    axes.grid(alpha=0.3)
+
+
+def planned_normal_force(states: Array, inputs: Array, model: Model) -> Array:
+    """Force that the plan wants on the door along its normal, n_Dᵀ(f_t R e₃ − m g e₃).
+
+    Args:
+        states: x, shape (m, 5 + n).
+        inputs: u, shape (m, 4 + n).
+        model: Model of the scenario.
+
+    Returns:
+        Shape (m,) [N]; NaN where a state is not finite.
+    """
+    weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+    force = np.full(len(states), np.nan)
+    for k in np.flatnonzero(np.isfinite(states).all(axis=1)):
+        lift = inputs[k, 0] * rotation_body_to_world(states[k, :3])[:, 2]
+        force[k] = door_normal(states[k, 3]) @ (lift - weight)
+    return force
+
+
+def _draw_thrust(axes: Axes, recording: Recording, model: Model) -> None:
+    axes.set_ylabel("thrust [N]")
+    if "command" not in recording:
+        return
+    command = recording["command"]
+    axes.plot(command.time, command["thrust"], color=BLACK, linewidth=1.0, label="commanded", zorder=3)
+    axes.axhline(model.vehicle.max_thrust, color=RED, linestyle="--", linewidth=1.2, label="limit")
+    axes.axhline(model.vehicle.mass * GRAVITY, color=GREEN, linewidth=1.0, label="weight")
+    axes.set_ylim(0.0, 1.08 * model.vehicle.max_thrust)
+    axes.grid(alpha=0.3)
+
+
+def _draw_disturbance(axes: Axes, recording: Recording) -> None:
+    axes.set_ylabel("estimated disturbance [N]")
+    if "controller" in recording:
+        controller = recording["controller"]
+        for k, (name, style) in enumerate(zip("xyz", ("-", "--", "-."), strict=True)):
+            values = controller["disturbance"][:, k]
+            axes.plot(controller.time, values, color=CYCLE[k], linestyle=style, linewidth=1.1, label=name)
+    axes.grid(alpha=0.3)
+
+
+def _draw_solve_time(axes: Axes, recording: Recording, model: Model) -> None:
+    axes.set_ylabel("planner's time [ms]")
+    if "plan" not in recording:
+        return
+    plan, deadline = recording["plan"], 1e3 / model.scenario.planner.rate
+    milliseconds = 1e3 * plan["solve_time"]
+    axes.plot(plan.time, milliseconds, color=BLACK, linewidth=0.8, label="solve")
+    axes.axhline(deadline, color=RED, linestyle="--", linewidth=1.2, label=f"deadline {deadline:g} ms")
+    missed = plan["deadline_missed"]
+    if missed.any():
+        axes.plot(
+            plan.time[missed], milliseconds[missed], "x", color=RED, markersize=5, label=f"missed: {missed.sum()}"
+        )
+    axes.set_yscale("log")
+    positive = milliseconds[milliseconds > 0.0]
+    if positive.size:
+        axes.set_ylim(
+            _decade(min(positive.min(), deadline), np.floor), _decade(max(positive.max(), 1.5 * deadline), np.ceil)
+        )
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.grid(alpha=0.3, which="both")
+
+
+def _decade(value: float, rounded: Callable[[float], float]) -> float:
+    return float(10.0 ** rounded(np.log10(value)))

@@ -1,0 +1,106 @@
+"""Figure of a flight's states: measured, predicted and desired, as the paper's Fig. 4 shows them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states
+
+Array = NDArray[np.float64]
+
+_LOOK_AHEAD = 0.2
+"""The predicted curve is what each plan says about this long after its start [s]."""
+_HORIZONS = 6
+"""Whole horizons that are drawn."""
+_VISIBLE = np.radians(0.1)
+"""Truth is drawn where it leaves the estimate by more [rad]."""
+
+
+def states_figure(recording: Recording, model: Model) -> Figure:
+    """States of a flight: measured (black), predicted by the planner (dashed red) and desired (green), as in Fig. 4.
+
+    Measured is the state converter's estimate; the simulator's truth is a thin blue line where it differs. Predicted is the
+    plan's state 0.2 s ahead, drawn at the time that it speaks of; some whole horizons are thin dashed lines.
+
+    Args:
+        recording: With topic `estimate`; `truth` and `plan` are drawn if they are there.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        The figure; `save` writes it.
+
+    Raises:
+        RecordingError: if the recording has no estimated state.
+    """
+    estimate = recording["estimate"]
+    names = ["φ", "θ", "ψ", "α", "α̇", *(f"$\\eta_{{{i + 1}}}$" for i in range(model.n_arm))]
+    rows = -(-model.nx // 3)
+    figure = Figure(figsize=(11.0, 0.6 + 2.1 * rows), layout="constrained")
+    panels = figure.subplots(rows, 3, sharex=True, squeeze=False).ravel()
+    truth = true_states(recording)
+    for i, axes in enumerate(panels[: model.nx]):
+        _draw_prediction(axes, recording, model, i)
+        if truth is not None and _differs(truth, estimate.time, estimate["state"], i):
+            axes.plot(truth[0], np.degrees(truth[1][:, i]), color=SKY, linewidth=0.8, label="truth", zorder=2.5)
+        axes.plot(estimate.time, np.degrees(estimate["state"][:, i]), color=BLACK, linewidth=1.3, label="measured")
+        goal = float(np.degrees(model.goal_state[i]))
+        axes.axhline(goal, color=GREEN, linewidth=1.3, label="desired", zorder=1.5)
+        axes.set_xlim(estimate.time[0], max(estimate.time[-1], estimate.time[0] + 1e-3))
+        axes.set_ylabel(f"{names[i]} [deg/s]" if i == 4 else f"{names[i]} [deg]")
+        _widen(axes, 2.0)
+    for axes in panels[model.nx :]:
+        axes.set_axis_off()
+    for axes in panels[max(model.nx - 3, 0) : model.nx]:
+        axes.set_xlabel("time [s]")
+        axes.tick_params(labelbottom=True)
+    figure.suptitle(f"States: {flight_name(recording)}", fontsize=11)
+    _legend(figure, panels[: model.nx])
+    return figure
+
+
+def _legend(figure: Figure, panels: Any) -> None:
+    """One legend for all panels."""
+    entries: dict[str, Any] = {}
+    for axes in panels:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    order = [name for name in ("measured", "truth", "predicted", "horizon", "desired") if name in entries]
+    figure.legend([entries[name] for name in order], order, loc="outside lower center", ncols=len(order), fontsize=9)
+
+
+def _widen(axes: Axes, least: float) -> None:
+    """Do not blow up noise: at least this far from the middle to the edge."""
+    low, high = axes.get_ylim()
+    middle, half = (low + high) / 2, max((high - low) / 2, least)
+    axes.set_ylim(middle - half, middle + half)
+    axes.grid(alpha=0.3)
+
+
+def _differs(truth: tuple[Array, Array], time: Array, states: Array, index: int) -> bool:
+    there = np.interp(time, truth[0], truth[1][:, index])
+    return bool(np.nanmax(np.abs(there - states[:, index])) > _VISIBLE)
+
+
+def _draw_prediction(axes: Axes, recording: Recording, model: Model, index: int) -> None:
+    if "plan" not in recording:
+        return
+    plan, step = recording["plan"], model.scenario.planner.time_step
+    states = np.degrees(plan["states"][:, :, index])
+    ahead = min(max(round(_LOOK_AHEAD / step), 1), states.shape[1] - 1)
+    for k in np.unique(np.linspace(0, len(states) - 1, _HORIZONS).astype(int)):
+        horizon = plan.time[k] + step * np.arange(states.shape[1])
+        axes.plot(horizon, states[k], color=RED, linewidth=0.7, linestyle=(0, (4, 3)), alpha=0.7, label="horizon")
+    axes.plot(
+        plan.time + ahead * step,
+        states[:, ahead],
+        color=RED,
+        linestyle="--",
+        linewidth=1.3,
+        label="predicted",
+        zorder=3,
+    )

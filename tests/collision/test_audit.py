@@ -1,0 +1,165 @@
+"""Audit of the analytic constraints by FCL: it must pass them, and fail every broken version of them."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from doorman.collision.audit import TOLERANCE, AuditReport, analytic_constraints, audit, clearances_at
+from doorman.collision.sampling import Region
+from doorman.collision.scene import CollisionScene
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+LEAF, LATCH, HINGE = 3, 4, 5
+SWING = (math.pi / 2, math.pi / 9)
+
+
+def small_audit(model: Model, constraints: object = None, **options: float) -> AuditReport:
+    settings = {"door_angles": SWING, "draws": 400_000, "checks": 500, **options}
+    return audit(model.coupling, constraints, model.constraint_names, **settings)  # type: ignore[arg-type]
+
+
+def test_nothing_that_the_constraints_allow_collides(model: Model) -> None:
+    report = audit(
+        model.coupling, model.constraints_along, model.constraint_names, door_angles=SWING, max_tilt=0.5, checks=1500
+    )
+    assert report.ok, report.reason
+    assert report.allowed >= 4000
+    assert report.colliding == 0
+    assert report.worst is None
+    assert "none of" in report.reason
+    boundary = sum(row.boundary_samples for row in report.rows)
+    assert boundary == 1500
+
+
+def test_the_papers_misprinted_doorframe_bound_fails(model: Model) -> None:
+    """The paper prints D_V sin α + R_A + D_w ≤ (R d)_y; the arm is not that long, so that it allows nothing at all."""
+
+    def misprinted(states: Array) -> Array:
+        h = model.constraints_along(states)
+        h[:, LATCH] += 2.0 * model.door.width
+        return h
+
+    report = small_audit(model, misprinted)
+    assert not report.ok
+    assert report.allowed == report.colliding == 0
+    assert report.worst is None
+    assert report.reason.startswith("none of")
+    assert "are allowed" in report.reason
+    assert report.forbidden_free_share == 1.0
+
+
+@pytest.mark.parametrize(
+    ("row", "loosened", "pair"),
+    [
+        (LEAF, 0.03, ("base_link", "leaf/leaf")),
+        (LATCH, 0.05, ("base_link", "frame/jamb_latch")),
+        (2, 0.3, ("servo_4", "base_link")),
+    ],
+)
+def test_a_loosened_row_is_found_out(model: Model, row: int, loosened: float, pair: tuple[str, str]) -> None:
+    def loose(states: Array) -> Array:
+        h = model.constraints_along(states)
+        h[:, row] -= loosened
+        return h
+
+    report = small_audit(model, loose)
+    assert not report.ok
+    assert report.colliding > 0
+    assert report.worst is not None
+    assert "collide" in report.reason
+    state = np.array(report.worst.state)
+    assert loose(state[None]).max() <= 0.0  # it is allowed …
+    again = clearances_at(CollisionScene(model.vehicle, model.door), model.coupling, state[None]).worst
+    assert again.distance == pytest.approx(-report.worst.depth)  # … and it does collide
+    assert report.worst.depth > TOLERANCE
+    assert (report.worst.first, report.worst.second) == pair
+
+
+def test_beyond_the_stated_tilt_an_elbow_comes_through_the_leaf(model: Model) -> None:
+    """The documented limit of the guarantee: 0.68 rad for the shipped vehicle."""
+    report = small_audit(model, max_tilt=0.85)
+    assert not report.ok
+    assert report.worst is not None
+    assert report.worst.second == "leaf/leaf"
+    assert report.worst.first in ("servo_3", "servo_4")
+    roll, pitch = report.worst.state[:2]
+    assert math.acos(math.cos(roll) * math.cos(pitch)) > 0.68
+
+
+def test_conservatism_is_measured_by_row(model: Model) -> None:
+    report = small_audit(model)
+    rows = {row.name: row for row in report.rows}
+    assert tuple(rows) == model.constraint_names
+    assert 0.0 < report.forbidden_free_share < 0.7
+    assert max(row.forbidden_share for row in report.rows) <= report.forbidden_free_share + 1e-12
+    for row in report.rows:
+        assert 0.0 <= row.forbidden_alone_share <= row.forbidden_share
+    leaf, latch = rows["disc clear of leaf"], rows["disc clear of latch jamb"]
+    assert leaf.boundary_clearance == pytest.approx(0.0, abs=TOLERANCE)  # this row is exact …
+    assert latch.boundary_clearance is not None
+    assert latch.boundary_clearance > 0.02  # … this one bounds the disc also where it is not in the doorway
+    assert latch.forbidden_share > leaf.forbidden_share
+
+
+def test_tightened_constraints_forbid_more(model: Model) -> None:
+    tight = small_audit(model, lambda states: model.constraints_along(states) + 0.05)
+    assert tight.ok
+    assert tight.forbidden_free_share > small_audit(model).forbidden_free_share
+
+
+def test_too_few_allowed_configurations_are_no_proof(model: Model) -> None:
+    def almost_nothing(states: Array) -> Array:
+        return np.where(np.abs(states[:, :1] - 0.1) < 0.002, model.constraints_along(states), 1.0)
+
+    report = small_audit(model, almost_nothing, draws=100_000)
+    assert not report.ok
+    assert report.colliding == 0
+    assert report.reason.startswith("only ")
+
+
+def test_same_seed_same_report(model: Model) -> None:
+    first, second = (small_audit(model, checks=100, seed=3).as_dict() for _ in range(2))
+    assert first == second
+    assert first != small_audit(model, checks=100, seed=4).as_dict()
+    assert json.loads(json.dumps(first, allow_nan=False))["ok"] is True
+
+
+def test_own_constraints_are_the_models(model: Model, rng: np.random.Generator) -> None:
+    states = rng.normal(size=(50, model.nx))
+    np.testing.assert_array_equal(analytic_constraints(model.coupling)(states), model.constraints_along(states))
+
+
+def test_region_keeps_its_bounds(model: Model, rng: np.random.Generator) -> None:
+    region = Region(model.coupling, SWING, 0.4)
+    states = region.draw(5000, rng)
+    assert 3500 < len(states) < 5000
+    tilt = np.arccos(np.cos(states[:, 0]) * np.cos(states[:, 1]))
+    assert 0.38 < tilt.max() <= 0.4
+    assert states[:, 3].min() >= SWING[1]
+    assert states[:, 3].max() <= SWING[0]
+    assert (states[:, 5:] >= model.vehicle.lower_limits).all()
+    assert (states[:, 5:] <= model.vehicle.upper_limits).all()
+    near = region.near(states[:10], 5.0, 3, rng)
+    assert near.shape == (30, model.nx)
+    assert (near[:, 4] == 0.0).all()
+    tilted = near[np.cos(near[:, 0]) * np.cos(near[:, 1]) < np.cos(0.4)]
+    assert not region.contains(tilted).any()
+
+
+def test_bisection_ends_at_the_boundary_inside(model: Model, rng: np.random.Generator) -> None:
+    region = Region(model.coupling, SWING, 1.0)
+    states = region.draw(20_000, rng)
+    allowed = region.allowed(states, model.constraints_along)
+    inside = states[allowed]
+    outside = states[~allowed][: len(inside)]
+    edge = region.to_boundary(inside, outside, model.constraints_along)
+    assert region.allowed(edge, model.constraints_along).all()
+    h = model.constraints_along(edge).max(axis=1)
+    assert np.median(h) == pytest.approx(0.0, abs=1e-6)

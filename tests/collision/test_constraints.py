@@ -1,0 +1,156 @@
+"""The analytic constraints against their geometry, and their Jacobian against finite differences, for arms of any length."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from finite_differences import central_difference
+from urdf_variants import robot_data_vehicle, write_arm_of, write_door
+
+from doorman.collision.constraints import collision_constraints, collision_constraints_jacobian
+from doorman.exceptions import DimensionError
+from doorman.kinematics.door import door_normal
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.scenario import ContactSection, DoorSection, Scenario, VehicleSection
+
+
+@pytest.fixture(scope="module", params=["paper", "borinot_flying_arm_2", "hextilt_flying_arm_5", 2, 3, 5, 7])
+def any_model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """Models of arms with 2 to 7 joints, on another door than the paper's but for the first."""
+    kind = request.param
+    if kind == "paper":
+        return Model(Scenario.load("paper"))
+    folder: Path = tmp_path_factory.mktemp("urdf")
+    door = DoorSection(urdf=str(write_door(folder / "door.urdf", width=1.4, mass=15.0)))
+    if isinstance(kind, int):
+        vehicle = VehicleSection(urdf=str(write_arm_of(folder / "vehicle.urdf", kind, odd_axes_seed=kind)))
+    else:
+        _, vehicle = robot_data_vehicle(kind)
+    return Model(Scenario(vehicle=vehicle, door=door, contact=ContactSection(distance_from_hinge=0.6)))
+
+
+def random_states(model: Model, count: int, rng: np.random.Generator) -> np.ndarray:
+    states = rng.uniform(-1.3, 1.3, (count, model.nx))
+    states[:, 3] = rng.uniform(0.0, 1.7, count)
+    states[:, 2] = states[:, 3] - math.pi / 2 + rng.uniform(-0.8, 0.8, count)
+    return states
+
+
+def test_there_are_n_plus_2_rows(any_model: Model) -> None:
+    n = any_model.n_arm
+    assert any_model.n_constraints == len(any_model.constraint_names) == n + 2
+    assert any_model.constraints(any_model.start_state).shape == (n + 2,)
+    assert any_model.constraint_jacobian(any_model.start_state).shape == (n + 2, 5 + n)
+
+
+def test_an_arm_of_one_joint_has_its_tip_alone(tmp_path: Path) -> None:
+    vehicle = VehicleSection(urdf=str(write_arm_of(tmp_path / "vehicle.urdf", 1)))
+    model = Model(Scenario(vehicle=vehicle))
+    assert model.constraint_names[0] == "tip below body"
+    assert model.n_constraints == 4
+
+
+def test_rows_of_the_arm_are_heights_in_the_body(any_model: Model, rng: np.random.Generator) -> None:
+    for x in random_states(any_model, 10, rng):
+        heights = any_model.vehicle.point_positions(x[5:])[:, 2]
+        np.testing.assert_allclose(any_model.constraints(x)[:-3], heights, atol=1e-14)
+
+
+def test_row_of_the_leaf_is_the_farthest_point_of_the_rim_beyond_its_plane(
+    any_model: Model, rng: np.random.Generator
+) -> None:
+    """Walk around the rim of the disc in the world; n_D points away from the vehicle, through the leaf."""
+    bearings = np.linspace(0.0, 2.0 * math.pi, 3601)
+    rim_in_body = any_model.vehicle.radius * np.array([np.cos(bearings), np.sin(bearings), np.zeros(len(bearings))])
+    for x in random_states(any_model, 10, rng):
+        position = any_model.coupling.vehicle_position(x[:3], x[3], x[5:])
+        rim = position[:, None] + rotation_body_to_world(x[:3]) @ rim_in_body
+        beyond = door_normal(x[3]) @ (rim - any_model.door.hinge_position[:, None])
+        assert any_model.constraints(x)[-3] == pytest.approx(beyond.max(), abs=5e-7)
+
+
+def test_rows_of_the_jambs_are_the_vehicles_place_in_the_doorway(any_model: Model, rng: np.random.Generator) -> None:
+    radius, width = any_model.vehicle.radius, any_model.door.width
+    for x in random_states(any_model, 10, rng):
+        across = (any_model.coupling.vehicle_position(x[:3], x[3], x[5:]) - any_model.door.hinge_position)[1]
+        latch, hinge = any_model.constraints(x)[-2:]
+        assert latch == pytest.approx(across - (width - radius), abs=1e-13)
+        assert hinge == pytest.approx(radius - across, abs=1e-13)
+
+
+def test_jacobian_against_finite_differences(any_model: Model, rng: np.random.Generator) -> None:
+    for x in random_states(any_model, 10, rng):
+        numeric = central_difference(any_model.constraints, x)
+        np.testing.assert_allclose(any_model.constraint_jacobian(x), numeric, atol=2e-8)
+
+
+def test_no_row_depends_on_the_doors_rate(any_model: Model) -> None:
+    np.testing.assert_array_equal(any_model.constraint_jacobian(any_model.start_state)[:, 4], 0.0)
+
+
+def test_many_states_at_once(any_model: Model, rng: np.random.Generator) -> None:
+    states = random_states(any_model, 7, rng)
+    one_by_one = np.array([any_model.constraints(x) for x in states])
+    np.testing.assert_array_equal(any_model.constraints_along(states), one_by_one)
+    states.flags.writeable = False
+    np.testing.assert_array_equal(any_model.constraints_along(states), one_by_one)
+    np.testing.assert_array_equal(any_model.constraints_along(np.asfortranarray(states)), one_by_one)
+
+
+def test_compiled_rows_equal_their_plain_twin(model: Model, rng: np.random.Generator) -> None:
+    p, m, nx = model.constraint_parameters(), model.n_constraints, model.nx
+    for x in random_states(model, 5, rng):
+        compiled, plain = (np.empty(m), np.empty((m, nx))), (np.empty(m), np.empty((m, nx)))
+        collision_constraints_jacobian(p, x, *compiled)
+        collision_constraints_jacobian.py_func(p, x, *plain)
+        np.testing.assert_allclose(compiled[0], plain[0], atol=1e-14)
+        np.testing.assert_allclose(compiled[1], plain[1], atol=1e-14)
+        values = np.empty(m)
+        collision_constraints.py_func(p, x, values)
+        np.testing.assert_allclose(values, compiled[0], atol=1e-14)
+
+
+def test_paper_starts_and_ends_inside(model: Model) -> None:
+    assert (model.constraints(model.start_state) < 0.0).all()
+    assert (model.constraints(model.goal_state) < 0.0).all()
+
+
+def test_start_of_the_paper_by_hand(model: Model) -> None:
+    """Closed door, level: the leaf's row is R_A − d_x, the jambs' rows are 0.7 m from the hinge of a doorway of 1.2 m."""
+    h = model.constraints(model.start_state)
+    tip_ahead = model.vehicle.tip_position(model.start_arm)[0]
+    np.testing.assert_allclose(h[3:], [0.40 - tip_ahead, 0.7 - 0.8, 0.4 - 0.7], atol=1e-14)
+
+
+def test_the_misprinted_lower_bound_would_never_hold(model: Model) -> None:
+    """The paper's D_V sin α + R_A + D_w ≤ (Rd)_y asks for a tip 1.6 m to the left of the vehicle and more."""
+    reach = np.linalg.norm(model.vehicle.arm.links, axis=1).sum() + np.linalg.norm(model.vehicle.arm.point_offsets[-1])
+    assert reach < model.vehicle.radius + model.door.width
+
+
+def test_a_disc_parallel_to_the_leaf_is_a_kink_with_a_finite_slope(model: Model) -> None:
+    """Rolled by 90° before the open door, the disc lies along the leaf: the root in row 2 has no derivative there."""
+    x = np.concatenate([[math.pi / 2, 0.0, 0.0, 0.0, 0.0], model.goal_arm])
+    h, jacobian = model.constraints(x), model.constraint_jacobian(x)
+    assert np.isfinite(h).all()
+    assert np.isfinite(jacobian).all()
+    tip = model.vehicle.tip_position(model.goal_arm)
+    assert h[-3] == pytest.approx(-(rotation_body_to_world(x[:3]).T @ door_normal(0.0)) @ tip, abs=1e-15)
+    assert np.abs(jacobian).max() < 2.0
+
+
+@pytest.mark.parametrize("state", [np.zeros(8), np.full(9, np.nan), np.zeros((1, 9)), "state"])
+def test_what_is_not_a_state_is_an_error(model: Model, state: object) -> None:
+    for function in (model.constraints, model.constraint_jacobian):
+        with pytest.raises(DimensionError, match="state"):
+            function(state)
+
+
+@pytest.mark.parametrize("states", [np.zeros(9), np.zeros((3, 8)), np.zeros((2, 3, 9))])
+def test_what_are_not_states_is_an_error(model: Model, states: np.ndarray) -> None:
+    with pytest.raises(DimensionError, match="states"):
+        model.constraints_along(states)

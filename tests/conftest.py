@@ -1,0 +1,31 @@
+"""Fixtures that all tests share."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+settings.register_profile("doorman", derandomize=True, deadline=None, database=None)
+settings.load_profile("doorman")
+
+
+@pytest.fixture(scope="session")
+def scenario() -> Scenario:
+    """The paper's task."""
+    return Scenario.load("paper")
+
+
+@pytest.fixture(scope="session")
+def model(scenario: Scenario) -> Model:
+    """Model of the paper's task."""
+    return Model(scenario)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Random numbers, the same in every run."""
+    return np.random.default_rng(20200531)

@@ -1,0 +1,231 @@
+"""The Lagrangian model against Pinocchio, Lagrange's equations, and the laws of mechanics."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from finite_differences import central_difference
+from pinocchio_reference import constrained_dynamics
+from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited
+
+from doorman.dynamics.lagrangian import LagrangianModel
+from doorman.dynamics.lagrangian_acceleration import fill_mass_matrix, sines_and_cosines, tip_in_body
+from doorman.dynamics.quasi_static import quasi_static_rates
+from doorman.exceptions import DimensionError, SingularityError, SolverError
+from doorman.kinematics.coupling import Coupling
+from doorman.kinematics.door import Door, door_normal
+from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
+from doorman.kinematics.vehicle import Vehicle
+from doorman.model import Model
+from doorman.scenario import DoorSection, Scenario
+
+RESISTING = DoorSection(damping=0.4, friction=0.6, stiffness=1.5, rest_angle=1.2)
+
+
+@pytest.fixture(scope="module", params=["paper", 1, 2, 7])
+def lagrangian(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> LagrangianModel:
+    """A door that resists, the paper's vehicle and others with unlike inertias."""
+    kind = request.param
+    if kind == "paper":
+        return LagrangianModel(Coupling(Vehicle(VEHICLE), Door(DOOR, RESISTING), 0.7, 0.8), 0.02, disturbance=0.35)
+    folder: Path = tmp_path_factory.mktemp("urdf")
+    vehicle = write_edited(
+        folder / "vehicle.urdf",
+        write_arm_of(folder / "arm.urdf", kind, odd_axes_seed=kind),
+        (
+            'ixx="0.045" ixy="0" ixz="0" iyy="0.045" iyz="0"',
+            'ixx="0.06" ixy="0.01" ixz="-0.007" iyy="0.05" iyz="0.004"',
+        ),
+        ('<mass value="3.0" />', '<mass value="2.2" />'),
+    )
+    door = Door(write_door(folder / "door.urdf", width=1.45, mass=18.0), RESISTING)
+    return LagrangianModel(Coupling(Vehicle(vehicle), door, 0.9, 1.1), 0.01)
+
+
+def random_state(model: LagrangianModel, rng: np.random.Generator) -> np.ndarray:
+    return np.concatenate(
+        [rng.uniform(-1.2, 1.2, 3), rng.uniform(-0.3, 1.7, 1), rng.normal(size=4), rng.uniform(-1.5, 1.5, model.n_arm)]
+    )
+
+
+def random_inputs(model: LagrangianModel, rng: np.random.Generator) -> np.ndarray:
+    return np.concatenate([rng.uniform(5.0, 48.0, 1), rng.uniform(-2.0, 2.0, 3), rng.uniform(-3.0, 3.0, model.n_arm)])
+
+
+def body_acceleration(state: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+    """Ω̇ of Ω = W⁻¹(Φ)Φ̇ by a complex step along the motion: exact to rounding."""
+    roll, pitch, _ = state[:3] + 1e-30j * state[4:7]
+    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+    matrix = np.array([[1.0, 0.0, -sp], [0.0, cr, sr * cp], [0.0, -sr, cr * cp]])
+    return np.imag(matrix @ (state[4:7] + 1e-30j * acceleration)) / 1e-30
+
+
+def test_accelerations_agree_with_pinocchio(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    for _ in range(25):
+        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
+        reference = constrained_dynamics(lagrangian, x, u)
+        rate = lagrangian.derivative(x, u)
+        assert rate[7] == pytest.approx(reference.door_acceleration, rel=1e-9, abs=1e-9)
+        np.testing.assert_allclose(body_acceleration(x, rate[4:7]), reference.body_acceleration, rtol=1e-9, atol=1e-9)
+        np.testing.assert_array_equal(rate[:4], x[4:8])
+        np.testing.assert_array_equal(rate[8:], u[4:])
+
+
+def test_contact_force_agrees_with_pinocchio(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    for _ in range(10):
+        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
+        reference = constrained_dynamics(lagrangian, x, u)
+        np.testing.assert_allclose(lagrangian.contact_force(x, u), reference.force_on_door, rtol=1e-9, atol=1e-8)
+
+
+def test_the_door_alone_obeys_the_contact_force(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    door, reach = lagrangian.coupling.door, lagrangian.coupling.distance_from_hinge
+    for _ in range(5):
+        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
+        torque = -reach * door_normal(x[3]) @ lagrangian.contact_force(x, u)
+        torque -= door.hinge_torque(x[3], x[7]) + lagrangian.disturbance
+        assert lagrangian.derivative(x, u)[7] == pytest.approx(torque / door.inertia, rel=1e-11, abs=1e-11)
+
+
+def test_accelerations_solve_lagranges_equations(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    """M_q q̈ + Ṁ_q q̇ − ½ ∂(q̇ᵀM_q q̇)/∂q + G_q = J_tᵀ R e₃ f_t + J_rᵀ T − J_αᵀ τ, with M_q from the coupling's Jacobians."""
+    coupling = lagrangian.coupling
+    for _ in range(5):
+        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
+        q, q_rate, arm = x[:4], x[4:8], x[8:]
+        partials = central_difference(lambda q, arm=arm: lagrangian.mass_matrix(q, arm), q)
+        inertial = partials @ q_rate @ q_rate - 0.5 * np.einsum("ijk,i,j->k", partials, q_rate, q_rate)
+        translation = coupling.translation_jacobian(q[:3], q[3], arm)
+        gravity = translation.T @ [0.0, 0.0, coupling.vehicle.mass * 9.81]
+        force = (
+            translation.T @ rotation_body_to_world(q[:3])[:, 2] * u[0] + coupling.rotation_jacobian(q[:3]).T @ u[1:4]
+        )
+        force[3] -= coupling.door.hinge_torque(q[3], q_rate[3]) + lagrangian.disturbance
+        left = lagrangian.mass_matrix(q, arm) @ lagrangian.derivative(x, u)[4:8] + inertial + gravity
+        np.testing.assert_allclose(left, force, atol=2e-7)
+
+
+def test_both_mass_matrices_agree(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    """M_q from J_t, J_r, J_α equals that of the kernel in [Ω, α̇], mapped by W⁻¹."""
+    p = lagrangian.parameters()
+    for _ in range(5):
+        x = random_state(lagrangian, rng)
+        fill_mass_matrix(p, sines_and_cosines(x), tip_in_body(p, x))
+        mapping = np.eye(4)
+        mapping[:3, :3] = body_rate_matrix(x[:3])
+        matrix = lagrangian.mass_matrix(x[:4], x[8:])
+        np.testing.assert_allclose(mapping.T @ p.mass_matrix @ mapping, matrix, atol=1e-13)
+        np.testing.assert_allclose(matrix, matrix.T, atol=1e-15)
+        assert np.linalg.eigvalsh(matrix)[0] > 0.0
+
+
+def test_power_of_inputs_and_hinge_is_the_rate_of_energy(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    coupling, door = lagrangian.coupling, lagrangian.coupling.door
+    for _ in range(5):
+        x, u = random_state(lagrangian, rng), random_inputs(lagrangian, rng)
+        u[4:] = 0.0
+        rate = lagrangian.derivative(x, u)
+        change = central_difference(
+            lambda t, x=x, rate=rate: np.array([lagrangian.energy(x + t[0] * rate)]), np.zeros(1)
+        )
+        velocity = coupling.translation_jacobian(x[:3], x[3], x[8:]) @ x[4:8]
+        power = u[0] * rotation_body_to_world(x[:3])[:, 2] @ velocity + u[1:4] @ body_rate_matrix(x[:3]) @ x[4:7]
+        spring = door.stiffness * (x[3] - door.rest_angle)
+        power -= (door.hinge_torque(x[3], x[7]) - spring + lagrangian.disturbance) * x[7]
+        assert change[0, 0] == pytest.approx(power, rel=1e-7, abs=1e-7)
+
+
+def test_energy_is_kept_when_nothing_drives_or_brakes(rng: np.random.Generator) -> None:
+    coupling = Coupling(Vehicle(VEHICLE), Door(DOOR, DoorSection(stiffness=3.0)), 0.7, 0.8)
+    x = np.concatenate([rng.uniform(-0.3, 0.3, 3), [1.2], rng.uniform(-0.5, 0.5, 4), [0.2, 0.9, -0.7, 0.3]])
+    drifts = []
+    for steps in (100, 200):
+        model, state = LagrangianModel(coupling, 0.3 / steps), x
+        for _ in range(steps):
+            state = model.step(state, np.zeros(8))
+        drifts.append(abs(model.energy(state) - model.energy(x)))
+    assert np.linalg.norm(state[:8] - x[:8]) > 0.5
+    assert drifts[1] < 1e-6
+    assert drifts[1] < drifts[0] / 12.0
+
+
+def test_hover_with_the_door_at_rest_is_an_equilibrium() -> None:
+    """Thrust m g against gravity; the torque holds nothing, for the tip carries no force."""
+    model = LagrangianModel(Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8), 0.02)
+    x = np.array([0, 0, -0.4, 1.2, 0, 0, 0, 0, 0, 1.0, -0.6, -0.4])
+    u = np.array([3.0 * 9.81, 0, 0, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(model.derivative(x, u), np.zeros(12), atol=1e-13)
+    np.testing.assert_allclose(model.contact_force(x, u), np.zeros(3), atol=1e-13)
+    np.testing.assert_allclose(model.step(x, u), x, atol=1e-14)
+
+
+def test_a_vehicle_without_mass_leaves_the_quasi_static_door(tmp_path: Path, rng: np.random.Generator) -> None:
+    """With m_A → 0 the tip passes on the thrust and nothing else: α̈ tends to the simplified model's, linearly in m_A."""
+    x = np.concatenate([rng.uniform(-0.5, 0.5, 3), [1.1], rng.normal(size=4), [0.2, 0.9, -0.7, 0.3]])
+    u = np.concatenate([[30.0, 0.3, -0.2, 0.1], np.zeros(4)])
+    scenario = Scenario(door=RESISTING)
+    expected = quasi_static_rates(Model(scenario).dynamics_parameters(), *x[:4], x[7], u[0], 0.0, 0.0, 0.0)[3]
+    errors = []
+    for mass in (1e-4, 1e-5, 1e-6):
+        path = write_edited(tmp_path / "v.urdf", VEHICLE, ('<mass value="3.0"/>', f'<mass value="{mass}"/>'))
+        coupling = Coupling(Vehicle(path), Door(DOOR, RESISTING), 0.7, 0.8)
+        errors.append(abs(LagrangianModel(coupling, 0.02).derivative(x, u)[7] - expected))
+    assert errors[2] < 1e-4
+    np.testing.assert_allclose([errors[0] / errors[1], errors[1] / errors[2]], 10.0, rtol=0.02)
+
+
+def test_a_push_moves_door_and_vehicle_together() -> None:
+    """Before the closed door the inertia of α is I_D + m_A D_V²: the vehicle rides on the leaf."""
+    coupling = Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8)
+    matrix = LagrangianModel(coupling, 0.02).mass_matrix([0, 0, 0, math.pi / 2], [0.0, math.pi / 2, -math.pi / 2, 0.0])
+    assert matrix[3, 3] == pytest.approx(5.28 + 3.0 * 0.7**2)
+
+
+def test_inertia_is_that_of_the_posture_asked_for(tmp_path: Path) -> None:
+    inertial = '<inertial><mass value="0.5"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
+    path = write_edited(tmp_path / "v.urdf", VEHICLE, ('<link name="tip">', f'<link name="tip">{inertial}'))
+    coupling, posture = Coupling(Vehicle(path), Door(DOOR), 0.7, 0.8), [0.0, 1.0, -0.6, -0.4]
+    model = LagrangianModel(coupling, 0.02, inertia_posture=posture)
+    np.testing.assert_array_equal(model.vehicle_inertia, coupling.vehicle.inertia(posture))
+    assert not np.allclose(model.vehicle_inertia, LagrangianModel(coupling, 0.02).vehicle_inertia)
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 2.0])
+@pytest.mark.parametrize("method", ["derivative", "step", "step_jacobian", "contact_force"])
+def test_the_singularity_is_an_error(lagrangian: LagrangianModel, method: str, pitch: float) -> None:
+    x = np.zeros(lagrangian.nx)
+    x[1] = pitch
+    with pytest.raises(SingularityError, match="pitch"):
+        getattr(lagrangian, method)(x, np.zeros(lagrangian.nu))
+
+
+def test_a_step_into_the_singularity_is_an_error(lagrangian: LagrangianModel) -> None:
+    x = np.zeros(lagrangian.nx)
+    x[1], x[5] = 1.55, 20.0
+    with pytest.raises((SingularityError, DimensionError), match="next state"):
+        LagrangianModel(lagrangian.coupling, 0.02).step(x, np.zeros(lagrangian.nu))
+
+
+@pytest.mark.parametrize("method", ["derivative", "step", "step_jacobian", "contact_force"])
+def test_what_is_not_a_state_or_an_input_is_an_error(lagrangian: LagrangianModel, method: str) -> None:
+    x, u = np.zeros(lagrangian.nx), np.zeros(lagrangian.nu)
+    with pytest.raises(DimensionError, match="state"):
+        getattr(lagrangian, method)(x[1:], u)
+    with pytest.raises(DimensionError, match="inputs"):
+        getattr(lagrangian, method)(x, np.append(u, 0.0))
+    with pytest.raises(DimensionError, match=r"inputs\[0\]"):
+        getattr(lagrangian, method)(x, np.append(np.nan, u[1:]))
+
+
+@pytest.mark.parametrize("time_step", [0.0, -0.01, math.nan, math.inf])
+def test_an_impossible_time_step_is_an_error(lagrangian: LagrangianModel, time_step: float) -> None:
+    with pytest.raises(SolverError, match="time_step"):
+        LagrangianModel(lagrangian.coupling, time_step)
+
+
+def test_an_infinite_disturbance_is_an_error(lagrangian: LagrangianModel) -> None:
+    with pytest.raises(SolverError, match="disturbance"):
+        LagrangianModel(lagrangian.coupling, 0.02, disturbance=math.inf)

@@ -1,0 +1,148 @@
+"""Derivatives and integration of the Lagrangian model: finite differences, order of convergence, plain twins."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from finite_differences import central_difference
+from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
+
+from doorman.dynamics.lagrangian import LagrangianModel, lagrangian_step, lagrangian_step_jacobian
+from doorman.dynamics.lagrangian_acceleration import factorize, lagrangian_accelerations, substitute
+from doorman.dynamics.lagrangian_acceleration_jacobian import lagrangian_accelerations_jacobian
+from doorman.kinematics.coupling import Coupling
+from doorman.kinematics.door import Door
+from doorman.kinematics.vehicle import Vehicle
+from doorman.scenario import DoorSection
+
+RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.5, stiffness=1.5, rest_angle=1.2)
+
+
+@pytest.fixture(scope="module", params=["paper", "borinot_flying_arm_2", "hextilt_flying_arm_5", 1, 3, 7])
+def lagrangian(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> LagrangianModel:
+    kind = request.param
+    if kind == "paper":
+        vehicle = Vehicle(VEHICLE)
+    elif isinstance(kind, int):
+        path: Path = tmp_path_factory.mktemp("arm") / "odd.urdf"
+        vehicle = Vehicle(write_arm_of(path, kind, odd_axes_seed=kind))
+    else:
+        vehicle = Vehicle(*robot_data_vehicle(kind))
+    return LagrangianModel(Coupling(vehicle, Door(DOOR, RESISTING), 0.7, 0.8), 0.02, disturbance=0.3)
+
+
+def random_point(model: LagrangianModel, rng: np.random.Generator) -> np.ndarray:
+    """State and input in one vector."""
+    attitude, angle, rates = rng.uniform(-0.9, 0.9, 3), rng.uniform(0.0, 1.6, 1), rng.normal(size=4)
+    thrust, torque = rng.uniform(5.0, 48.0, 1), rng.uniform(-1.0, 1.0, 3)
+    arm, arm_rates = rng.uniform(-1.2, 1.2, model.n_arm), rng.uniform(-2.0, 2.0, model.n_arm)
+    return np.concatenate([attitude, angle, rates, arm, thrust, torque, arm_rates])
+
+
+def test_jacobian_of_the_accelerations(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    p, nx = lagrangian.parameters(), lagrangian.nx
+
+    def accelerations(z: np.ndarray) -> np.ndarray:
+        lagrangian_accelerations(p, z[:nx].copy(), z[nx:].copy())
+        return p.accelerations[:, 0].copy()
+
+    for _ in range(5):
+        z = random_point(lagrangian, rng)
+        jacobian = np.empty((4, 12 + lagrangian.n_arm))
+        lagrangian_accelerations_jacobian(p, z[:nx].copy(), z[nx:].copy(), jacobian)
+        np.testing.assert_allclose(p.accelerations[:, 0], accelerations(z), rtol=1e-12)
+        numeric = central_difference(accelerations, z)[:, : 12 + lagrangian.n_arm]
+        np.testing.assert_allclose(jacobian, numeric, rtol=1e-6, atol=1e-7 * np.abs(numeric).max())
+
+
+def test_sensitivities_of_a_step(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    nx = lagrangian.nx
+    for _ in range(5):
+        z = random_point(lagrangian, rng)
+        by_state, by_input = lagrangian.step_jacobian(z[:nx], z[nx:])
+        assert by_state.shape == (nx, nx)
+        assert by_input.shape == (nx, lagrangian.nu)
+        numeric = central_difference(lambda z: lagrangian.step(z[:nx], z[nx:]), z)
+        error = np.hstack([by_state, by_input]) - numeric
+        assert np.abs(error).max() < 1e-8 * max(1.0, np.abs(numeric).max())
+
+
+def test_a_step_is_of_fourth_order(rng: np.random.Generator) -> None:
+    """The error over 0.2 s falls by 2⁴ when the step is halved; the truth is a step 16 times finer than the finest."""
+    coupling = Coupling(Vehicle(VEHICLE), Door(DOOR, RESISTING), 0.7, 0.8)
+    start = np.concatenate([[0.1, -0.2, -0.3, 1.2], [0.4, -0.3, 0.5, -0.3], [0.1, 0.9, -0.6, -0.3]])
+    u = np.concatenate([[31.0], [0.05, -0.04, 0.06], [0.3, -0.4, 0.2, 0.5]])
+
+    def end(steps: int) -> np.ndarray:
+        model, x = LagrangianModel(coupling, 0.2 / steps), start
+        for _ in range(steps):
+            x = model.step(x, u)
+        return x
+
+    truth = end(640)
+    errors = [np.abs(end(steps) - truth).max() for steps in (10, 20, 40)]
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 4.0, atol=0.25)
+
+
+def test_a_step_is_the_textbooks(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    nx, h = lagrangian.nx, lagrangian.time_step
+    z = random_point(lagrangian, rng)
+    x, u = z[:nx], z[nx:]
+    k1 = lagrangian.derivative(x, u)
+    k2 = lagrangian.derivative(x + 0.5 * h * k1, u)
+    k3 = lagrangian.derivative(x + 0.5 * h * k2, u)
+    k4 = lagrangian.derivative(x + h * k3, u)
+    np.testing.assert_allclose(lagrangian.step(x, u), x + h / 6.0 * (k1 + 2 * k2 + 2 * k3 + k4), rtol=1e-13, atol=1e-13)
+
+
+def test_the_arm_is_integrated_exactly(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    nx = lagrangian.nx
+    z = random_point(lagrangian, rng)
+    moved = lagrangian.step(z[:nx], z[nx:])
+    np.testing.assert_allclose(moved[8:], z[8:nx] + lagrangian.time_step * z[nx + 4 :], atol=1e-15)
+
+
+def test_compiled_steps_equal_their_plain_twins(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    nx, nu = lagrangian.nx, lagrangian.nu
+    z = random_point(lagrangian, rng)
+    for kernel, shape in ((lagrangian_step, (nx,)), (lagrangian_step_jacobian, (nx, nx + nu))):
+        compiled, plain = np.empty(shape), np.empty(shape)
+        kernel(lagrangian.parameters(), z[:nx].copy(), z[nx:].copy(), compiled)
+        kernel.py_func(lagrangian.parameters(), z[:nx].copy(), z[nx:].copy(), plain)
+        np.testing.assert_allclose(compiled, plain, rtol=1e-12, atol=1e-12)
+
+
+def test_a_disturbance_may_be_given_with_the_parameters(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    z = random_point(lagrangian, rng)
+    x, u = z[: lagrangian.nx].copy(), z[lagrangian.nx :].copy()
+    other = LagrangianModel(lagrangian.coupling, lagrangian.time_step, disturbance=-1.1)
+    out = np.empty(lagrangian.nx)
+    lagrangian_step(lagrangian.parameters(disturbance=-1.1), x, u, out)
+    np.testing.assert_array_equal(out, other.step(x, u))
+    assert lagrangian.parameters().disturbance == 0.3
+
+
+def test_results_do_not_change_when_the_model_is_used_again(
+    lagrangian: LagrangianModel, rng: np.random.Generator
+) -> None:
+    nx = lagrangian.nx
+    one, other = random_point(lagrangian, rng), random_point(lagrangian, rng)
+    results = [lagrangian.step(one[:nx], one[nx:]), *lagrangian.step_jacobian(one[:nx], one[nx:])]
+    kept = [result.copy() for result in results]
+    lagrangian.step_jacobian(other[:nx], other[nx:])
+    for result, before in zip(results, kept, strict=True):
+        np.testing.assert_array_equal(result, before)
+    np.testing.assert_array_equal(lagrangian.step_jacobian(one[:nx], one[nx:])[0], kept[1])
+
+
+def test_cholesky_solves(rng: np.random.Generator) -> None:
+    root, right = rng.normal(size=(4, 4)), rng.normal(size=(4, 6))
+    matrix = root @ root.T + np.eye(4)
+    factor, columns = matrix.copy(), right.copy()
+    factorize(factor)
+    substitute(factor, columns)
+    np.testing.assert_allclose(matrix @ columns, right, atol=1e-13)
+    np.testing.assert_allclose(np.tril(factor), np.linalg.cholesky(matrix), atol=1e-14)

@@ -1,0 +1,234 @@
+"""Broken URDFs: each an error that names file, field, what was given and what is allowed, and nothing on the console."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from urdf_variants import DOOR, VEHICLE
+
+from doorman.exceptions import ScenarioError, UrdfError
+from doorman.kinematics.door import Door
+from doorman.kinematics.urdf import load_description, load_pinocchio
+from doorman.kinematics.vehicle import Vehicle
+from doorman.model import Model
+from doorman.scenario import DoorSection, Scenario, VehicleSection
+
+LEAF_BOX = (
+    '<origin xyz="0.6 -0.02 0.8" rpy="0 0 0"/>\n      <geometry><box size="1.2 0.04 1.6"/></geometry>\n    </collision>'
+)
+DISC = '<geometry><cylinder radius="0.40" length="0.0004"/></geometry>'
+ELBOW = '<joint name="eta_3" type="revolute">'
+ELBOW_AXIS = '<parent link="servo_2"/>\n    <child link="servo_3"/>\n    <axis xyz="0 -1 0"/>'
+
+# name, text of the shipped file (every occurrence is replaced), what stands there instead, field, given
+DOORS = [
+    ("leaf renamed", '"leaf"', '"slab"', "door.leaf", "leaf"),
+    ("leaf dangling", '<link name="leaf">', '<link name="panel">', "joint[hinge]/child@link", "leaf"),
+    ("hinge renamed", '"hinge"', '"pivot"', "door.hinge", "hinge"),
+    ("hinge fixed", 'type="revolute"', 'type="fixed"', "door.hinge", "hinge"),
+    ("hinge prismatic", 'type="revolute"', 'type="prismatic"', "joint hinge", "PZ"),
+    ("hinge without end stops", 'type="revolute"', 'type="continuous"', "joint hinge", "RUBZ"),
+    ("hinge of no type", 'type="revolute"', "", "joint[hinge]@type", ""),
+    ("hinge of unknown type", 'type="revolute"', 'type="rotary"', "joint[hinge]@type", "rotary"),
+    ("axis lying", '<axis xyz="0 0 1"/>', '<axis xyz="1 0 0"/>', "joint hinge", "along"),
+    ("axis down", '<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>', "joint hinge", "along"),
+    ("axis of the default", '<axis xyz="0 0 1"/>', "", "joint hinge", "along"),
+    ("axis zero", '<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint[hinge]/axis@xyz", "0 0 0"),
+    ("axis NaN", '<axis xyz="0 0 1"/>', '<axis xyz="0 0 nan"/>', "joint[hinge]/axis@xyz", "0 0 nan"),
+    ("axis in a plane", '<axis xyz="0 0 1"/>', '<axis xyz="0 1"/>', "joint[hinge]/axis@xyz", "0 1"),
+    ("hinge turned", 'xyz="0 0 0.4" rpy="0 0 0"', 'xyz="0 0 0.4" rpy="0 0 0.3"', "joint hinge", "along"),
+    ("hinge upside down", 'xyz="0 0 0.4" rpy="0 0 0"', 'xyz="0 0 0.4" rpy="3.141592653589793 0 0"', "joint hinge", "along"),
+    ("hinge at infinity", 'xyz="0 0 0.4"', 'xyz="0 0 inf"', "joint[hinge]/origin@xyz", "0 0 inf"),
+    ("hinge limits swapped", 'lower="-1.5" upper="1.7"', 'lower="1.7" upper="-1.5"', "joint[hinge]/limit@lower", 1.7),
+    ("hinge without limits", '<limit lower="-1.5" upper="1.7" effort="0" velocity="10"/>', "", "joint[hinge]", "none"),
+    ("leaf without mass", '<mass value="11"/>', '<mass value="0"/>', "link leaf/inertial/mass", 0.0),
+    ("leaf of negative mass", '<mass value="11"/>', '<mass value="-11"/>', "link leaf/inertial/mass", -11.0),
+    ("mass NaN", '<mass value="11"/>', '<mass value="nan"/>', "link[leaf]/inertial/mass@value", "nan"),
+    ("mass in words", '<mass value="11"/>', '<mass value="heavy"/>', "link[leaf]/inertial/mass@value", "heavy"),
+    ("mass left empty", '<mass value="11"/>', '<mass value=""/>', "link[leaf]/inertial/mass@value", ""),
+    ("mass without value", '<mass value="11"/>', "<mass/>", "link[leaf]/inertial/mass@value", "none"),
+    ("mass left out", '<mass value="11"/>', "", "link[leaf]/inertial", "none"),
+    ("inertia NaN", 'izz="1.32"', 'izz="NaN"', "link[leaf]/inertial/inertia@izz", "NaN"),
+    ("inertia left out", 'izz="1.32"', "", "link[leaf]/inertial/inertia@izz", "none"),
+    ("inertia negative", 'izz="1.32"', 'izz="-9"', "link leaf/inertial/inertia", -5.04),
+    ("leaf without box", LEAF_BOX, LEAF_BOX.replace('<box size="1.2 0.04 1.6"/>', '<sphere radius="1"/>'),
+     "link leaf/collision", "1 shapes, none a box"),
+    ("leaf without shape", LEAF_BOX, LEAF_BOX.replace('<box size="1.2 0.04 1.6"/>', ""),
+     "link[leaf]/collision[leaf]/geometry", 0),
+    ("leaf without geometry", LEAF_BOX, '<origin xyz="0 0 0"/></collision>', "link[leaf]/collision[leaf]", "none"),
+    ("box of two sizes", LEAF_BOX, LEAF_BOX.replace("1.2 0.04", "1.2"), "collision[leaf]/geometry/box@size", "1.2 1.6"),
+    ("box without width", LEAF_BOX, LEAF_BOX.replace("1.2 0.04", "0 0.04"), "geometry/box@size", "0 0.04 1.6"),
+    ("negative damping", 'damping="0.0"', 'damping="-1"', "joint[hinge]/dynamics@damping", "-1"),
+    ("negative friction", 'friction="0.0"', 'friction="-0.1"', "joint[hinge]/dynamics@friction", "-0.1"),
+    ("two leaves", '<link name="leaf">', '<link name="leaf"/><link name="leaf">', "/robot[hinged_door]/link@name", "leaf"),
+    ("loose link", '<link name="leaf">', '<link name="mat"/><link name="leaf">', "/robot[hinged_door]/link", "roots"),
+    ("hinge in a loop", '<parent link="frame"/>', '<parent link="leaf"/>', "/robot[hinged_door]/link", "loop"),
+    ("frame missing", '<parent link="frame"/>', '<parent link="wall"/>', "joint[hinge]/parent@link", "wall"),
+    ("robot without name", ' name="hinged_door"', "", "/robot@name", ""),
+    ("leaf hung twice", '<joint name="hinge"',
+     '<joint name="second" type="fixed"><parent link="frame"/><child link="leaf"/></joint><joint name="hinge"',
+     "joint[hinge]/child@link", "leaf"),
+]  # fmt: skip
+VEHICLES = [
+    ("base link renamed", '"base_link"', '"body"', "vehicle.base_link", "base_link"),
+    ("base link dangling", '<link name="base_link">', '<link name="body">', "joint[rotor_1]/parent@link", "base_link"),
+    ("tip renamed", '"tip"', '"finger"', "vehicle.tip", "tip"),
+    ("servo 3 renamed", '"servo_3"', '"elbow"', "vehicle.servos", "servo_3"),
+    ("servo 4 renamed", '"servo_4"', '"wrist"', "vehicle.servos", "servo_4"),
+    ("joint prismatic", ELBOW, ELBOW.replace("revolute", "prismatic"), "joint eta_3", "PrismaticUnaligned"),
+    ("joint endless", ELBOW, ELBOW.replace("revolute", "continuous"), "joint eta_3", "RevoluteUnboundedUnaligned"),
+    ("joint floating", ELBOW, ELBOW.replace("revolute", "floating"), "joint eta_3", "FreeFlyer"),
+    ("arm welded", 'type="revolute"', 'type="fixed"', "vehicle.tip", "tip"),
+    ("joint that follows", ELBOW, ELBOW + '<mimic joint="eta_2"/>', "joint eta_3/mimic", "eta_2"),
+    ("joint without axis", ELBOW_AXIS, ELBOW_AXIS.replace("0 -1 0", "0 0 0"), "joint[eta_3]/axis@xyz", "0 0 0"),
+    ("joint that stands", 'effort="3.1" velocity="3.1"', 'effort="3.1" velocity="0"', "joint eta_1/limit@velocity", 0.0),
+    ("joint backwards", 'velocity="3.1"', 'velocity="-3.1"', "joint[eta_1]/limit@velocity", "-3.1"),
+    ("limits swapped", 'lower="-1.80" upper="1.80"', 'lower="1.80" upper="-1.80"', "joint[eta_4]/limit@lower", 1.8),
+    ("vehicle without mass", '<mass value="3.0"/>', '<mass value="0"/>', "link base_link/inertial/mass", 0.0),
+    ("vehicle of negative mass", '<mass value="3.0"/>', '<mass value="-3"/>', "link base_link/inertial/mass", -3.0),
+    ("inertia of a needle", 'ixx="0.045"', 'ixx="0"', "link base_link/inertial/inertia", [0.0, 0.045, 0.08]),
+    ("inertia infinite", 'izz="0.080"', 'izz="inf"', "link[base_link]/inertial/inertia@izz", "inf"),
+    ("rotor that pushes down", 'effort="8.0"', 'effort="-8"', "joint[rotor_1]/limit@effort", "-8"),
+    ("no disc", f'<collision>\n      <origin xyz="0 0 0.0002" rpy="0 0 0"/>\n      {DISC}\n    </collision>', "",
+     "vehicle.radius", "none"),
+    ("disc of no radius", DISC, DISC.replace("0.40", "0"), "link[base_link]/collision/geometry/cylinder@radius", "0"),
+    ("disc of negative radius", DISC, DISC.replace("0.40", "-0.4"), "geometry/cylinder@radius", "-0.4"),
+    ("disc of a lost mesh", DISC, '<geometry><mesh filename="lost.stl"/></geometry>', "vehicle.radius", "lost.stl"),
+    ("tip half a frame", '<origin xyz="0.25 0 0" rpy="0 0 0"/>', '<origin xyz="0.25"/>', "joint[tip_mount]/origin@xyz", "0.25"),
+]  # fmt: skip
+FILES = [
+    ("empty", b"", "XML", "no element found"),
+    ("cut off", DOOR.read_bytes()[:2000], "XML", "line"),
+    ("not XML", b"robot: door", "XML", "syntax error"),
+    ("binary", bytes(range(256)), "XML", "not well-formed"),
+    ("unknown encoding", b'<?xml version="1.0" encoding="klingon"?><robot/>', "XML", "klingon"),
+    ("encoding of many bytes", b'<?xml version="1.0" encoding="utf-7"?><robot/>', "XML", "encodings"),
+    ("another root", b"<sdf><model/></sdf>", "root element", "sdf"),
+    ("no links", b'<robot name="nothing"/>', "/robot[nothing]/link", "roots none"),
+    (
+        "encoding that Pinocchio does not read",
+        DOOR.read_text(encoding="utf-8").encode("utf-16"),
+        "/robot",
+        "valid URDF",
+    ),
+]
+
+
+def check(error: UrdfError, path: Path, field: str, given: object) -> None:
+    """All four parts are there, and say what they should."""
+    assert error.file == str(path)
+    assert error.field is not None
+    assert error.field.endswith(field)
+    assert error.allowed
+    if isinstance(given, str):
+        assert given in str(error.given)
+    else:
+        assert error.given == (pytest.approx(given) if isinstance(given, float) else given)
+    assert str(path) in str(error)
+    assert field in str(error)
+
+
+def edited(tmp_path: Path, source: Path, old: str, new: str) -> Path:
+    text = source.read_text(encoding="utf-8")
+    assert old in text
+    path = tmp_path / source.name
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "given"), [case[1:] for case in DOORS], ids=[case[0] for case in DOORS]
+)
+def test_broken_door(
+    old: str, new: str, field: str, given: object, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = edited(tmp_path, DOOR, old, new)
+    with pytest.raises(UrdfError) as caught:
+        Door(path)
+    check(caught.value, path, field, given)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "given"), [case[1:] for case in VEHICLES], ids=[case[0] for case in VEHICLES]
+)
+def test_broken_vehicle(
+    old: str, new: str, field: str, given: object, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = edited(tmp_path, VEHICLE, old, new)
+    with pytest.raises(UrdfError) as caught:
+        Vehicle(path)
+    check(caught.value, path, field, given)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("content", "field", "given"), [case[1:] for case in FILES], ids=[case[0] for case in FILES])
+@pytest.mark.parametrize("reader", [load_pinocchio, load_description, Door, Vehicle])
+def test_what_is_not_a_urdf(reader: object, content: bytes, field: str, given: str, tmp_path: Path) -> None:
+    path = tmp_path / "broken.urdf"
+    path.write_bytes(content)
+    if reader is load_description and field == "/robot":
+        assert load_description(path).robot.name == "hinged_door"  # yourdfpy does read UTF-16
+        return
+    with pytest.raises(UrdfError) as caught:
+        reader(path)  # type: ignore[operator]
+    check(caught.value, path, field, given)
+
+
+@pytest.mark.parametrize("reader", [load_pinocchio, load_description, Door, Vehicle])
+@pytest.mark.parametrize("name", ["absent.urdf", "."])
+def test_missing_file(reader: object, name: str, tmp_path: Path) -> None:
+    with pytest.raises(UrdfError) as caught:
+        reader(tmp_path / name)  # type: ignore[operator]
+    check(caught.value, tmp_path / name, "file", str(tmp_path / name))
+
+
+@pytest.mark.parametrize(
+    ("section", "field", "given"),
+    [
+        (VehicleSection(servos=("servo_3",)), "vehicle.servos", 1),
+        (VehicleSection(servos=("servo_3", "wrist")), "vehicle.servos", "wrist"),
+        (VehicleSection(tip="base_link"), "vehicle.tip", "base_link"),
+        (VehicleSection(tip="rotor_1"), "vehicle.tip", "rotor_1"),
+        (VehicleSection(base_link="servo_1"), "vehicle.tip", "tip"),
+        (VehicleSection(base_link="eta_1"), "vehicle.base_link", "eta_1"),
+    ],
+)
+def test_names_that_do_not_fit_the_vehicle(section: VehicleSection, field: str, given: object) -> None:
+    with pytest.raises(UrdfError) as caught:
+        Vehicle(VEHICLE, section)
+    check(caught.value, VEHICLE, field, given)
+
+
+@pytest.mark.parametrize(
+    ("section", "field", "given"),
+    [
+        (DoorSection(leaf="frame"), "door.leaf", "frame"),
+        (DoorSection(leaf="hinge"), "door.leaf", "hinge"),
+        (DoorSection(hinge="leaf"), "door.hinge", "leaf"),
+    ],
+)
+def test_names_that_do_not_fit_the_door(section: DoorSection, field: str, given: str) -> None:
+    with pytest.raises(UrdfError) as caught:
+        Door(DOOR, section)
+    check(caught.value, DOOR, field, given)
+
+
+def test_urdfs_swapped() -> None:
+    with pytest.raises(UrdfError, match=r"base_link.*allowed: frame, leaf"):
+        Vehicle(DOOR)
+    with pytest.raises(UrdfError, match=r"leaf.*allowed: base_link, servo_1"):
+        Door(VEHICLE)
+
+
+def test_a_model_of_a_broken_door_is_the_same_error(tmp_path: Path) -> None:
+    path = edited(tmp_path, DOOR, '<mass value="11"/>', '<mass value="0"/>')
+    with pytest.raises(UrdfError) as caught:
+        Model(Scenario.load("paper", overrides={"door.urdf": str(path)}))
+    check(caught.value, path, "link leaf/inertial/mass", 0.0)
+
+
+def test_a_scenario_of_an_absent_urdf_names_the_shipped_ones() -> None:
+    with pytest.raises(ScenarioError, match=r"door\.urdf.*absent\.urdf.*hinged_door"):
+        Model(Scenario.load("paper", overrides={"door.urdf": "absent.urdf"}))

@@ -1,0 +1,165 @@
+"""The kinematic constraint, its Jacobians, and the state conversion both ways."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from finite_differences import central_difference
+from hypothesis import example, given
+from hypothesis import strategies as st
+from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
+
+from doorman.exceptions import DimensionError
+from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
+from doorman.kinematics.door import Door
+from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world, skew
+from doorman.kinematics.vehicle import Vehicle
+
+
+@pytest.fixture(scope="module", params=["shipped", "borinot_flying_arm_2", "hextilt_flying_arm_5", 1, 7])
+def coupling(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Coupling]:
+    kind = request.param
+    if kind == "shipped":
+        vehicle = Vehicle(VEHICLE)
+    elif isinstance(kind, int):
+        path: Path = tmp_path_factory.mktemp("arm") / "odd.urdf"
+        vehicle = Vehicle(write_arm_of(path, kind, odd_axes_seed=kind))
+    else:
+        vehicle = Vehicle(*robot_data_vehicle(kind))
+    yield Coupling(vehicle, Door(DOOR), 0.7, 0.8)
+
+
+PAPER = Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8)
+
+
+def random_state(n: int, rng: np.random.Generator) -> np.ndarray:
+    return np.concatenate(
+        [rng.uniform(-1.2, 1.2, 3), rng.uniform(-0.3, 1.7, 1), rng.normal(size=1), rng.uniform(-1.5, 1.5, n)]
+    )
+
+
+def test_the_tip_lies_on_the_leaf(coupling: Coupling, rng: np.random.Generator) -> None:
+    for _ in range(5):
+        x = random_state(coupling.vehicle.n_arm, rng)
+        position = coupling.vehicle_position(x[:3], x[3], x[5:])
+        tip = position + rotation_body_to_world(x[:3]) @ coupling.vehicle.tip_position(x[5:])
+        np.testing.assert_allclose(tip, coupling.door.contact_point(x[3], 0.7, 0.8), atol=1e-14)
+
+
+def test_start_of_the_paper_by_hand() -> None:
+    """Closed door, level, arm stretched ahead: the vehicle is 0.502 m before the leaf and 0.066 m above the contact."""
+    position = PAPER.vehicle_position([0, 0, 0], math.pi / 2, [0, math.pi / 2, -math.pi / 2, 0])
+    np.testing.assert_allclose(position, [-0.502, 0.7, 1.266], atol=1e-15)
+
+
+def test_translation_jacobian(coupling: Coupling, rng: np.random.Generator) -> None:
+    for _ in range(5):
+        x = random_state(coupling.vehicle.n_arm, rng)
+        numeric = central_difference(lambda q, x=x: coupling.vehicle_position(q[:3], q[3], x[5:]), x[:4])
+        np.testing.assert_allclose(coupling.translation_jacobian(x[:3], x[3], x[5:]), numeric, atol=1e-9)
+
+
+def test_rotation_jacobian(rng: np.random.Generator) -> None:
+    for attitude in rng.uniform(-1.2, 1.2, (5, 3)):
+        partials = central_difference(rotation_body_to_world, attitude)
+        jacobian = Coupling.rotation_jacobian(attitude)
+        assert jacobian.shape == (3, 4)
+        for axis in range(3):
+            spin = rotation_body_to_world(attitude).T @ partials[..., axis]
+            np.testing.assert_allclose(skew(jacobian[:, axis]), spin, atol=1e-9)
+        np.testing.assert_array_equal(jacobian[:, 3], np.zeros(3))
+
+
+def test_jacobian_of_the_door_angle_picks_its_rate() -> None:
+    np.testing.assert_array_equal(JACOBIAN_OF_DOOR_ANGLE @ [1.0, 2.0, 3.0, 4.0], [4.0])
+
+
+def test_vehicle_motion_is_the_derivative_of_the_position(coupling: Coupling, rng: np.random.Generator) -> None:
+    n = coupling.vehicle.n_arm
+    for _ in range(5):
+        x, body_rates, arm_rates = random_state(n, rng), rng.normal(size=3), rng.normal(size=n)
+        motion = coupling.vehicle_motion(x, body_rates, arm_rates)
+        q = np.concatenate([x[:4], x[5:]])
+        q_rate = np.concatenate([euler_rate_matrix(x[:3]) @ body_rates, x[4:5], arm_rates])
+
+        def position(t: np.ndarray, q: np.ndarray = q, q_rate: np.ndarray = q_rate) -> np.ndarray:
+            moved = q + t[0] * q_rate
+            return coupling.vehicle_position(moved[:3], moved[3], moved[4:])
+
+        np.testing.assert_allclose(motion.position, position(np.zeros(1)), atol=1e-15)
+        np.testing.assert_allclose(motion.velocity, central_difference(position, np.zeros(1))[:, 0], atol=1e-8)
+
+
+def test_motion_agrees_with_the_jacobians(coupling: Coupling, rng: np.random.Generator) -> None:
+    n = coupling.vehicle.n_arm
+    x, body_rates, arm_rates = random_state(n, rng), rng.normal(size=3), rng.normal(size=n)
+    q_rate = np.concatenate([euler_rate_matrix(x[:3]) @ body_rates, x[4:5]])
+    velocity = coupling.translation_jacobian(x[:3], x[3], x[5:]) @ q_rate
+    velocity -= rotation_body_to_world(x[:3]) @ coupling.vehicle.tip_jacobian(x[5:]) @ arm_rates
+    np.testing.assert_allclose(coupling.vehicle_motion(x, body_rates, arm_rates).velocity, velocity, atol=1e-14)
+    np.testing.assert_allclose(coupling.rotation_jacobian(x[:3]) @ q_rate, body_rates, atol=1e-14)
+
+
+def check_round_trip(coupling: Coupling, x: np.ndarray, body_rates: np.ndarray, arm_rates: np.ndarray) -> None:
+    motion = coupling.vehicle_motion(x, body_rates, arm_rates)
+    angle, rate = coupling.door_state(motion.position, motion.velocity, x[:3], body_rates, x[5:], arm_rates)
+    assert angle == pytest.approx(x[3], abs=1e-13)
+    assert rate == pytest.approx(x[4], abs=1e-12)
+
+
+def test_door_state_of_any_arm(coupling: Coupling, rng: np.random.Generator) -> None:
+    for _ in range(10):
+        x = random_state(coupling.vehicle.n_arm, rng)
+        check_round_trip(coupling, x, rng.normal(size=3), rng.normal(size=coupling.vehicle.n_arm))
+
+
+def vectors(size: int, limit: float) -> st.SearchStrategy[np.ndarray]:
+    return st.tuples(*[st.floats(-limit, limit)] * size).map(np.array)
+
+
+@given(vectors(3, 1.5), st.floats(-3.1, 3.1), st.floats(-5, 5), vectors(4, 1.65), vectors(3, 5.0), vectors(4, 3.1))
+@example(np.zeros(3), 0.0, -0.3, np.zeros(4), np.zeros(3), np.zeros(4))
+@example(np.zeros(3), 0.0, 0.3, np.zeros(4), np.ones(3), np.ones(4))
+@example(np.array([0.3, -0.2, 1.0]), math.pi / 2, -0.3, np.ones(4), np.ones(3), np.zeros(4))
+@example(np.array([0.3, -0.2, 1.0]), -math.pi / 2, 0.0, np.ones(4), np.ones(3), np.zeros(4))
+def test_door_state_undoes_vehicle_motion(
+    attitude: np.ndarray, angle: float, rate: float, arm: np.ndarray, body_rates: np.ndarray, arm_rates: np.ndarray
+) -> None:
+    check_round_trip(PAPER, np.concatenate([attitude, [angle, rate], arm]), body_rates, arm_rates)
+
+
+def test_door_rate_is_that_of_the_tip_across_the_leaf() -> None:
+    """A tip that slides along the leaf does not turn the door."""
+    x = np.array([0, 0, 0, 0.6, 0.0, 0, 0, 0, 0])
+    motion = PAPER.vehicle_motion(x, np.zeros(3), np.zeros(4))
+    sliding = 0.2 * np.array([math.cos(0.6), math.sin(0.6), 0.0])
+    _, rate = PAPER.door_state(motion.position, sliding, x[:3], np.zeros(3), x[5:], np.zeros(4))
+    assert rate == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("state", [np.zeros(8), np.zeros(10), np.full(9, math.nan), np.zeros((9, 1))])
+def test_what_is_not_a_state_is_an_error(state: np.ndarray) -> None:
+    with pytest.raises(DimensionError, match="state"):
+        PAPER.vehicle_motion(state, np.zeros(3), np.zeros(4))
+
+
+@pytest.mark.parametrize(
+    ("field", "bad"),
+    [
+        ("position", np.zeros(2)),
+        ("velocity", np.full(3, math.nan)),
+        ("attitude", np.zeros(4)),
+        ("body_rates", np.zeros(1)),
+        ("arm_angles", np.zeros(3)),
+        ("arm_rates", np.zeros(1)),
+    ],
+)
+def test_what_is_not_a_measurement_is_an_error(field: str, bad: np.ndarray) -> None:
+    arguments = {name: np.zeros(3) for name in ("position", "velocity", "attitude", "body_rates")}
+    arguments |= {"arm_angles": np.zeros(4), "arm_rates": np.zeros(4), field: bad}
+    with pytest.raises(DimensionError, match=field):
+        PAPER.door_state(**arguments)

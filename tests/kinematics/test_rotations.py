@@ -1,0 +1,96 @@
+"""Attitude: rotation matrices, Euler rates and their singularity."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio
+import pytest
+from finite_differences import central_difference
+from hypothesis import given
+from hypothesis import strategies as st
+
+from doorman.exceptions import DimensionError, SingularityError
+from doorman.kinematics.rotations import (
+    attitude_from_rotation,
+    body_rate_matrix,
+    euler_rate_matrix,
+    rotation_body_to_world,
+    skew,
+)
+
+turns = st.floats(-math.pi + 1e-9, math.pi - 1e-9)
+attitudes = st.tuples(turns, st.floats(-1.5, 1.5), turns).map(np.array)
+any_attitudes = st.tuples(*[st.floats(-10.0, 10.0)] * 3).map(np.array)
+
+
+@given(any_attitudes)
+def test_rotation_is_orthogonal_and_right_handed(attitude: np.ndarray) -> None:
+    rotation = rotation_body_to_world(attitude)
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-14)
+    assert np.linalg.det(rotation) == pytest.approx(1.0, abs=1e-14)
+
+
+@given(any_attitudes)
+def test_rotation_agrees_with_pinocchio(attitude: np.ndarray) -> None:
+    np.testing.assert_allclose(rotation_body_to_world(attitude), pinocchio.rpy.rpyToMatrix(attitude), atol=1e-14)
+
+
+def test_yaw_turns_forward_to_the_left() -> None:
+    np.testing.assert_allclose(rotation_body_to_world([0, 0, math.pi / 2]) @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+
+
+def test_positive_pitch_is_nose_down_for_z_up() -> None:
+    np.testing.assert_allclose(rotation_body_to_world([0, math.pi / 2, 0]) @ [1, 0, 0], [0, 0, -1], atol=1e-15)
+
+
+def test_roll_lifts_the_left_side() -> None:
+    np.testing.assert_allclose(rotation_body_to_world([math.pi / 2, 0, 0]) @ [0, 1, 0], [0, 0, 1], atol=1e-15)
+
+
+@given(attitudes)
+def test_attitude_survives_the_way_through_a_rotation(attitude: np.ndarray) -> None:
+    np.testing.assert_allclose(attitude_from_rotation(rotation_body_to_world(attitude)), attitude, atol=1e-13)
+
+
+@given(attitudes)
+def test_euler_rate_matrix_is_the_inverse_of_the_body_rate_matrix(attitude: np.ndarray) -> None:
+    np.testing.assert_allclose(euler_rate_matrix(attitude) @ body_rate_matrix(attitude), np.eye(3), atol=1e-12)
+
+
+def test_body_rates_are_those_of_the_rotation(rng: np.random.Generator) -> None:
+    for _ in range(20):
+        attitude, rates = rng.uniform(-1.4, 1.4, 3), rng.normal(size=3)
+        derivative = central_difference(
+            lambda t, a=attitude, r=rates: rotation_body_to_world(a + t[0] * r), np.zeros(1)
+        )
+        body_rates = rotation_body_to_world(attitude).T @ derivative[..., 0]
+        np.testing.assert_allclose(body_rates, skew(body_rate_matrix(attitude) @ rates), atol=1e-9)
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2])
+def test_euler_rates_at_the_singularity_are_an_error(pitch: float) -> None:
+    with pytest.raises(SingularityError) as caught:
+        euler_rate_matrix([0.3, pitch, -0.2])
+    assert caught.value.field == "attitude[1]"
+    assert caught.value.given == pitch
+    assert np.isfinite(body_rate_matrix([0.3, pitch, -0.2])).all()
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2])
+def test_attitude_at_the_singularity_is_an_error(pitch: float) -> None:
+    with pytest.raises(SingularityError):
+        attitude_from_rotation(rotation_body_to_world([0.3, pitch, -0.2]))
+
+
+@pytest.mark.parametrize("function", [rotation_body_to_world, euler_rate_matrix, body_rate_matrix])
+@pytest.mark.parametrize("attitude", [[0.0, 0.0], [0.0, math.nan, 0.0], [0.0, math.inf, 0.0], "level", [[0.0] * 3]])
+def test_what_is_not_an_attitude_is_an_error(function: object, attitude: object) -> None:
+    with pytest.raises(DimensionError, match="attitude"):
+        function(attitude)  # type: ignore[operator]
+
+
+def test_skew_is_the_cross_product(rng: np.random.Generator) -> None:
+    a, b = rng.normal(size=(2, 3))
+    np.testing.assert_allclose(skew(a) @ b, np.cross(a, b), atol=1e-15)

@@ -1,0 +1,220 @@
+"""Vehicle: positions and Jacobians of the arm, and what else the URDF says."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from finite_differences import central_difference
+from urdf_variants import VEHICLE, robot_data_vehicle, write_arm, write_arm_of, write_edited
+
+from doorman.exceptions import DimensionError
+from doorman.kinematics.vehicle import Vehicle
+from doorman.scenario import VehicleSection
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> Vehicle:
+    return Vehicle(VEHICLE)
+
+
+def planar_arm(angles: np.ndarray) -> np.ndarray:
+    """S³, S⁴ and tip of the shipped arm from its drawing: a planar chain that η1 turns about −z."""
+    servo, out = np.array([0.0, -0.09]), []
+    turn = 0.0
+    for angle, (ahead, up) in zip(angles[1:], [(0.024, -0.128), (0.124, 0.0), (0.25, 0.0)], strict=True):
+        turn += angle
+        servo = servo + [ahead * math.cos(turn) - up * math.sin(turn), ahead * math.sin(turn) + up * math.cos(turn)]
+        out.append([servo[0] * math.cos(angles[0]), -servo[0] * math.sin(angles[0]), servo[1]])
+    return np.array(out)
+
+
+@pytest.mark.parametrize(
+    ("angles", "servo_3", "servo_4", "tip"),
+    [
+        ([0, 0, 0, 0], (0.024, 0, -0.218), (0.148, 0, -0.218), (0.398, 0, -0.218)),
+        ([0, math.pi / 2, -math.pi / 2, 0], (0.128, 0, -0.066), (0.252, 0, -0.066), (0.502, 0, -0.066)),
+        ([math.pi / 2, 0, 0, 0], (0, -0.024, -0.218), (0, -0.148, -0.218), (0, -0.398, -0.218)),
+        ([0, 0, 0, math.pi / 2], (0.024, 0, -0.218), (0.148, 0, -0.218), (0.148, 0, 0.032)),
+    ],
+    ids=["zero", "goal of the paper", "turned right", "rod upright"],
+)
+def test_positions_by_hand(vehicle: Vehicle, angles: list[float], servo_3: tuple, servo_4: tuple, tip: tuple) -> None:
+    np.testing.assert_allclose(vehicle.point_positions(angles), [servo_3, servo_4, tip], atol=1e-15)
+    np.testing.assert_allclose(vehicle.tip_position(angles), tip, atol=1e-15)
+
+
+def test_positions_of_a_planar_chain(vehicle: Vehicle, rng: np.random.Generator) -> None:
+    for angles in rng.uniform(-1.6, 1.6, (20, 4)):
+        np.testing.assert_allclose(vehicle.point_positions(angles), planar_arm(angles), atol=1e-14)
+
+
+def test_numbers_of_the_shipped_vehicle(vehicle: Vehicle) -> None:
+    assert vehicle.n_arm == 4
+    assert vehicle.joint_names == ("eta_1", "eta_2", "eta_3", "eta_4")
+    assert vehicle.point_names == ("servo_3", "servo_4", "tip")
+    assert vehicle.mass == pytest.approx(3.0, abs=1e-12)
+    assert vehicle.radius == pytest.approx(0.40, abs=1e-12)
+    assert vehicle.max_thrust == pytest.approx(48.0, abs=1e-12)
+    np.testing.assert_allclose(vehicle.upper_limits, [math.pi, 1.65, 1.65, 1.80], atol=1e-12)
+    np.testing.assert_array_equal(vehicle.lower_limits, -vehicle.upper_limits)
+    np.testing.assert_array_equal(vehicle.rate_limits, [3.1] * 4)
+    np.testing.assert_array_equal(vehicle.torque_limits, [3.1] * 4)
+
+
+def test_inertia_and_centre_of_mass_do_not_know_the_massless_arm(vehicle: Vehicle, rng: np.random.Generator) -> None:
+    for angles in rng.uniform(-1.6, 1.6, (5, 4)):
+        np.testing.assert_allclose(vehicle.inertia(angles), np.diag([0.045, 0.045, 0.080]), atol=1e-15)
+        np.testing.assert_allclose(vehicle.center_of_mass(angles), np.zeros(3), atol=1e-15)
+
+
+def test_rotors_stand_on_a_hexagon_and_turn_alternately(vehicle: Vehicle) -> None:
+    positions = np.array([rotor.position for rotor in vehicle.rotors])
+    np.testing.assert_allclose(np.hypot(positions[:, 0], positions[:, 1]), 0.275, atol=1e-6)
+    bearing = np.degrees(np.arctan2(positions[:, 1], positions[:, 0])) % 360.0
+    np.testing.assert_allclose(bearing, [30, 90, 150, 210, 270, 330], atol=1e-3)
+    assert [rotor.direction for rotor in vehicle.rotors] == [1, -1, 1, -1, 1, -1]
+    assert {rotor.max_thrust for rotor in vehicle.rotors} == {8.0}
+
+
+def test_numbers_come_from_the_urdf(tmp_path: Path) -> None:
+    path = write_edited(
+        tmp_path / "vehicle.urdf",
+        write_arm(tmp_path / "arm.urdf", rod=0.31),
+        ('<mass value="3.0" />', '<mass value="2.5" />'),
+        ('radius="0.40"', 'radius="0.37"'),
+        ('effort="8.0"', 'effort="6.5"'),
+        ('ixx="0.045"', 'ixx="0.031"'),
+    )
+    changed = Vehicle(path)
+    assert changed.mass == pytest.approx(2.5)
+    assert changed.radius == pytest.approx(0.37)
+    assert changed.max_thrust == pytest.approx(46.5)
+    assert changed.inertia(np.zeros(4))[0, 0] == pytest.approx(0.031)
+    np.testing.assert_allclose(changed.tip_position(np.zeros(4)), [0.458, 0, -0.218], atol=1e-15)
+
+
+def test_a_loaded_link_moves_centre_of_mass_and_inertia(tmp_path: Path) -> None:
+    inertial = '<inertial><mass value="0.5"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
+    path = write_edited(tmp_path / "v.urdf", VEHICLE, ('<link name="tip">', f'<link name="tip">{inertial}'))
+    loaded, angles = Vehicle(path), np.array([0.4, 0.3, -0.8, 0.2])
+    tip = planar_arm(angles)[-1]
+    assert loaded.mass == pytest.approx(3.5)
+    np.testing.assert_allclose(loaded.center_of_mass(angles), 0.5 * tip / 3.5, atol=1e-14)
+    expected = np.diag([0.045, 0.045, 0.080]) + 0.5 * (tip @ tip * np.eye(3) - np.outer(tip, tip))
+    np.testing.assert_allclose(loaded.inertia(angles), expected, atol=1e-14)
+
+
+def test_the_scenario_may_override_radius_and_thrust() -> None:
+    vehicle = Vehicle(VEHICLE, VehicleSection(radius=0.5, max_thrust=40.0))
+    assert (vehicle.radius, vehicle.max_thrust) == (0.5, 40.0)
+
+
+def test_a_vehicle_without_rotors_lifts_twice_its_weight(tmp_path: Path) -> None:
+    text = VEHICLE.read_text(encoding="utf-8").replace('<limit effort="8.0" velocity="900"/>', "")
+    (tmp_path / "v.urdf").write_text(text, encoding="utf-8")
+    vehicle = Vehicle(tmp_path / "v.urdf")
+    assert vehicle.rotors == ()
+    assert vehicle.max_thrust == pytest.approx(2.0 * 3.0 * 9.81)
+
+
+@pytest.mark.parametrize(
+    ("shape", "radius"),
+    [
+        ('<origin xyz="0.1 0 0.3"/><geometry><sphere radius="0.2"/></geometry>', 0.3),
+        ('<origin xyz="0 0.1 0"/><geometry><box size="0.6 0.2 0.1"/></geometry>', math.hypot(0.3, 0.2)),
+        ('<origin xyz="0 0 0" rpy="0 0 0.7853981633974483"/><geometry><box size="0.6 0.6 0.1"/></geometry>', 0.3 * math.sqrt(2)),
+    ],
+    ids=["sphere", "box", "box turned"],
+)  # fmt: skip
+def test_radius_holds_every_shape_of_the_base(shape: str, radius: float, tmp_path: Path) -> None:
+    disc = (
+        '<origin xyz="0 0 0.0002" rpy="0 0 0"/>\n      <geometry><cylinder radius="0.40" length="0.0004"/></geometry>'
+    )
+    assert Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, (disc, shape))).radius == pytest.approx(radius, abs=1e-9)
+
+
+def test_radius_bounds_a_lying_cylinder_from_above(tmp_path: Path) -> None:
+    disc = (
+        '<origin xyz="0 0 0.0002" rpy="0 0 0"/>\n      <geometry><cylinder radius="0.40" length="0.0004"/></geometry>'
+    )
+    lying = (
+        '<origin xyz="0 0 0" rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.8"/></geometry>'
+    )
+    radius = Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, (disc, lying))).radius
+    assert math.hypot(0.4, 0.1) <= radius <= 0.5 + 1e-9
+
+
+def test_radius_holds_meshes_and_what_is_fixed_to_the_base(tmp_path: Path) -> None:
+    corners = ((0.0, 0.0, 0.0), (0.3, 0.4, 0.1), (-0.1, 0.2, 0.0))
+    mesh = "solid a\nfacet normal 0 0 1\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners)
+    (tmp_path / "plate.stl").write_text(mesh + "endloop\nendfacet\nendsolid a\n", encoding="utf-8")
+    shape = '<collision><geometry><mesh filename="package://plate.stl"/></geometry></collision>'
+    path = write_edited(tmp_path / "v.urdf", VEHICLE, ('<link name="rotor_1">', f'<link name="rotor_1">{shape}'))
+    assert Vehicle(path).radius == pytest.approx(math.hypot(0.238157 + 0.3, 0.1375 + 0.4), abs=1e-6)
+
+
+def test_points_beyond_servo_4_may_be_the_joints_themselves(tmp_path: Path) -> None:
+    text = write_arm_of(tmp_path / "arm.urdf", 6).read_text(encoding="utf-8")
+    renamed = tmp_path / "renamed.urdf"
+    renamed.write_text(text.replace('"servo_5"', '"wrist"').replace('"servo_6"', '"hand"'), encoding="utf-8")
+    vehicle = Vehicle(renamed)
+    assert vehicle.point_names == ("servo_3", "servo_4", "eta_5", "eta_6", "tip")
+    angles = np.linspace(-0.5, 0.5, 6)
+    expected = Vehicle(tmp_path / "arm.urdf").point_positions(angles)
+    np.testing.assert_allclose(vehicle.point_positions(angles), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "n_arm", "points", "mass"),
+    [("borinot_flying_arm_2", 2, 1, 2.910538), ("hextilt_flying_arm_5", 5, 4, 1.686413)],
+)
+def test_flying_arms_of_example_robot_data(name: str, n_arm: int, points: int, mass: float) -> None:
+    vehicle = Vehicle(*robot_data_vehicle(name))
+    assert vehicle.n_arm == n_arm
+    assert len(vehicle.point_names) == points
+    assert vehicle.mass == pytest.approx(mass, abs=1e-6)
+    assert 0.15 < vehicle.radius < 0.6
+    assert vehicle.tip_position(np.zeros(n_arm))[2] < -0.3
+    _check_jacobians(vehicle, np.random.default_rng(1))
+
+
+@pytest.mark.parametrize("joints", range(1, 8))
+def test_arms_of_any_number_of_joints(joints: int, tmp_path: Path, rng: np.random.Generator) -> None:
+    straight = Vehicle(write_arm_of(tmp_path / "straight.urdf", joints))
+    assert straight.n_arm == joints
+    assert len(straight.point_names) == max(joints - 1, 1)
+    assert straight.tip_position(np.zeros(joints))[0] == pytest.approx(0.5)
+    _check_jacobians(straight, rng)
+    _check_jacobians(Vehicle(write_arm_of(tmp_path / "odd.urdf", joints, odd_axes_seed=joints)), rng)
+
+
+def _check_jacobians(vehicle: Vehicle, rng: np.random.Generator) -> None:
+    for angles in rng.uniform(-1.5, 1.5, (3, vehicle.n_arm)):
+        jacobians = vehicle.point_jacobians(angles)
+        assert jacobians.shape == (len(vehicle.point_names), 3, vehicle.n_arm)
+        np.testing.assert_allclose(jacobians, central_difference(vehicle.point_positions, angles), atol=1e-9)
+        np.testing.assert_array_equal(vehicle.tip_jacobian(angles), jacobians[-1])
+
+
+def test_links_are_placed_in_the_body(vehicle: Vehicle) -> None:
+    placements = vehicle.link_placements([0.3, 0.2, -0.5, 0.4])
+    np.testing.assert_array_equal(placements["base_link"], np.eye(4))
+    np.testing.assert_allclose(placements["tip"][:3, 3], vehicle.tip_position([0.3, 0.2, -0.5, 0.4]), atol=1e-15)
+    assert {"servo_1", "servo_4", "rotor_6", "tip"} <= placements.keys()
+
+
+def test_results_do_not_change_when_the_vehicle_is_used_again(vehicle: Vehicle) -> None:
+    first = vehicle.point_positions([0.1, 0.2, 0.3, 0.4])
+    kept = first.copy()
+    vehicle.point_positions([1.0, 1.0, 1.0, 1.0])
+    np.testing.assert_array_equal(first, kept)
+
+
+@pytest.mark.parametrize("angles", [[0, 0, 0], [0, 0, math.nan, 0], [[0, 0, 0, 0]], "four"])
+@pytest.mark.parametrize("method", ["point_positions", "point_jacobians", "tip_position", "inertia", "link_placements"])
+def test_what_is_not_a_posture_is_an_error(vehicle: Vehicle, method: str, angles: object) -> None:
+    with pytest.raises(DimensionError, match="arm_angles"):
+        getattr(vehicle, method)(angles)

@@ -1,0 +1,89 @@
+"""The door alone, against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman.simulation import Disturbance
+
+INERTIA = 5.28
+
+
+def loose(flight, hinge_torque=0.0, **overrides):
+    """A door that nobody touches."""
+    source = (lambda time: Disturbance(hinge_torque=hinge_torque)) if hinge_torque else None
+    return flight(contact__kind="push", away=True, disturbance=source, **overrides)
+
+
+def test_inertia_is_torque_by_acceleration(flight):
+    end = loose(flight, hinge_torque=-3.0).run(0.5, every=500)[-1]
+    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(INERTIA, rel=1e-4)
+
+
+def test_rate_decays_by_the_damping(flight):
+    door = loose(flight, simulation__door_damping=4.0)
+    door.data.qvel[door.plant.hinge_velocity] = -1.0
+    for truth in door.run(2.0, every=100):
+        assert truth.door_rate == pytest.approx(-math.exp(-4.0 / INERTIA * truth.time), rel=2e-3)
+        travelled = INERTIA / 4.0 * (1.0 - math.exp(-4.0 / INERTIA * truth.time))
+        assert truth.door_angle == pytest.approx(math.pi / 2 - travelled, abs=1e-3)
+
+
+def test_friction_holds_below_and_slides_above(flight):
+    held = loose(flight, hinge_torque=-1.5, simulation__door_friction=2.0).run(2.0, every=2000)[-1]
+    assert abs(held.door_angle - math.pi / 2) < 1e-4 and abs(held.door_rate) < 1e-4
+    end = loose(flight, hinge_torque=-2.5, simulation__door_friction=2.0).run(1.0, every=1000)[-1]
+    assert end.door_rate == pytest.approx(-0.5 / INERTIA, rel=0.01)
+
+
+def test_friction_stops_a_moving_door(flight):
+    door = loose(flight, simulation__door_friction=2.0)
+    door.data.qvel[door.plant.hinge_velocity] = -0.3
+    stop_time = 0.3 * INERTIA / 2.0
+    truths = door.run(1.2, every=10)
+    moving = [truth for truth in truths if truth.time < 0.95 * stop_time]
+    for truth in moving:
+        assert truth.door_rate == pytest.approx(-0.3 + 2.0 / INERTIA * truth.time, abs=2e-3)
+    assert abs(truths[-1].door_rate) < 1e-5
+    assert truths[-1].door_angle == pytest.approx(math.pi / 2 - 0.5 * 0.3 * stop_time, abs=1e-3)
+
+
+def test_spring_settles_at_its_rest_angle(flight):
+    door = loose(
+        flight, door__stiffness=20.0, door__rest_angle=0.7, simulation__door_damping=2 * math.sqrt(20 * INERTIA)
+    )
+    end = door.run(6.0, every=6000)[-1]
+    assert end.door_angle == pytest.approx(0.7, abs=1e-3)
+
+
+def test_spring_swings_at_its_frequency(flight):
+    door = loose(flight, door__stiffness=20.0, door__rest_angle=1.0)
+    omega = math.sqrt(20.0 / INERTIA)
+    for truth in door.run(2.0, every=50):
+        expected = 1.0 + (math.pi / 2 - 1.0) * math.cos(omega * truth.time)
+        assert truth.door_angle == pytest.approx(expected, abs=3e-3)
+
+
+def test_truth_of_the_hinge_need_not_be_what_the_planner_is_told(model, flight):
+    told = model(door__damping=0.3, door__friction=0.4)
+    assert (told.door.damping, told.door.friction) == (0.3, 0.4)
+    believed = flight(door__damping=0.3, door__friction=0.4).plant
+    assert believed.engine_model.dof_damping[believed.hinge_velocity] == 0.3
+    assert believed.engine_model.dof_frictionloss[believed.hinge_velocity] == 0.4
+    true = flight(door__damping=0.3, simulation__door_damping=0.0, simulation__door_friction=0.7).plant
+    assert true.engine_model.dof_damping[true.hinge_velocity] == 0.0
+    assert true.engine_model.dof_frictionloss[true.hinge_velocity] == 0.7
+
+
+def test_door_stops_at_the_urdf_limits(flight):
+    end = loose(flight, hinge_torque=3.0).run(2.0, every=2000)[-1]
+    assert end.door_angle == pytest.approx(1.7, abs=0.01)
+    assert np.isfinite(end.door_rate)
+
+
+def test_closed_door_does_not_collide_with_its_own_frame(flight):
+    door = loose(flight)
+    assert not any(truth.collisions for truth in door.run(0.1))

@@ -1,0 +1,193 @@
+"""What README and docs promise: their Python runs, their links lead somewhere, their tables agree with the code."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+from typer.testing import CliRunner
+
+import doorman
+from doorman.cli import app
+from doorman.cli.open_door import RUN_FILES
+from doorman.resources import urdf_directory
+from doorman.scenario import Scenario
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+README = PAGES[0].read_text(encoding="utf-8")
+
+
+def code_blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def rows(text: str) -> list[list[str]]:
+    """Cells of every table row, without headings' underlines."""
+    lines = [line for line in text.splitlines() if line.startswith("|") and not line.startswith("| ---")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+
+
+def section(text: str, heading: str) -> str:
+    """Text below a heading, up to the next one of the same level."""
+    level = heading.partition(" ")[0]
+    return text.split(f"\n{heading}\n", 1)[1].split(f"\n{level} ", 1)[0]
+
+
+# ---------------------------------------------------------------- README
+
+
+@pytest.fixture(scope="module")
+def flown_summary() -> dict[str, Any]:
+    summary = doorman.simulate(doorman.Scenario.load("paper"), duration=0.2).summary
+    assert summary is not None
+    return summary
+
+
+def test_the_two_commands_stand_at_the_top():
+    assert re.match(r"# doorman\n\n```sh\nmake demo .*\nmake test .*\n```\n", README)
+
+
+def test_the_python_of_the_readme_runs(capsys):
+    blocks = code_blocks(README, "python")
+    assert len(blocks) == 1
+    names: dict[str, Any] = {}
+    exec(compile(blocks[0], "README.md", "exec"), names)
+    assert names["h"].shape == (6,)
+    assert names["plan"].states.shape == (51, 9)
+    assert names["recording"]["truth"].time[-1] == pytest.approx(8.0, abs=0.01)
+    assert "(51, 9) (50, 8)" in capsys.readouterr().out
+
+
+def test_the_readme_lists_the_keys_of_the_summary(flown_summary):
+    table = {name for row in rows(section(README, "## On the command line")) for name in re.findall(r"`(\w+)`", row[0])}
+    assert set(flown_summary) <= table
+    assert table - set(flown_summary) == set()
+
+
+def test_the_readme_lists_the_files_of_a_run():
+    names = {
+        name for row in rows(section(README, "## On the command line")) for name in re.findall(r"`(\w+\.\w+)`", row[0])
+    }
+    assert names == set(RUN_FILES)
+
+
+@pytest.mark.parametrize("line", [line for block in code_blocks(README, "sh") for line in block.splitlines() if line])
+def test_commands_of_the_readme_exist(line, monkeypatch):
+    words = line.partition("#")[0].split()
+    if words[0] == "make":
+        assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    elif words[0] == "pip":
+        extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+            "optional-dependencies"
+        ]
+        assert set(re.search(r"\[(.+)\]", words[-1]).group(1).split(",")) == set(extras)
+    else:
+        assert words[0] == "doorman"
+        outcome = CliRunner().invoke(app, [*words[1:], "--help"])
+        assert outcome.exit_code == 0, outcome.output
+
+
+def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
+    for name, door in (("my_vehicle.urdf", "hexarotor_arm"), ("my_door.urdf", "hinged_door")):
+        (tmp_path / name).write_text((urdf_directory() / f"{door}.urdf").read_text(encoding="utf-8"))
+    blocks = [block for page in PAGES for block in code_blocks(page.read_text(encoding="utf-8"), "toml")]
+    assert len(blocks) >= 2
+    for block in blocks:
+        (tmp_path / "task.toml").write_text(block)
+        Scenario.load(tmp_path / "task.toml")
+
+
+# ---------------------------------------------------------------- examples
+
+
+def test_the_example_runs():
+    ran = subprocess.run(
+        [sys.executable, str(ROOT / "examples" / "open_the_door.py")], cwd=ROOT, capture_output=True, text=True,
+        timeout=300, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stderr
+    assert "the door ended at" in ran.stdout
+
+
+def test_every_example_is_run():
+    assert [path.name for path in (ROOT / "examples").glob("*.py")] == ["open_the_door.py"]
+
+
+# ---------------------------------------------------------------- docs
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
+        if not target.startswith("https://"):
+            assert (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_files_that_pages_name_exist(page):
+    for path in re.findall(r"`((?:doorman|docs|examples|tests|urdf)/[\w./]*)`", page.read_text(encoding="utf-8")):
+        assert (ROOT / path).exists(), path
+
+
+def test_the_architecture_page_names_every_module():
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w/]+\.py)`", page))
+    modules = {
+        str(path.relative_to(ROOT / "doorman"))
+        for path in (ROOT / "doorman").rglob("*.py")
+        if path.name != "__init__.py"
+    }
+    assert named == modules, f"missing: {sorted(modules - named)}; gone: {sorted(named - modules)}"
+
+
+def scenario_keys(table: type[BaseModel], prefix: str = "") -> dict[str, Any]:
+    """Default by dotted key of every value in a scenario."""
+    keys: dict[str, Any] = {}
+    for name, field in table.model_fields.items():
+        if isinstance(field.default, BaseModel):
+            keys |= scenario_keys(type(field.default), f"{prefix}{name}.")
+        else:
+            keys[f"{prefix}{name}"] = field.default
+    return keys
+
+
+def documented_keys() -> dict[str, list[str]]:
+    page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    documented = {}
+    for part in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
+        table = re.match(r"`\[([\w.]+)\]`", part).group(1)
+        for key, *cells in rows(part):
+            if key.startswith("`"):
+                documented[f"{table}.{key.strip('`')}"] = cells
+    return documented
+
+
+def test_the_scenario_page_lists_every_key():
+    documented, known = set(documented_keys()), set(scenario_keys(Scenario))
+    assert documented == known, f"missing: {sorted(known - documented)}; gone: {sorted(documented - known)}"
+
+
+@pytest.mark.parametrize(("key", "default"), scenario_keys(Scenario).items())
+def test_the_scenario_page_gives_default_and_unit(key, default):
+    assert key in documented_keys()
+    cell, unit, meaning = documented_keys()[key]
+    assert unit
+    assert meaning
+    if default is None:
+        assert not cell.startswith("`"), f"{key} has no fixed default"
+        return
+    value = tomllib.loads(f"value = {cell.strip('`')}")["value"]
+    if isinstance(default, str):
+        assert value == default
+    else:
+        assert value == pytest.approx(list(default) if isinstance(default, tuple) else default, rel=1e-6, abs=1e-6)
+    assert not isinstance(value, bool) and not (isinstance(value, float) and math.isnan(value))

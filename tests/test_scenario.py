@@ -1,0 +1,324 @@
+"""Scenario files: defaults, overrides, and a clear error for everything that can be wrong in one."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from doorman.exceptions import DimensionError, DoormanError, ScenarioError, UrdfError
+from doorman.model import Model
+from doorman.resources import urdf_directory
+from doorman.scenario import Scenario
+
+
+@pytest.fixture
+def write(tmp_path: Path):
+    def to_file(text: str | bytes, name: str = "task.toml") -> Path:
+        path = tmp_path / name
+        path.write_bytes(text.encode() if isinstance(text, str) else text)
+        return path
+
+    return to_file
+
+
+def fault(path: str | Path, **overrides: object) -> ScenarioError:
+    with pytest.raises(ScenarioError) as caught:
+        Scenario.load(path, overrides=overrides)
+    return caught.value
+
+
+# ---------------------------------------------------------------- what is right
+
+
+def test_the_paper_file_says_what_the_defaults_say():
+    paper, defaults = Scenario.load("paper"), Scenario()
+    assert (paper.start.door_angle, paper.goal.attitude) == (defaults.start.door_angle, defaults.goal.attitude)
+    model, default_model = Model(paper), Model(defaults)
+    np.testing.assert_array_equal(model.start_state, default_model.start_state)
+    np.testing.assert_array_equal(model.goal_state, default_model.goal_state)
+    for section in ("vehicle", "door", "contact", "control", "simulation"):
+        assert getattr(paper, section) == getattr(defaults, section), section
+    assert paper.planner.model_copy(update={"weights": defaults.planner.weights}) == defaults.planner
+
+
+def test_push_is_the_same_task_with_a_tip_that_only_pushes():
+    push, paper = Scenario.load("push"), Scenario.load("paper")
+    assert push.contact.kind == "push"
+    assert push.contact.model_copy(update={"kind": "grip"}) == paper.contact
+    np.testing.assert_array_equal(Model(push).start_state, Model(paper).start_state)
+
+
+def test_an_empty_file_is_the_default_task(write):
+    scenario = Scenario.load(write(""))
+    assert scenario.model_dump() == Scenario().model_dump()
+    assert scenario.name == "task"
+
+
+def test_overrides_win_over_the_file_and_reach_nested_tables(write):
+    path = write("[contact]\nheight = 0.7\n[planner.weights]\nstate = [1.0]\n")
+    scenario = Scenario.load(path, {"contact.height": 0.9, "planner.weights.input": (2.0, 3.0), "door.friction": 1})
+    assert scenario.contact.height == 0.9
+    assert scenario.planner.weights.state == (1.0,)
+    assert scenario.planner.weights.input == (2.0, 3.0)
+    assert scenario.door.friction == 1.0
+
+
+def test_an_integer_is_a_number(write):
+    assert Scenario.load(write("[contact]\nheight = 1\n")).contact.height == 1.0
+
+
+def test_a_scenario_is_frozen():
+    with pytest.raises(ValueError, match="frozen"):
+        Scenario().contact.height = 0.1  # type: ignore[misc]
+
+
+def test_urdf_paths_are_shipped_names_or_relative_to_the_file(write, tmp_path):
+    (tmp_path / "doors").mkdir()
+    own = tmp_path / "doors" / "own.urdf"
+    own.write_text((urdf_directory() / "hinged_door.urdf").read_text())
+    scenario = Scenario.load(write('[door]\nurdf = "doors/own.urdf"\n[vehicle]\nurdf = "hexarotor_arm.urdf"\n'))
+    assert scenario.door_urdf == own.resolve()
+    assert scenario.vehicle_urdf.samefile(urdf_directory() / "hexarotor_arm.urdf")
+    assert Model(scenario).door.width == 1.2
+
+
+@given(
+    distance=st.floats(0.1, 1.2, exclude_min=True),
+    steps=st.integers(2, 2000),
+    angles=st.lists(st.floats(-math.pi, math.pi), min_size=4, max_size=4),
+)
+def test_what_is_in_range_is_taken_exactly(distance, steps, angles):
+    scenario = Scenario.load(
+        "paper",
+        {"contact.distance_from_hinge": distance, "planner.horizon_steps": steps, "start.arm": angles},
+    )
+    assert scenario.contact.distance_from_hinge == distance
+    assert scenario.planner.horizon_steps == steps
+    assert scenario.start.arm == tuple(angles)
+
+
+# ---------------------------------------------------------------- what is wrong in a file
+
+WRONG_VALUES = [
+    # text, field, given, a word of what is allowed
+    ("vehicle = 3", "vehicle", 3, "table"),
+    ("[[planner]]\nrate = 1.0", "planner", [{"rate": 1.0}], "table"),
+    ('[contact]\nheight = "high"', "contact.height", "high", "number"),
+    ("[contact]\nheight = true", "contact.height", True, "number"),
+    ("[contact]\nheight = -0.1", "contact.height", -0.1, "greater than or equal to 0"),
+    ("[contact]\nheight = inf", "contact.height", math.inf, "finite"),
+    ("[contact]\ndistance_from_hinge = 0", "contact.distance_from_hinge", 0, "greater than 0"),
+    ("[contact]\nheight = 1979-05-27", "contact.height", None, "number"),
+    ('[contact]\nkind = "pull"', "contact.kind", "pull", "'grip' or 'push'"),
+    ("[planner]\nhorizon_steps = true", "planner.horizon_steps", True, "integer"),
+    ("[planner]\nhorizon_steps = 50.0", "planner.horizon_steps", 50.0, "integer"),
+    ("[planner]\nhorizon_steps = 1", "planner.horizon_steps", 1, "greater than or equal to 2"),
+    (f"[planner]\nhorizon_steps = {10**30}", "planner.horizon_steps", 10**30, "less than or equal"),
+    (f"[contact]\nheight = {10**400}", "contact.height", 10**400, "number"),
+    ("[planner]\ntime_step = 0.6", "planner.time_step", 0.6, "less than or equal to 0.5"),
+    ("[planner.weights]\ninput = [1.0, 0.0]", "planner.weights.input.1", 0.0, "greater than 0"),
+    ("[planner.weights]\nstate = [1.0, -1.0]", "planner.weights.state.1", -1.0, "greater than or equal to 0"),
+    ("[goal]\ndoor_angle = 7.0", "goal.door_angle", 7.0, "less than or equal to"),
+    ("[goal]\nattitude = [0.0, 1.6, 0.0]", "goal.attitude.1", 1.6, "less than"),
+    ("[goal]\nattitude = [0.0, 0.0, 0.0, 0.0]", "goal.attitude", None, "shorter list"),
+    ('[start]\narm = "straight"', "start.arm", "straight", "list"),
+    ("[vehicle]\nurdf = 3", "vehicle.urdf", 3, "string"),
+    ('[vehicle]\nurdf = ""', "vehicle.urdf", "", "name"),
+    ('[simulation.noise]\nposition = "none"', "simulation.noise.position", "none", "number"),
+]
+
+
+@pytest.mark.parametrize(("text", "field", "given", "allowed"), WRONG_VALUES, ids=[row[0] for row in WRONG_VALUES])
+def test_a_wrong_value_names_file_field_given_and_allowed(write, text, field, given, allowed):
+    path = write(text)
+    error = fault(path)
+    assert error.file == str(path)
+    assert error.field == field
+    if given is not None:
+        assert error.given == given
+    assert error.given is not None
+    assert allowed in error.allowed
+    assert all(part in str(error) for part in (str(path), field, "given", "allowed"))
+    assert len(str(error)) < 400 + len(str(path))
+
+
+def test_not_a_number_is_refused_everywhere(write):
+    for text in (
+        "[contact]\nheight = nan",
+        "[start]\narm = [0.0, nan, 0.0, 0.0]",
+        "[goal]\nattitude = [nan, 0.0, 0.0]",
+    ):
+        error = fault(write(text))
+        assert math.isnan(error.given)
+        assert "finite" in error.allowed
+    assert math.isnan(fault("paper", **{"planner.margin": math.nan}).given)
+
+
+@pytest.mark.parametrize(
+    ("text", "field", "nearest"),
+    [
+        ("[contcat]\nheight = 0.8", "contcat", "contact"),
+        ("[contact]\ndistance_form_hinge = 0.7", "contact.distance_form_hinge", "distance_from_hinge"),
+        ("[planner.weights]\nstates = [1.0]", "planner.weights.states", "state"),
+        ("[simulation.noise]\npostion = 0.0", "simulation.noise.postion", "position"),
+        ("planer = 100.0", "planer", "planner"),
+    ],
+)
+def test_an_unknown_key_names_its_nearest_neighbour(write, text, field, nearest):
+    error = fault(write(text))
+    assert error.field == field
+    assert f"the nearest is '{nearest}'" in str(error)
+    assert nearest in error.allowed.split(", ")
+
+
+def test_further_faults_are_counted(write):
+    assert "and 1 more" in str(fault(write("[contact]\nheight = nan\nwidth = 2.0\n")))
+
+
+BROKEN = {
+    "syntax": "[contact\nheight = 0.8",
+    "key twice": "[contact]\nheight = 0.8\nheight = 0.9",
+    "not UTF-8": b"[contact]\nkind = '\xff\xfe'",
+    "UTF-16": "[contact]\nheight = 0.8".encode("utf-16"),
+    "integer of 5000 digits": "[planner]\nhorizon_steps = " + "9" * 5000,
+    "nested too deeply": "x = " + "[" * 3000,
+    "zero byte": b"a = 1\x00",
+}
+
+
+@pytest.mark.parametrize("text", BROKEN.values(), ids=BROKEN)
+def test_what_is_not_toml_is_an_error_of_the_file(write, text):
+    path = write(text)
+    error = fault(path)
+    assert error.file == str(path)
+    assert "not valid TOML" in str(error)
+    assert "TOML" in error.allowed
+
+
+def test_a_directory_is_not_a_scenario(tmp_path):
+    error = fault(tmp_path)
+    assert error.given == str(tmp_path)
+    assert "path of a TOML file" in error.allowed
+
+
+def test_a_missing_scenario_suggests_a_shipped_one():
+    error = fault("papr")
+    assert "did you mean 'paper'?" in str(error)
+    assert "paper, push" in error.allowed
+
+
+@pytest.mark.parametrize("source", ["", "no/such/file.toml", "x" * 5000, "a\0b"])
+def test_an_impossible_path_is_an_error(source):
+    assert fault(source).given is not None
+
+
+def test_an_override_below_a_value_is_an_error(write):
+    error = fault(write("[contact]\nheight = 0.8\n"), **{"contact.height.above": 1.0})
+    assert error.field == "contact.height.above"
+    assert error.given == "height"
+
+
+def test_an_override_of_a_whole_section_is_an_error():
+    assert fault("paper", planner=3).allowed == "a table"
+
+
+# ---------------------------------------------------------------- what a file points at
+
+
+def door_file(tmp_path: Path, change: tuple[str, str]) -> Path:
+    """A scenario whose door is the shipped one with a piece of text replaced."""
+    text = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
+    assert change[0] in text
+    (tmp_path / "door.urdf").write_text(text.replace(*change), encoding="utf-8")
+    task = tmp_path / "task.toml"
+    task.write_text('[door]\nurdf = "door.urdf"\n')
+    return task
+
+
+WRONG_DOORS = {
+    "malformed XML": (("</robot>", ""), "not well-formed XML"),
+    "not a robot": (('<robot name="hinged_door">', "<door>"), "not well-formed XML"),
+    "no leaf": (('"leaf"', '"slab"'), "'leaf'"),
+    "no hinge": (('joint name="hinge"', 'joint name="axis"'), "hinge"),
+    "leaf without mass": (('<mass value="11"/>', '<mass value="0"/>'), "no mass"),
+    "infinite mass": (('<mass value="11"/>', '<mass value="inf"/>'), "not a finite number"),
+    "mass that is no number": (('<mass value="11"/>', '<mass value="heavy"/>'), "not a finite number"),
+    "hinge that slides": (('name="hinge" type="revolute"', 'name="hinge" type="prismatic"'), "hinge"),
+    "hinge upside down": (('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>'), "hinge"),
+}
+
+
+@pytest.mark.parametrize(("change", "words"), WRONG_DOORS.values(), ids=WRONG_DOORS)
+def test_a_door_that_cannot_be_used_is_an_error_of_its_urdf(tmp_path, change, words):
+    scenario = Scenario.load(door_file(tmp_path, change))
+    with pytest.raises(UrdfError) as caught:
+        Model(scenario)
+    assert caught.value.file == str(tmp_path / "door.urdf")
+    assert words in str(caught.value)
+    if "XML" not in words:
+        assert caught.value.field is not None
+        assert caught.value.given is not None
+        assert caught.value.allowed is not None
+
+
+def test_a_missing_urdf_names_the_field_and_the_shipped_ones(write):
+    path = write('[vehicle]\nurdf = "octarotor.urdf"\n')
+    with pytest.raises(DoormanError) as caught:
+        Model(Scenario.load(path))
+    error = caught.value
+    assert (error.file, error.field, error.given) == (str(path), "vehicle.urdf", "octarotor.urdf")
+    assert "hexarotor_arm" in error.allowed
+
+
+@pytest.mark.parametrize("name", ["base_link", "tip", "servo_3", "servo_4"])
+def test_a_vehicle_without_a_named_link_is_an_error(tmp_path, name):
+    text = (urdf_directory() / "hexarotor_arm.urdf").read_text(encoding="utf-8")
+    (tmp_path / "vehicle.urdf").write_text(text.replace(f'"{name}"', '"other"'), encoding="utf-8")
+    (tmp_path / "task.toml").write_text('[vehicle]\nurdf = "vehicle.urdf"\n')
+    with pytest.raises(UrdfError) as caught:
+        Model(Scenario.load(tmp_path / "task.toml"))
+    assert caught.value.given == name
+    assert "other" in caught.value.allowed
+    assert caught.value.field.startswith("vehicle.")
+
+
+def test_a_name_that_the_urdf_lacks_can_be_mapped(tmp_path):
+    text = (urdf_directory() / "hexarotor_arm.urdf").read_text(encoding="utf-8")
+    renamed = text.replace('"base_link"', '"body"').replace('"tip"', '"finger"').replace('"servo_3"', '"elbow"')
+    (tmp_path / "vehicle.urdf").write_text(renamed, encoding="utf-8")
+    (tmp_path / "task.toml").write_text(
+        '[vehicle]\nurdf = "vehicle.urdf"\nbase_link = "body"\ntip = "finger"\nservos = ["elbow", "servo_4"]\n'
+    )
+    mapped, shipped = Model(Scenario.load(tmp_path / "task.toml")), Model(Scenario())
+    np.testing.assert_array_equal(mapped.constraints(mapped.start_state), shipped.constraints(shipped.start_state))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "allowed"),
+    [
+        ("contact.distance_from_hinge", 1.3, "1.2 m"),
+        ("contact.height", 1.7, "1.6 m"),
+        ("start.arm", [0.0, 0.0], "4, the joints"),
+        ("goal.arm", [0.0] * 5, "4, the joints"),
+    ],
+)
+def test_what_does_not_fit_the_urdfs_is_an_error_of_the_scenario(key, value, allowed):
+    with pytest.raises(ScenarioError) as caught:
+        Model(Scenario.load("paper", {key: value}))
+    assert caught.value.field == key
+    assert caught.value.given is not None
+    assert allowed in caught.value.allowed
+
+
+@pytest.mark.parametrize("state", [[0.0] * 8, [[0.0] * 9], "abcdefghi", [math.nan] + [0.0] * 8, [0.0] * 8 + [math.inf]])
+def test_a_state_of_wrong_shape_or_not_finite_is_an_error(state):
+    with pytest.raises(DimensionError) as caught:
+        Model(Scenario()).constraints(state)
+    assert caught.value.field.startswith("state")
+    assert caught.value.given is not None
+    assert caught.value.allowed is not None

@@ -1,0 +1,233 @@
+"""Replay page: self-contained, and what it animates is what was recorded."""
+
+import importlib.util
+import json
+import math
+from html.parser import HTMLParser
+
+import numpy as np
+import pinocchio
+import pytest
+from urdf_variants import robot_data_vehicle, write_arm_of
+
+from doorman.exceptions import DoormanError, RecordingError
+from doorman.model import Model
+from doorman.recording import Recorder, Recording
+from doorman.scenario import Scenario
+from doorman.visualization import replay_page
+
+
+class Page(HTMLParser):
+    """Tags of a page, the texts of its scripts, and its title."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.scripts, self.title = [], [], ""
+        self.feed(text)
+        (script,) = [script for script in self.scripts if "const replay = " in script]
+        start = script.index("const replay = ") + len("const replay = ")
+        self.replay, _ = json.JSONDecoder().raw_decode(script, start)
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append((tag, dict(attributes)))
+        if tag == "script":
+            self.scripts.append("")
+
+    def handle_data(self, data):
+        if self.tags and self.tags[-1][0] == "script":
+            self.scripts[-1] += data
+        elif self.tags and self.tags[-1][0] == "title" and data.strip():
+            self.title = data
+
+    def commands(self, kind):
+        return {command["path"]: command for command in self.replay["commands"] if command["type"] == kind}
+
+    def tracks(self):
+        (animation,) = self.commands("set_animation").values()
+        return {
+            entry["path"]: {track["name"]: track for track in entry["clip"]["tracks"]}
+            for entry in animation["animations"]
+        }
+
+    def placements(self, path):
+        """Placement at every key of the animation, shape (m, 4, 4)."""
+        tracks = self.tracks()
+        if path not in tracks:
+            return np.array(self.commands("set_transform")[path]["matrix"]).reshape(1, 4, 4).transpose(0, 2, 1)
+        positions = np.reshape(tracks[path][".position"]["values"], (-1, 3))
+        quaternions = np.reshape(tracks[path][".quaternion"]["values"], (-1, 4))
+        placements = np.tile(np.eye(4), (len(positions), 1, 1))
+        placements[:, :3, 3] = positions
+        placements[:, :3, :3] = [pinocchio.Quaternion(*q[[3, 0, 1, 2]]).normalized().matrix() for q in quaternions]
+        return placements
+
+
+@pytest.fixture(scope="module")
+def page(flight, model, tmp_path_factory):
+    path = replay_page(flight, model, tmp_path_factory.mktemp("replay") / "replay.html")
+    return Page(path.read_text(encoding="utf-8"))
+
+
+def test_page_needs_nothing_but_itself(page):
+    assert [name for tag, attributes in page.tags for name in attributes if name in ("src", "href", "srcset")] == []
+    assert not {"link", "iframe", "img", "object", "embed"} & {tag for tag, _ in page.tags}
+    assert len(page.scripts) == 2
+    viewer, ours = page.scripts
+    assert len(viewer) > 500_000 and "MeshCat" in viewer
+    assert "http" not in ours and "WebSocket" not in ours and "connect(" not in ours
+    assert page.title == "doorman: paper"
+
+
+def test_animation_runs_through_the_whole_flight(page, flight):
+    keys = page.tracks()["/scene/vehicle"][".position"]["times"]
+    flown = flight["truth"].time[-1] - flight["truth"].time[0]
+    assert keys[:-1] == list(range(int(flown * 30) + 1))
+    assert all(track["times"] == keys for tracks in page.tracks().values() for track in tracks.values())
+    assert page.replay["fps"] == 30 and len(page.replay["door_angle"]) == len(keys) - 1
+    moving = set(page.tracks())
+    assert moving == {
+        "/scene/vehicle",
+        "/scene/door/leaf",
+        *(f"/scene/vehicle/servo_{k}" for k in (2, 3, 4)),
+        "/scene/vehicle/tip",
+    }
+
+
+def test_tip_touches_the_leaf_in_every_frame(page, model):
+    """From the page alone: the drawn tip, in the drawn leaf's frame, stays at the contact point of its surface."""
+    tip = (page.placements("/scene/vehicle") @ page.placements("/scene/vehicle/tip"))[:, :, 3]
+    leaf = page.placements("/scene/door/leaf")
+    in_leaf = np.einsum("mij,mj->mi", np.linalg.inv(leaf), tip)[:, :3]
+    contact = [model.scenario.contact.distance_from_hinge, 0.0, model.scenario.contact.height]
+    np.testing.assert_allclose(in_leaf, np.tile(contact, (len(tip), 1)), atol=2e-3)  # straight between two records
+
+
+def test_vehicle_and_leaf_are_where_they_were_recorded(page, flight):
+    truth = flight["truth"]
+    placements = page.placements("/scene/vehicle")
+    for frame in (0, 45, 100):
+        for i in range(3):
+            there = np.interp(frame / 30, truth.time, truth["position"][:, i])
+            assert placements[frame, i, 3] == pytest.approx(there, abs=1e-4)
+    leaf = page.placements("/scene/door/leaf")
+    shown = np.unwrap(np.arctan2(leaf[:, 1, 0], leaf[:, 0, 0]))
+    np.testing.assert_allclose(np.degrees(shown[:-1]), page.replay["door_angle"], atol=0.02)
+    assert page.replay["door_angle"][0] == pytest.approx(90.0) and page.replay["door_angle"][-1] < 25.0
+
+
+def test_every_visual_shape_is_there_with_its_colour_and_axis(page):
+    objects, transforms = page.commands("set_object"), page.commands("set_transform")
+    kinds = {path: command["object"]["geometries"][0]["type"] for path, command in objects.items()}
+    links = {path.split("/")[3] for path in objects if path.startswith("/scene/vehicle/")}
+    assert links == {"base_link", "tip", *(f"rotor_{k}" for k in range(1, 7)), *(f"servo_{k}" for k in range(1, 5))}
+    assert sum(path.startswith("/scene/door/frame/") for path in objects) == 8
+    blades = [path for path in objects if "/turning/" in path and kinds[path] == "BoxGeometry"]
+    assert len(blades) == 6
+    (disc,) = [path for path in objects if path.endswith("/disc")]
+    material = objects[disc]["object"]["materials"][0]
+    assert material["transparent"] and 0.0 < material["opacity"] < 1.0
+    # the body's plate is a URDF cylinder about z; the viewer's stand along y
+    plate = next(
+        path for path in objects if "/base_link/" in path and kinds[path] == "CylinderGeometry" and path != disc
+    )
+    matrix = np.reshape(transforms[plate]["matrix"], (4, 4)).T
+    np.testing.assert_allclose(matrix[:3, 1], [0.0, 0.0, 1.0], atol=1e-9)
+    np.testing.assert_allclose(matrix[:3, 3], [0.0, 0.0, 0.012], atol=1e-9)
+    assert objects[plate]["object"]["materials"][0]["color"] == 0x26292E  # 0.15 0.16 0.18
+    assert np.linalg.det(matrix[:3, :3]) == pytest.approx(1.0)
+
+
+def test_rotors_turn_in_their_sense(page, model):
+    assert [direction for _, direction in page.replay["rotors"]] == [rotor.direction for rotor in model.vehicle.rotors]
+    parents = {path.rpartition("/")[0].strip("/") for path in page.commands("set_object")}
+    assert {path for path, _ in page.replay["rotors"]} <= parents
+
+
+def test_trace_grows_along_the_tips_path(page, flight, model):
+    trace = page.replay["trace"]
+    assert trace[0] == 0 and trace == sorted(trace) and len(trace) == len(page.replay["door_angle"])
+    geometry = page.commands("set_object")["/scene/trace"]["object"]["geometries"][0]
+    assert trace[-1] == geometry["tubularSegments"] * geometry["radialSegments"] * 6
+    first, last = geometry["path"]["points"][0], geometry["path"]["points"][-1]
+    for point, angle in ((first, math.pi / 2), (last, math.radians(page.replay["door_angle"][-1]))):
+        contact = model.door.contact_point(
+            angle, model.scenario.contact.distance_from_hinge, model.scenario.contact.height
+        )
+        np.testing.assert_allclose(point, contact, atol=2e-3)
+
+
+def test_measured_flight_is_replayed_from_measurement_and_estimate(model, fly, tmp_path):
+    recording = fly(model, 1.0, with_truth=False)
+    page = Page(replay_page(recording, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    np.testing.assert_allclose(
+        page.placements("/scene/vehicle")[0, :3, 3], recording["measurement"]["position"][0], atol=1e-5
+    )
+    estimate = recording["estimate"]
+    there = np.interp(np.arange(len(page.replay["door_angle"])) / 30, estimate.time, estimate["state"][:, 3])
+    np.testing.assert_allclose(page.replay["door_angle"], np.degrees(there), atol=0.01)
+
+
+@pytest.mark.parametrize("joints", [1, 2, 6])
+def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
+    urdf = write_arm_of(tmp_path / "arm.urdf", joints)
+    overrides = {
+        "vehicle.urdf": str(urdf),
+        "start.arm": [0.1] * joints,
+        "goal.arm": [0.2] * joints,
+        "planner.weights": {},
+    }
+    model = Model(Scenario.load("paper", overrides))
+    page = Page(replay_page(fly(model, 0.5), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    assert "/scene/vehicle" in page.tracks()
+    assert page.replay["door_angle"][-1] < 90.0
+
+
+@pytest.mark.parametrize("name", ["borinot_flying_arm_2", "hextilt_flying_arm_5"])
+def test_vehicles_of_meshes_are_drawn_as_rods(tmp_path, name, fly):
+    path, names = robot_data_vehicle(name)
+    model = Model(Scenario.load("paper", {"vehicle": names.model_dump(), "planner.weights": {},
+                                          "start": {}, "goal": {}}))  # fmt: skip
+    page = Page(replay_page(fly(model, 0.2), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    rods = [path for path in page.commands("set_object") if path.startswith("/scene/vehicle/") and "shape" in path]
+    assert len(rods) >= model.n_arm
+
+
+def test_header_cannot_break_the_page(flight, model, tmp_path):
+    hostile = Recording(dict(flight), {"name": "</script><script>alert(1)</script>"})
+    page = Page(replay_page(hostile, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    assert len(page.scripts) == 2 and "alert(1)" not in "".join(page.scripts)
+
+
+def test_times_that_are_not_finite_are_left_out(model, flight, tmp_path):
+    recorder = Recorder(None, {})
+    truth = flight["truth"]
+    names = ("position", "attitude", "door_angle", "arm_angles")
+    for k, moment in enumerate(truth.time[:100]):
+        fields = {name: truth[name][k] * (math.nan if k in (0, 50, 51) else 1.0) for name in names}
+        recorder.write("truth", moment, fields)
+    page = Page(replay_page(recorder.recording(), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    assert page.replay["start"] == 0.02
+    assert np.isfinite(page.placements("/scene/vehicle")).all()
+    recorder = Recorder(None, {})
+    recorder.write("truth", 0.0, {name: truth[name][0] * math.nan for name in names})
+    with pytest.raises(RecordingError, match="finite"):
+        replay_page(recorder.recording(), model, tmp_path / "replay.html")
+
+
+def test_a_single_record_is_a_still_picture(model, flight, tmp_path):
+    recorder = Recorder(None, {})
+    recorder.write("truth", 0.0, {name: flight["truth"][name][0] for name in flight["truth"]})
+    page = Page(replay_page(recorder.recording(), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
+    assert page.replay["trace"] == [] and len(page.replay["door_angle"]) == 1 and page.tracks() == {}
+
+
+def test_nothing_to_replay(model, fly, tmp_path):
+    with pytest.raises(RecordingError, match="truth"):
+        replay_page(Recording({}, {}), model, tmp_path / "replay.html")
+
+
+def test_missing_meshcat_says_what_to_install(flight, model, tmp_path, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(DoormanError, match=r"pip install 'doorman\[viz\]'"):
+        replay_page(flight, model, tmp_path / "replay.html")
+    assert not (tmp_path / "replay.html").exists()

@@ -1,0 +1,123 @@
+"""Figure of the states: what its curves hold, read back from the axes."""
+
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from urdf_variants import write_arm_of
+
+from doorman.exceptions import RecordingError
+from doorman.model import Model
+from doorman.recording import Recorder, Recording
+from doorman.scenario import Scenario
+from doorman.visualization import save, states_figure
+
+
+def lines(axes, label):
+    return [line for line in axes.lines if line.get_label() == label]
+
+
+def test_measured_predicted_and_desired_curves(flight, model):
+    figure = states_figure(flight, model)
+    panels = figure.axes
+    assert len(panels) == model.nx
+    plan = flight["plan"]
+    for i, axes in enumerate(panels):
+        (measured,), (predicted,), (desired,) = (lines(axes, name) for name in ("measured", "predicted", "desired"))
+        np.testing.assert_array_equal(measured.get_xdata(), flight["estimate"].time)
+        np.testing.assert_allclose(measured.get_ydata(), np.degrees(flight["estimate"]["state"][:, i]))
+        np.testing.assert_allclose(predicted.get_xdata(), plan.time + 0.2)
+        np.testing.assert_allclose(predicted.get_ydata(), np.degrees(plan["states"][:, 10, i]))
+        np.testing.assert_allclose(desired.get_ydata(), np.degrees(model.goal_state[i]))
+        assert (measured.get_color(), measured.get_linestyle()) == ("#000000", "-")
+        assert predicted.get_linestyle() == "--"
+        assert len({measured.get_color(), predicted.get_color(), desired.get_color()}) == 3
+        assert axes.get_ylabel().endswith("[deg/s]" if i == 4 else "[deg]")
+    assert [axes.get_ylabel().split()[0] for axes in panels[:5]] == ["φ", "θ", "ψ", "α", "α̇"]
+    assert [axes.get_xlabel() for axes in panels[-3:]] == ["time [s]"] * 3
+
+
+def test_predictions_meet_what_happened(flight, model):
+    """The recorded plans come from the model that moved: a prediction is the truth of its time."""
+    figure = states_figure(flight, model)
+    for axes, truth in zip(figure.axes, np.degrees(flight["truth"]["attitude"]).T, strict=False):
+        (predicted,) = lines(axes, "predicted")
+        time = predicted.get_xdata()
+        known = time <= flight["truth"].time[-1]
+        there = np.interp(time, flight["truth"].time, truth)
+        np.testing.assert_allclose(np.asarray(predicted.get_ydata())[known], there[known], atol=1e-6)
+
+
+def test_whole_horizons_start_at_their_plans(flight, model):
+    axes = states_figure(flight, model).axes[3]
+    horizons = lines(axes, "horizon")
+    assert len(horizons) == 6
+    for line in horizons:
+        k = int(np.argmin(np.abs(flight["plan"].time - line.get_xdata()[0])))
+        np.testing.assert_allclose(line.get_ydata(), np.degrees(flight["plan"]["states"][k, :, 3]))
+        np.testing.assert_allclose(np.diff(line.get_xdata()), 0.02)
+    assert all(a.get_xdata()[0] < b.get_xdata()[0] for a, b in pairwise(horizons))
+
+
+def test_truth_is_drawn_only_where_it_differs(flight, model):
+    drawn = [bool(lines(axes, "truth")) for axes in states_figure(flight, model).axes]
+    assert drawn == [i in (1, 3) for i in range(model.nx)]
+    (truth,) = lines(states_figure(flight, model).axes[3], "truth")
+    np.testing.assert_allclose(truth.get_ydata(), np.degrees(flight["truth"]["door_angle"]))
+    (measured,) = lines(states_figure(flight, model).axes[3], "measured")
+    assert truth.get_linewidth() < measured.get_linewidth()
+
+
+@pytest.mark.parametrize("joints", [1, 2, 5, 7])
+def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
+    urdf = write_arm_of(tmp_path / "arm.urdf", joints)
+    model = Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), "start.arm": [0.1] * joints, "goal.arm": [0.2] * joints,
+                                          "planner.weights": {}}))  # fmt: skip
+    figure = states_figure(fly(model, 0.5), model)
+    shown = [axes for axes in figure.axes if axes.axison]
+    assert len(shown) == 5 + joints
+    assert [bool(lines(axes, "measured")) for axes in shown] == [True] * (5 + joints)
+    assert shown[-1].get_ylabel() == f"$\\eta_{{{joints}}}$ [deg]"
+    assert shown[-1].get_xlabel() == "time [s]"
+    save(figure, tmp_path, "states")
+
+
+def test_a_flight_without_truth_and_plan(model, fly):
+    figure = states_figure(fly(model, 0.2, with_truth=False, with_plan=False), model)
+    assert [line.get_label() for line in figure.axes[0].lines] == ["measured", "desired"]
+
+
+def test_a_single_tick_and_values_that_are_not_finite(model, tmp_path):
+    recorder = Recorder(None, {})
+    recorder.write("estimate", 0.0, {"state": np.full(model.nx, np.nan)})
+    save(states_figure(recorder.recording(), model), tmp_path, "states")
+    assert (tmp_path / "states.png").stat().st_size > 1000
+
+
+def test_no_estimate_is_an_error(model):
+    with pytest.raises(RecordingError, match="estimate"):
+        states_figure(Recording({}, {}), model)
+
+
+def test_save_writes_png_and_pdf(flight, model, tmp_path):
+    png, pdf = save(states_figure(flight, model), tmp_path / "new" / "folder", "states")
+    assert png.read_bytes().startswith(b"\x89PNG") and pdf.read_bytes().startswith(b"%PDF")
+    assert (png.name, pdf.name) == ("states.png", "states.pdf")
+
+
+def test_neither_windows_nor_servers_are_loaded():
+    check = "import sys, doorman.visualization; print([m for m in ('matplotlib.pyplot', 'meshcat', 'zmq') if m in sys.modules])"
+    result = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, timeout=60, check=True)
+    assert result.stdout == "[]\n"
+
+
+def test_missing_matplotlib_says_what_to_install():
+    check = (
+        "import sys; sys.modules['matplotlib'] = sys.modules['matplotlib.axes'] = None\n"
+        "from doorman.exceptions import DoormanError\n"
+        "try:\n    import doorman.visualization\nexcept DoormanError as error:\n    print(error)"
+    )
+    result = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, timeout=60, check=True)
+    assert "pip install 'doorman[viz]'" in result.stdout
