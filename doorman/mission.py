@@ -175,13 +175,20 @@ class Mission:
         if current is None:
             setpoint = self.converter.hold(measurement.position, float(measurement.attitude[2]))
         else:
-            setpoint = self.converter.setpoint(current.plan, now - current.start)
+            setpoint = self.converter.setpoint(current.plan, now - current.start, measurement.arm_angles)
         thrust = self._controller.update(measurement.position, measurement.velocity, setpoint, elapsed)
-        command = Command(thrust.thrust, thrust.attitude, setpoint.arm_rates)
+        command = Command(thrust.thrust, self._engaged(thrust.attitude, measurement), setpoint.arm_rates)
         self._thrust = thrust.thrust
         backend.command(command)
         self._record(measurement, state, setpoint, thrust, command)
         return float(state[3])
+
+    def _engaged(self, attitude: np.ndarray, measurement: Measurement) -> np.ndarray:
+        """Commanded attitude, its pitch near the measured one at first and free later."""
+        settings = self.model.scenario.control
+        reach = settings.engage_pitch + settings.engage_rate * measurement.time
+        pitch = measurement.attitude[1] + np.clip(attitude[1] - measurement.attitude[1], -reach, reach)
+        return np.array([attitude[0], pitch, attitude[2]])
 
     def _record(
         self, measurement: Measurement, state: np.ndarray, setpoint: Setpoint, thrust: Thrust, command: Command

@@ -106,7 +106,7 @@ class PlannerSection(_Section):
     rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
     iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 2
     """Iterations of `replan`; a cold plan iterates to convergence."""
-    margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.02
+    margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
     """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""
     weights: WeightsSection = WeightsSection()
 
@@ -114,10 +114,18 @@ class PlannerSection(_Section):
 class ControlSection(_Section):
     """Gains of the DOB position controller and of the state converter's look-ahead."""
 
-    look_ahead: NonNegative = 0.04
-    """Position and velocity setpoints are the plan this long after the measured state [s]."""
+    position_look_ahead: NonNegative = 0.04
+    """The setpoints of position and velocity are the plan this long after the measured state [s]."""
+    acceleration_look_ahead: NonNegative = 0.12
+    """The same for the acceleration fed forward [s]."""
     attitude_look_ahead: NonNegative = 0.2
-    """Yaw and the force fed forward are the plan this long after the measured state: they act through the attitude loop [s]."""
+    """The same for yaw and for the force fed forward, which act through the attitude loop [s]."""
+    arm_look_ahead: Positive = 0.1
+    """Joint rates are those that reach the plan's posture this long after the measured state [s]."""
+    engage_pitch: Positive = 0.1
+    """At the start, the commanded pitch may differ from the measured one by this much [rad], and"""
+    engage_rate: NonNegative = 0.2
+    """by this much more for every second flown [rad/s]: with the tip tied, a jump would overload the arm's servos."""
     position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
     """k_p [1/s²]."""
     velocity_gain: tuple[Positive, Positive, Positive] = (3.5, 3.5, 4.5)

@@ -34,12 +34,14 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
         The callback of `doorman.mission.simulate`.
     """
     console = Console(stderr=True)
+    if not (shown and console.is_terminal):
+        yield lambda now, door_angle: None
+        return
     columns = (
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[now]}"), TimeRemainingColumn(),
         TextColumn("left"),
     )  # fmt: skip
-    progress = Progress(*columns, console=console, auto_refresh=False, disable=not (shown and console.is_terminal))
-    with progress:
+    with Progress(*columns, console=console, auto_refresh=False) as progress:
         task = progress.add_task("Preparing (the first run compiles)", total=duration, now="")
         progress.refresh()
         last_drawn = -math.inf

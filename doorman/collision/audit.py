@@ -9,18 +9,20 @@ collision up to 0.65 rad, for any yaw and any posture within the joint limits, a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.collision.audit_report import AuditReport, Offender, RowConservatism
 from doorman.collision.constraints import ConstraintParameters, collision_constraints_batch
 from doorman.collision.sampling import Constraints, Region
 from doorman.collision.scene import Clearances, CollisionScene, arm_joint_of_links
 from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.rotations import rotation_body_to_world
+
+__all__ = ["TOLERANCE", "AuditReport", "analytic_constraints", "audit", "clearances_at"]
 
 Array = NDArray[np.float64]
 
@@ -32,83 +34,7 @@ _ENOUGH = 500
 _SPREADS = (0.1, 0.05, 0.02, 0.01, 0.005)
 _CLOSEST_SHARE = 0.02
 _COPIES = 12
-
-
-@dataclass(frozen=True)
-class Offender:
-    """A configuration that the constraints allow although shapes overlap."""
-
-    state: tuple[float, ...]
-    """x = [Φ, α, 0, H] [rad]."""
-    first: str
-    second: str
-    depth: float
-    """[m]."""
-
-
-@dataclass(frozen=True)
-class RowConservatism:
-    """What one row of the constraints forbids in vain."""
-
-    name: str
-    forbidden_share: float
-    """Share of the collision-free configurations that this row forbids."""
-    forbidden_alone_share: float
-    """Share of the collision-free configurations that only this row forbids."""
-    boundary_samples: int
-    """How many samples were taken where this row is the active one."""
-    boundary_clearance: float | None
-    """Median of the exact clearance there, without the link that carries the tip against the leaf [m]."""
-
-
-@dataclass(frozen=True)
-class AuditReport:
-    """Result of an audit."""
-
-    sampled: int
-    """Configurations drawn."""
-    allowed: int
-    """Configurations that the constraints allow and that went through FCL."""
-    colliding: int
-    """How many of them overlap by more than the tolerance."""
-    worst: Offender | None
-    """The deepest of them."""
-    forbidden_free_share: float
-    """Share of the drawn collision-free configurations that the constraints forbid."""
-    rows: tuple[RowConservatism, ...]
-    max_tilt: float
-    """Tilt range that was sampled [rad]."""
-    tolerance: float
-    """[m]."""
-    enough: int
-    """Allowed configurations that an audit needs to say anything."""
-
-    @property
-    def ok(self) -> bool:
-        """Whether there were enough allowed configurations and none of them collides."""
-        return self.allowed >= self.enough and self.colliding == 0
-
-    @property
-    def reason(self) -> str:
-        """The verdict in one sentence."""
-        if self.allowed < self.enough:
-            few = f"only {self.allowed}" if self.allowed else "none"
-            return (
-                f"{few} of {self.sampled} sampled configurations are allowed by the constraints, "
-                f"{self.enough} are needed: the constraints contradict each other or leave no room"
-            )
-        if self.worst is not None:
-            return (
-                f"{self.colliding} of {self.allowed} allowed configurations collide, "
-                f"the worst by {1e3 * self.worst.depth:.1f} mm: {self.worst.first} in {self.worst.second}"
-            )
-        return (
-            f"none of {self.allowed} allowed configurations collides up to a tilt of {np.degrees(self.max_tilt):.0f}°"
-        )
-
-    def as_dict(self) -> dict[str, Any]:
-        """Everything as plain types, with `ok` and `reason`."""
-        return {"ok": self.ok, "reason": self.reason, **asdict(self)}
+_OUTSIDE = 4
 
 
 def analytic_constraints(coupling: Coupling) -> Constraints:
@@ -222,7 +148,7 @@ def _draw(region: Region, constraints: Constraints, draws: int, checks: int, gen
         good = constraints(states).max(axis=1) <= 0.0
         sampled, allowed = sampled + len(states), allowed + int(good.sum())
         inside.append(states[good])
-        outside = states[~good][:checks] if not outside.size else outside
+        outside = states[~good][: _OUTSIDE * checks] if not outside.size else outside
     return _Draw(sampled, allowed / sampled, np.vstack(inside)[:checks], outside)
 
 
@@ -257,20 +183,21 @@ def _closest(
     return mine[np.argsort(distances[mine])[:count]]
 
 
-def clearances_at(scene: CollisionScene, coupling: Coupling, states: Array) -> Clearances:
+def clearances_at(scene: CollisionScene, coupling: Coupling, states: Array, stop_below: float = -np.inf) -> Clearances:
     """Exact clearances of states on the kinematic constraint.
 
     Args:
         scene: FCL scene.
         coupling: Vehicle and door, tied at the contact point.
         states: x = [Φ, α, α̇, H], shape (m, 5 + n) with m ≥ 1.
+        stop_below: Do not look for a closer pair once one is closer than this [m].
 
     Returns:
         Distance and pair at each state.
     """
     positions = np.array([coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
     rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
-    return scene.min_clearance_along(positions, rotations, states[:, 5:], states[:, 3])
+    return scene.min_clearance_along(positions, rotations, states[:, 5:], states[:, 3], stop_below)
 
 
 def _conservatism(
@@ -278,9 +205,9 @@ def _conservatism(
 ) -> tuple[float, tuple[RowConservatism, ...]]:
     """Share of the collision-free states that are forbidden, in all and row by row, and clearances at the boundary."""
     coupling = region.coupling
-    outside = draw.outside[: max(1, len(draw.outside) // 2)]
-    free = clearances_at(CollisionScene(coupling.vehicle, coupling.door), coupling, outside).distances >= -TOLERANCE
-    violated = constraints(outside) > 0.0
+    scene = CollisionScene(coupling.vehicle, coupling.door)
+    free = clearances_at(scene, coupling, draw.outside, stop_below=-TOLERANCE).distances >= -TOLERANCE
+    violated = constraints(draw.outside) > 0.0
     alone = violated & (violated.sum(axis=1) == 1)[:, None]
     forbidden = (1.0 - draw.allowed_share) * float(free.mean())
     total = max(draw.allowed_share + forbidden, 1e-12)

@@ -132,7 +132,12 @@ class CollisionScene:
         return sorted((pair for pair in found if pair.distance < 0.0), key=lambda pair: pair.distance)
 
     def min_clearance_along(
-        self, positions: ArrayLike, rotations: ArrayLike, arm_angles: ArrayLike, door_angles: ArrayLike
+        self,
+        positions: ArrayLike,
+        rotations: ArrayLike,
+        arm_angles: ArrayLike,
+        door_angles: ArrayLike,
+        stop_below: float = -np.inf,
     ) -> Clearances:
         """Distance of the closest pair at each of m configurations; about 0.1 ms each.
 
@@ -141,6 +146,7 @@ class CollisionScene:
             rotations: R, body to world, shape (m, 3, 3).
             arm_angles: H, shape (m, n) [rad].
             door_angles: α, shape (m,) [rad].
+            stop_below: Do not look for a closer pair once one is closer than this [m].
 
         Returns:
             Distances and pairs.
@@ -154,7 +160,7 @@ class CollisionScene:
         for m, order in enumerate(np.argsort(bounds, axis=1)):
             best, pair = np.inf, int(order[0])
             for k in order:
-                if bounds[m, k] >= best:
+                if bounds[m, k] >= best or best < stop_below:
                     break  # the others cannot be closer: their bounds are larger still
                 distance = self._distance(placements[m], int(k))
                 if distance < best:

@@ -3,8 +3,8 @@ r"""DOB position controller: from a setpoint to thrust and attitude.
 .. math:: F = m(\ddot p_d + k_d\dot e + k_p e) + m g e_3 + F_R - \hat\delta
 
 with e = p_d − p and F_R the planned force on the door. Along the door's normal δ̂ is left out: there the force is planned, and
-what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust saturate, and the saturated F is what the observer is
-told. Source: Kim, Choi and Kim, IEEE TCST 2018.
+what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust
+saturate, and the saturated F is what the observer is told. Source: Kim, Choi and Kim, IEEE TCST 2018.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class Setpoint:
     """ψ [rad]."""
     force: Array
     """Planned force of the tip on the door, shape (3,) [N]."""
-    arm_rates: Array
-    """Ḣ_d, shape (n,) [rad/s]."""
     normal: Array
     """Unit direction in which the planned force acts and the observer is not heeded, or zero, shape (3,)."""
+    arm_rates: Array
+    """Ḣ_d, shape (n,) [rad/s]."""
 
 
 @dataclass(frozen=True)

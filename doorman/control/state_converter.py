@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.control.position_controller import Setpoint
+from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -53,36 +52,53 @@ class StateConverter:
         angle, rate = self._coupling.door_state(position, velocity, attitude, body_rates, arm_angles, arm_rates)
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
 
-    def setpoint(self, plan: Plan, time: float) -> Setpoint:
+    def setpoint(self, plan: Plan, time: float, arm_angles: Array) -> Setpoint:
         """Setpoint for a time of the plan; after its end, the last state at rest.
 
-        Position and velocity are those `control.look_ahead` later; yaw, force and acceleration, which act through the
-        attitude loop, those `control.attitude_look_ahead` later.
+        Each part is taken from the plan as much later as the loop that follows it lags behind (`control.*_look_ahead`).
+        Joint rates lead from the measured posture to the plan's, so that a correction which the plan makes in its first
+        step is not lost between two plans.
 
         Args:
             plan: A usable plan.
             time: Since the plan's first state [s].
+            arm_angles: H now, shape (n,) [rad].
 
         Returns:
             The setpoint, by linear interpolation between nodes.
         """
         settings = self.model.scenario.control
-        state, inputs, _ = self._at(plan, time + settings.look_ahead)
-        motion = self._coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
-        later, later_inputs, door_acceleration = self._at(plan, time + settings.attitude_look_ahead)
+        motion = self._motion(plan, time + settings.position_look_ahead)
+        state, inputs = self._at(plan, time + settings.attitude_look_ahead)
+        posture = self._at(plan, time + settings.arm_look_ahead)[0][5:]
+        arm_rates = (posture - arm_angles) / settings.arm_look_ahead
         return Setpoint(
             position=motion.position,
             velocity=motion.velocity,
-            acceleration=self._contact_acceleration(later, door_acceleration),
-            yaw=float(later[2]),
-            force=self.planned_force(later, float(later_inputs[0])),
-            arm_rates=np.clip(inputs[4:], -self._rate_limits, self._rate_limits),
-            normal=door_normal(state[3]),
+            acceleration=self._acceleration(plan, time + settings.acceleration_look_ahead),
+            yaw=float(state[2]),
+            force=self.planned_force(state, float(inputs[0])),
+            normal=door_normal(self._at(plan, time)[0][3]),
+            arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
         )
 
+    def _motion(self, plan: Plan, time: float) -> VehicleMotion:
+        """Position and velocity of O_B at a time of the plan."""
+        state, inputs = self._at(plan, time)
+        return self._coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
+
+    def _acceleration(self, plan: Plan, time: float) -> Array:
+        """Acceleration of O_B at a time of the plan, by central differences over four steps.
+
+        The posture's part counts: yawing about the tied tip is swinging the vehicle's mass about it.
+        """
+        half = 2.0 * plan.time_step
+        change = self._motion(plan, time + half).velocity - self._motion(plan, time - half).velocity
+        return np.asarray(change / (2.0 * half))
+
     @staticmethod
-    def _at(plan: Plan, time: float) -> tuple[Array, Array, float]:
-        """State, inputs and door acceleration at a time of the plan; at rest after its end."""
+    def _at(plan: Plan, time: float) -> tuple[Array, Array]:
+        """State and inputs at a time of the plan; at rest after its end."""
         last = len(plan.inputs)
         at = min(max(time / plan.time_step, 0.0), float(last))
         node = min(int(at), last - 1)
@@ -90,8 +106,8 @@ class StateConverter:
         state = (1.0 - part) * plan.states[node] + part * plan.states[node + 1]
         if at >= last:
             state[4] = 0.0
-            return state, np.concatenate([plan.inputs[-1, :1], np.zeros(plan.inputs.shape[1] - 1)]), 0.0
-        return state, plan.inputs[node], float(plan.states[node + 1, 4] - plan.states[node, 4]) / plan.time_step
+            return state, np.concatenate([plan.inputs[-1, :1], np.zeros(plan.inputs.shape[1] - 1)])
+        return state, plan.inputs[node]
 
     def hold(self, position: Array, yaw: float) -> Setpoint:
         """Setpoint that keeps a position at rest.
@@ -101,7 +117,7 @@ class StateConverter:
             yaw: ψ [rad].
         """
         rest = np.zeros(3)
-        return Setpoint(position.copy(), rest, rest, yaw, rest, np.zeros(self.model.n_arm), rest)
+        return Setpoint(position.copy(), rest, rest, yaw, rest, rest, np.zeros(self.model.n_arm))
 
     def planned_force(self, state: Array, thrust: float) -> Array:
         r"""Horizontal part, along the door's normal, of :math:`F_R = f_t R e_3 - m_A g e_3`.
@@ -117,10 +133,3 @@ class StateConverter:
         force[2] -= self.model.vehicle.mass * GRAVITY
         normal = door_normal(state[3])
         return np.asarray((normal @ force) * normal)
-
-    def _contact_acceleration(self, state: Array, door_acceleration: float) -> Array:
-        """Acceleration of the contact point on its circle; that of the posture about it is left to feedback."""
-        sine, cosine = math.sin(state[3]), math.cos(state[3])
-        radius = self._coupling.distance_from_hinge
-        tangential, central = radius * door_acceleration, radius * state[4] ** 2
-        return np.array([-sine * tangential - cosine * central, cosine * tangential - sine * central, 0.0])

@@ -15,9 +15,9 @@ from doorman.scenario import Scenario
 def check(scenario: Scenario) -> Report:
     """Whether a scenario can work; takes a few seconds.
 
-    Geometry is looked at for level postures at every door angle of the swing (any yaw, the arm within its joint limits). What
-    the planner makes of the task is rehearsed on its own model, without noise or model error. The analytic constraints are
-    audited against FCL up to the controller's largest tilt.
+    Geometry is looked at for level postures at every door angle of the swing (any yaw, the arm within its joint limits).
+    What the planner makes of the task is rehearsed in closed loop with a model of the swing, without noise or tracking error.
+    The analytic constraints are audited against FCL up to the controller's largest tilt.
 
     Args:
         scenario: The scenario.

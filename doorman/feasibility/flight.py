@@ -34,7 +34,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 
     Args:
         model: Model of the scenario.
-        rehearsal: Motion of the planner's own model.
+        rehearsal: Motion of planner and model.
 
     Returns:
         The findings.
@@ -51,12 +51,12 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 
 
 def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
-    """Where the planner takes the door, on its own model."""
+    """Where the planner takes the door."""
     target = float(model.goal_state[3])
     error = abs(rehearsal.final_door_angle - target)
     ok = not rehearsal.failure and error <= LARGEST_ERROR
     ends = f"the door ends at {math.degrees(rehearsal.final_door_angle):.1f}°, {math.degrees(error):.1f}° from the goal"
-    message = f"rehearsed on the planner's own model for {rehearsal.times[-1]:.1f} s, {ends}"
+    message = f"rehearsed without noise or friction for {rehearsal.times[-1]:.1f} s, {ends}"
     within = rehearsal.time_within(target, _OPEN)
     if rehearsal.failure:
         message += f"; the motion breaks off there: {rehearsal.failure}"
@@ -69,14 +69,14 @@ def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
-    """What holds the door where it ended: constraints that are active there, friction, or time."""
+    """What holds the door where it ended: constraints that are active there, the spring, or time."""
     h = model.constraints(rehearsal.states[-1]) + model.scenario.planner.margin
     active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
     if active:
         return f"it is held by {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
     if abs(rehearsal.states[-1, 4]) > _AT_REST:
         return "it is still moving: raise the weight of the door angle in planner.weights, or lower those of the inputs"
-    return "it stands still: raise planner.weights.state of the door angle against the hinge's friction and spring"
+    return "it stands still: raise planner.weights.state of the door angle against the hinge's spring"
 
 
 def _joints(model: Model, rehearsal: Rehearsal) -> Finding:

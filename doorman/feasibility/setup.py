@@ -37,6 +37,7 @@ def setup_findings(model: Model) -> list[Finding]:
         _leaf_surface(model),
         _hinge_limits(model),
         _doorway(model),
+        _hinge_friction(model),
         *(_arm_limits(model, name) for name in ("start", "goal")),
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
@@ -116,6 +117,18 @@ def _hinge_limits(model: Model) -> Finding:
     )  # fmt: skip
 
 
+def _hinge_friction(model: Model) -> Finding:
+    """The door observer finds the hinge's friction, up to its bound."""
+    control, friction = model.scenario.control, model.door.friction
+    limit = control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0
+    ok = friction <= limit
+    return Finding(
+        "hinge friction", graded(ok),
+        f"of the hinge's friction of {friction:.2f} N m the door observer can find {limit:.2f} N m", friction, limit, "N m",
+        "" if ok else "a larger control.max_door_disturbance, with a control.door_observer_rate > 0",
+    )  # fmt: skip
+
+
 def _doorway(model: Model) -> Finding:
     """Width of the doorway left beside the rotor disc."""
     margin = model.scenario.planner.margin
@@ -190,10 +203,10 @@ def _planner_numbers(model: Model) -> Finding:
     scenario = model.scenario
     planner = scenario.planner
     horizon = planner.time_step * planner.horizon_steps
-    used = scenario.control.look_ahead + scenario.simulation.planner_latency_periods / planner.rate
+    used = scenario.control.position_look_ahead + scenario.simulation.planner_latency_periods / planner.rate
     severity, advice = Severity.OK, ""
     if used >= horizon:
-        severity, advice = Severity.ERROR, "more planner.horizon_steps, or a smaller control.look_ahead"
+        severity, advice = Severity.ERROR, "more planner.horizon_steps, or a smaller control.position_look_ahead"
     elif horizon < _SHORTEST_HORIZON:
         severity, advice = Severity.WARNING, "more planner.horizon_steps: the door is braked within the horizon"
     elif planner.time_step > _LONGEST_STEP:

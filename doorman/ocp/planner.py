@@ -81,15 +81,18 @@ class Planner:
         Raises:
             DimensionError: if a value is not finite, or the friction is negative.
         """
-        changes = {"friction": friction, "disturbance": disturbance}
-        changes = {name: float(value) for name, value in changes.items() if value is not None}
-        for name, value in changes.items():
+        model: DoorModel = self._problem.model
+        dynamics = model.dynamics
+        dynamics = dynamics._replace(
+            friction=dynamics.friction if friction is None else float(friction),
+            disturbance=dynamics.disturbance if disturbance is None else float(disturbance),
+        )
+        for name, value in (("friction", dynamics.friction), ("disturbance", dynamics.disturbance)):
             if not np.isfinite(value) or (name == "friction" and value < 0.0):
                 raise DimensionError(
                     "not a torque", field=name, given=value, allowed="a finite torque, friction >= 0 [N m]"
                 )
-        model: DoorModel = self._problem.model
-        updated = model._replace(dynamics=model.dynamics._replace(**changes))
+        updated = model._replace(dynamics=dynamics)
         self._problem = replace(self._problem, model=updated)
         self._solver.update_model(updated)
 

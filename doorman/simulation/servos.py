@@ -10,6 +10,7 @@ slips keeps its damper, without which the joint's small armature and the stiff c
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,8 +93,8 @@ class ServoParameters(NamedTuple):
 def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: float) -> float:
     """Rate that a servo follows: what is asked, inside its rate limit, and so that it can stop at its joint's end [rad/s]."""
     rate = min(max(asked, -largest), largest)
-    rate = min(rate, np.sqrt(2.0 * BRAKING * max(upper - angle, 0.0)))
-    return max(rate, -np.sqrt(2.0 * BRAKING * max(angle - lower, 0.0)))
+    rate = min(rate, math.sqrt(2.0 * BRAKING * max(upper - angle, 0.0)))
+    return max(rate, -math.sqrt(2.0 * BRAKING * max(angle - lower, 0.0)))
 
 
 @kernel

@@ -96,8 +96,12 @@ def test_thrust_limit_of_the_scenario_scales_the_rotors():
 
 def test_rotors_that_cannot_turn_the_vehicle_are_refused(tmp_path):
     path = tmp_path / "one_sense.urdf"
-    path.write_text((urdf_directory() / "hexarotor_arm.urdf").read_text().replace('<axis xyz="0 0 -1"/>\n    <limit effort="8.0"',
-                                                                                  '<axis xyz="0 0 1"/>\n    <limit effort="8.0"'))  # fmt: skip
+    text = (urdf_directory() / "hexarotor_arm.urdf").read_text()
+    one_sense = text.replace(
+        '<axis xyz="0 0 -1"/>\n    <limit effort="8.0"', '<axis xyz="0 0 1"/>\n    <limit effort="8.0"'
+    )
+    assert one_sense != text
+    path.write_text(one_sense)
     with pytest.raises(BackendError, match="all three axes") as caught:
         rotor_layout(Vehicle(path), 0.016)
     assert caught.value.file == str(path)

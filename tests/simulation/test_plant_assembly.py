@@ -124,17 +124,18 @@ def test_renamed_links_and_a_base_link_away_from_the_root(flight, tmp_path):
     for vehicle in (renamed, plain):
         vehicle.command(32.0, (0.05, 0.1, 0.2), [0.1, 0.0, 0.2, 0.0])
     for ours, theirs in zip(renamed.run(0.5, every=100), plain.run(0.5, every=100), strict=True):
+        # not closer: the free joint sits at another point, so the integration's error is another
         assert ours.position == pytest.approx(theirs.position, abs=1e-3)
-        assert ours.velocity == pytest.approx(theirs.velocity, abs=5e-3)  # another point is integrated
-        assert ours.attitude == pytest.approx(theirs.attitude, abs=1e-4)
-        assert ours.body_rates == pytest.approx(theirs.body_rates, abs=2e-3)
-        assert ours.door_angle == pytest.approx(theirs.door_angle, abs=1e-4)
+        assert ours.velocity == pytest.approx(theirs.velocity, abs=5e-3)
+        assert ours.attitude == pytest.approx(theirs.attitude, abs=1e-3)
+        assert ours.body_rates == pytest.approx(theirs.body_rates, abs=5e-3)
+        assert ours.door_angle == pytest.approx(theirs.door_angle, abs=1e-3)
 
 
 def test_arm_of_five_joints(flight, tmp_path):
     urdf = written(tmp_path, "five.urdf", five_joints())
-    vehicle = flight(vehicle__urdf=urdf, vehicle__servos=("servo_3", "servo_4", "servo_5"), start__arm=(0.0, 1.0, -0.6, -0.4, 0.1),
-                     goal__arm=(0.0,) * 5)  # fmt: skip
+    servos, pose = ("servo_3", "servo_4", "servo_5"), (0.0, 1.0, -0.6, -0.4, 0.1)
+    vehicle = flight(vehicle__urdf=urdf, vehicle__servos=servos, start__arm=pose, goal__arm=(0.0,) * 5)
     vehicle.command(arm_rates=[0, 0, 0, 0, 0.2])
     end = vehicle.run(0.2, every=200)[-1]
     assert end.arm_angles.shape == (5,)

@@ -1,0 +1,46 @@
+# make demo    opens the door in simulation
+# make test    runs every check and every test
+# make clean   removes the virtual environment and everything that tools left behind
+#
+# Both install what they need into .venv first. Another interpreter or place: make test PYTHON=python3.12 VENV=/tmp/doorman
+
+PYTHON ?= python3
+VENV ?= .venv
+SCENARIO ?= paper
+
+BIN := $(VENV)/bin
+CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
+
+.DELETE_ON_ERROR:
+.PHONY: demo test lint clean
+
+demo: $(VENV)/.installed-for-demo
+	$(BIN)/doorman open $(SCENARIO)
+
+test: lint
+	$(BIN)/python -m pytest --cov --cov-report=term:skip-covered --cov-report=xml
+
+lint: $(VENV)/.installed-for-test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+$(BIN)/python:
+	$(PYTHON) -c '$(CHECK_PYTHON)'
+	$(PYTHON) -m venv $(VENV) || { echo "no virtual environment: on Debian and Ubuntu, apt install python3-venv"; exit 1; }
+
+$(VENV)/.installed-for-demo: pyproject.toml | $(BIN)/python
+	@echo 'Installing into $(VENV): a minute or two the first time'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz]'
+	touch $@
+
+# Includes what the demo needs: its stamp is set too, so that `make demo` does not install again.
+$(VENV)/.installed-for-test: pyproject.toml | $(BIN)/python
+	@echo 'Installing into $(VENV): a few minutes the first time'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,test]'
+	touch $(VENV)/.installed-for-demo $@
+
+clean:
+	rm -rf $(VENV) build dist coverage.xml .coverage .hypothesis .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
+	find doorman tests benchmarks examples -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
