@@ -135,7 +135,7 @@ def _leave(command: Callable[[], int]) -> None:
     try:
         status = command()
     except KeyboardInterrupt:
-        _complain("interrupted before there was anything to keep.")
+        _complain("interrupted.")
         status = 1
     except DoormanError as error:
         _complain(f"error: {error}")

@@ -97,3 +97,38 @@ def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float,
     z = arm.points[point, 2] - arm.joints[joint, 2]
     ax, ay, az = arm.joints[joint, 3], arm.joints[joint, 4], arm.joints[joint, 5]
     return ay * z - az * y, az * x - ax * z, ax * y - ay * x
+
+
+@kernel
+def tip_motion(arm: ArmParameters, attitude: Array, body_rates: Array, angles: Array, rates: Array, out: Array) -> None:
+    r"""Tip relative to O_B in world axes: :math:`R\,d` into `out[:3]`, :math:`R(\Omega\times d + J_d\dot H)` into `out[3:]`.
+
+    Args:
+        arm: The arm.
+        attitude: Φ, shape (3,) [rad].
+        body_rates: Ω, shape (3,), body frame [rad/s].
+        angles: H, shape (n,) [rad].
+        rates: Ḣ, shape (n,) [rad/s].
+        out: Shape (6,) [m, m/s].
+    """
+    arm_kinematics(arm, angles)
+    tip = arm.points.shape[0] - 1
+    dx, dy, dz = arm.points[tip, 0], arm.points[tip, 1], arm.points[tip, 2]
+    vx = body_rates[1] * dz - body_rates[2] * dy
+    vy = body_rates[2] * dx - body_rates[0] * dz
+    vz = body_rates[0] * dy - body_rates[1] * dx
+    for j in range(arm.joints.shape[0]):
+        gx, gy, gz = point_derivative(arm, tip, j)
+        vx += gx * rates[j]
+        vy += gy * rates[j]
+        vz += gz * rates[j]
+    sr, cr, sp, cp = np.sin(attitude[0]), np.cos(attitude[0]), np.sin(attitude[1]), np.cos(attitude[1])
+    sy, cy = np.sin(attitude[2]), np.cos(attitude[2])
+    xx, xy, xz = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    yx, yy, yz = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    out[0] = xx * dx + xy * dy + xz * dz
+    out[1] = yx * dx + yy * dy + yz * dz
+    out[2] = -sp * dx + cp * sr * dy + cp * cr * dz
+    out[3] = xx * vx + xy * vy + xz * vz
+    out[4] = yx * vx + yy * vy + yz * vz
+    out[5] = -sp * vx + cp * sr * vy + cp * cr * vz

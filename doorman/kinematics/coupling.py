@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.kinematics.arm import ArmParameters, tip_motion
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
 from doorman.kinematics.vehicle import Vehicle
@@ -49,6 +50,7 @@ class Coupling:
         self.door = door
         self.distance_from_hinge = distance_from_hinge
         self.height = height
+        self._arm = ArmParameters.of(vehicle.arm)
 
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
         r"""Position of O_B with the tip at the contact point, :math:`P = P_h + [\ldots] - R\,d`.
@@ -111,14 +113,11 @@ class Coupling:
         """
         n = self.vehicle.n_arm
         x = vector(state, 5 + n, "state")
-        rotation = rotation_body_to_world(x[:3])
-        tip = self.vehicle.tip_position(x[5:])
-        tip_rate = self.vehicle.tip_jacobian(x[5:]) @ vector(arm_rates, n, "arm_rates")
-        sine, cosine = math.sin(x[3]), math.cos(x[3])
-        position = self.door.contact_point(x[3], self.distance_from_hinge, self.height) - rotation @ tip
-        contact_velocity = x[4] * self.distance_from_hinge * np.array([-sine, cosine, 0.0])
-        relative = np.cross(vector(body_rates, 3, "body_rates"), tip) + tip_rate
-        return VehicleMotion(position, contact_velocity - rotation @ relative)
+        rates = vector(arm_rates, n, "arm_rates")
+        tip = self._tip_in_world(x[:3], vector(body_rates, 3, "body_rates"), x[5:], rates)
+        sine, cosine, speed = math.sin(x[3]), math.cos(x[3]), x[4] * self.distance_from_hinge
+        contact = self.door.contact_point(x[3], self.distance_from_hinge, self.height)
+        return VehicleMotion(contact - tip[:3], np.array([-sine * speed, cosine * speed, 0.0]) - tip[3:])
 
     def door_state(
         self,
@@ -148,12 +147,21 @@ class Coupling:
         Raises:
             DimensionError: if an array has another shape or is not finite.
         """
-        rotation = rotation_body_to_world(attitude)
-        tip_in_body = self.vehicle.tip_position(arm_angles)
-        tip = vector(position, 3, "position") + rotation @ tip_in_body - self.door.hinge_position
-        relative = np.cross(vector(body_rates, 3, "body_rates"), tip_in_body)
-        relative += self.vehicle.tip_jacobian(arm_angles) @ vector(arm_rates, self.vehicle.n_arm, "arm_rates")
-        tip_velocity = vector(velocity, 3, "velocity") + rotation @ relative
+        n = self.vehicle.n_arm
+        relative = self._tip_in_world(
+            vector(attitude, 3, "attitude"),
+            vector(body_rates, 3, "body_rates"),
+            vector(arm_angles, n, "arm_angles"),
+            vector(arm_rates, n, "arm_rates"),
+        )
+        tip = vector(position, 3, "position") + relative[:3] - self.door.hinge_position
+        velocity_of_tip = vector(velocity, 3, "velocity") + relative[3:]
         angle = math.atan2(tip[1], tip[0])
-        rate = (-math.sin(angle) * tip_velocity[0] + math.cos(angle) * tip_velocity[1]) / self.distance_from_hinge
+        rate = (-math.sin(angle) * velocity_of_tip[0] + math.cos(angle) * velocity_of_tip[1]) / self.distance_from_hinge
         return angle, float(rate)
+
+    def _tip_in_world(self, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array) -> Array:
+        """Position and velocity of the tip relative to O_B, world axes, shape (6,)."""
+        out = np.empty(6)
+        tip_motion(self._arm, attitude, body_rates, arm_angles, arm_rates, out)
+        return out

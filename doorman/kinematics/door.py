@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,12 @@ Array = NDArray[np.float64]
 
 def leaf_direction(door_angle: float) -> Array:
     """Unit vector along the leaf from hinge to latch, [cos α, sin α, 0], world frame."""
-    return np.array([np.cos(door_angle), np.sin(door_angle), 0.0])
+    return np.array([math.cos(door_angle), math.sin(door_angle), 0.0])
 
 
 def door_normal(door_angle: float) -> Array:
     """Unit normal of the leaf that points away from the vehicle, n_D = [sin α, −cos α, 0], world frame."""
-    return np.array([np.sin(door_angle), -np.cos(door_angle), 0.0])
+    return np.array([math.sin(door_angle), -math.cos(door_angle), 0.0])
 
 
 class Door:

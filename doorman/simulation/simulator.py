@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import BackendError, SingularityError
-from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
+from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world, skew
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
@@ -136,7 +136,7 @@ class Simulator:
             raise BackendError(
                 f"the vehicle has turned over: {error}", field="attitude", given=f"time {self.time:.3f} s"
             ) from error
-        lever = np.cross(self._qvel[3:6], to_base[:3, 3])
+        lever = skew(self._qvel[3:6]) @ to_base[:3, 3]
         return Truth(
             time=self.time,
             position=frozen(self._qpos[:3] + root @ to_base[:3, 3]),
