@@ -104,7 +104,7 @@ class PlannerSection(_Section):
     time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
     horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50
     rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
-    iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 2
+    iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 1
     """Iterations of `replan`; a cold plan iterates to convergence."""
     margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
     """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""

@@ -2,7 +2,7 @@
 
 from doorman import DoormanError, Scenario, simulate
 
-scenario = Scenario.load("paper", overrides={"contact.distance_from_hinge": 0.68, "planner.margin": 0.03})
+scenario = Scenario.load("paper", overrides={"contact.distance_from_hinge": 0.68})
 try:
     recording = simulate(scenario, duration=10.0, seed=1)
 except DoormanError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 import subprocess
@@ -176,18 +175,49 @@ def test_the_scenario_page_lists_every_key():
     assert documented == known, f"missing: {sorted(known - documented)}; gone: {sorted(documented - known)}"
 
 
-@pytest.mark.parametrize(("key", "default"), scenario_keys(Scenario).items())
-def test_the_scenario_page_gives_default_and_unit(key, default):
-    assert key in documented_keys()
-    cell, unit, meaning = documented_keys()[key]
-    assert unit
-    assert meaning
+def test_the_scenario_page_gives_defaults_and_units():
+    known = scenario_keys(Scenario)
+    for key, (cell, unit, meaning) in documented_keys().items():
+        assert unit and meaning, key
+        assert says_default(cell, known[key]), f"{key} is {known[key]!r}, not {cell}"
+
+
+def says_default(cell: str, default: Any) -> bool:
+    """Whether a cell gives a default: as TOML, or in words where it is not a fixed value."""
     if default is None:
-        assert not cell.startswith("`"), f"{key} has no fixed default"
-        return
+        return bool(cell) and not cell.startswith("`")
     value = tomllib.loads(f"value = {cell.strip('`')}")["value"]
     if isinstance(default, str):
-        assert value == default
-    else:
-        assert value == pytest.approx(list(default) if isinstance(default, tuple) else default, rel=1e-6, abs=1e-6)
-    assert not isinstance(value, bool) and not (isinstance(value, float) and math.isnan(value))
+        return bool(value == default)
+    return bool(value == pytest.approx(list(default) if isinstance(default, tuple) else default, rel=1e-6, abs=1e-6))
+
+
+@pytest.mark.parametrize(
+    ("cell", "default", "right"),
+    [("`0.7`", 0.7, True), ("`0.7`", 0.71, False), ("`50`", 50, True), ("from the URDF", None, True), ("`0.0`", None, False),
+     ("`[1.0, 2.0]`", (1.0, 2.0), True), ("`[1.0, 2.0]`", (1.0, 2.5), False), ('`"grip"`', "push", False)],
+)  # fmt: skip
+def test_a_wrong_default_would_be_noticed(cell, default, right):
+    assert says_default(cell, default) is right
+
+
+def test_the_numbers_of_the_urdf_page_are_those_of_the_urdfs(model):
+    page = (ROOT / "urdf" / "README.md").read_text(encoding="utf-8")
+    vehicle, door = model.vehicle, model.door
+    numbers = {row[0]: row[1] for row in rows(section(page, "## Where each number comes from"))}
+    assert numbers["vehicle's mass"].startswith(f"{vehicle.mass:.1f} kg")
+    assert "diag(0.045, 0.045, 0.080)" in numbers["vehicle's inertia"]
+    assert model.vehicle_inertia.diagonal() == pytest.approx([0.045, 0.045, 0.080])
+    assert f"{len(vehicle.rotors)}" == "6" and "six" in numbers["rotors"]
+    assert f"{vehicle.rotors[0].max_thrust:g} N each, {vehicle.max_thrust:g} N together" in numbers["rotors"]
+    assert numbers["disc's radius R_A"].startswith(f"{vehicle.radius:.2f} m")
+    assert numbers["leaf"] == f"{door.width:g} m wide, {door.height:g} m high, {door.mass:g} kg"
+    assert numbers["leaf's thickness"] == f"{door.thickness:g} m"
+    assert f"{door.inertia:.2f} kg m²" in numbers["inertia about the hinge"]
+    assert door.damping == door.friction == 0.0 and numbers["hinge's damping and friction"] == "none"
+    assert numbers["P_h"].startswith("({:g}, {:g}, {:g})".format(*door.hinge_position))
+    joints = rows(section(page, "## Joints of the arm"))[1:]
+    assert [row[0].strip("`") for row in joints] == list(vehicle.joint_names)
+    for row, upper, rate in zip(joints, vehicle.upper_limits, vehicle.rate_limits, strict=True):
+        limit = row[3].replace("±", "").replace("π", "3.14159265")
+        assert (float(limit), float(row[4])) == (pytest.approx(upper), pytest.approx(rate))
