@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 OPEN_TOLERANCE = math.radians(2.0)
 """|α − target| below this counts as opened [rad]."""
 
+_KEPT_CONTACT = 0.9
+"""A smaller share of time in contact is worth a word in the verdict."""
+
 _CLEARANCE_INTERVAL = 0.01
 """Between states at which FCL measures the clearance [s]."""
 
@@ -78,7 +81,9 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
     if summary["min_clearance_m"] <= 0.0:
         return False, f"Shapes overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
     if not summary["opened"]:
-        return False, f"The door was not opened: {where}."
+        lost = summary["contact_fraction"] < _KEPT_CONTACT
+        why = f"the tip was on the leaf for only {summary['contact_fraction']:.0%} of the time and " if lost else ""
+        return False, f"The door was not opened: {why}{where}."
     return True, f"The door was opened in {summary['time_to_open_s']:.2f} s and nothing was touched; {where}."
 
 
