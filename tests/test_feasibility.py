@@ -139,7 +139,7 @@ def test_a_goal_out_of_bounds_is_a_warning_with_its_rows(tmp_path: Path) -> None
         ({"contact__distance_from_hinge": 0.79}, "start constraints", Severity.WARNING),
         ({"door__friction": 5.5}, "hinge friction", Severity.ERROR),
         ({"door__friction": 0.5, "control__door_observer_rate": 0.0}, "hinge friction", Severity.ERROR),
-        ({"control__look_ahead": 1.2}, "planner", Severity.ERROR),
+        ({"control__position_look_ahead": 1.2}, "planner", Severity.ERROR),
         ({"planner__horizon_steps": 10}, "planner", Severity.WARNING),
         ({"planner__time_step": 0.2}, "planner", Severity.WARNING),
     ],
@@ -171,7 +171,7 @@ def test_a_leaf_before_its_hinge(tmp_path: Path) -> None:
 
 
 def test_an_arm_too_short(tmp_path: Path) -> None:
-    model = changed(vehicle__urdf=str(write_arm(tmp_path / "arm.urdf", rod=0.12)))
+    model = changed(vehicle__urdf=str(write_arm(tmp_path / "arm.urdf", rod=0.12)), planner__margin=0.02)
     findings = geometry_findings(model, DURATION)
     assert errors(findings) == {"reach", "room along the swing"}
     reach = named(findings, "reach")

@@ -28,7 +28,7 @@ def test_constraints_are_those_of_the_true_states(flight, model):
             assert shown[name][k] == pytest.approx(value, abs=1e-12)
     for axes in figure.axes[:2]:
         _, labels = axes.get_legend_handles_labels()
-        assert "not allowed" in labels and "planner's margin 0.02 m" in labels
+        assert "not allowed" in labels and f"planner's margin {model.scenario.planner.margin:g} m" in labels
         assert axes.get_ylabel().endswith("[m]") and axes.get_ylim()[1] > 0.0
 
 
