@@ -2,6 +2,9 @@
 
 numba does not notice when a kernel that another kernel calls has changed in a different file, so the cache directory is
 named by a hash over the sources of all kernels and over the versions of numba and Python: a change anywhere starts afresh.
+
+Solver kernels are compiled once more for every type of model. For a type from outside the package they are kept in files of
+their own, named by a hash over the sources behind it: its kernels may change too, and who runs doorman alone cannot import it.
 """
 
 from __future__ import annotations
@@ -11,18 +14,24 @@ import os
 import platform
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from types import CodeType
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 _PACKAGE = Path(__file__).parent
 _FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}  # no assumption that NaN or inf cannot occur: they must show
+
+_sources: dict[type, set[Path]] = {}
+"""Files behind the model types from outside the package."""
 
 
 @cache
@@ -33,10 +42,9 @@ def cache_directory() -> Path:
         An existing, writable directory; a temporary one where the user's cache directory cannot be written.
     """
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
-    for source in sorted(_PACKAGE.rglob("*.py")):
-        text = source.read_bytes()
-        if b"@kernel" in text:
-            digest.update(text)
+    with_kernels = {source.parent for source in _PACKAGE.rglob("*.py") if b"@kernel" in source.read_bytes()}
+    for source in sorted(source for folder in with_kernels for source in folder.glob("*.py")):
+        digest.update(source.read_bytes())  # the whole folder: kernels depend on the layout of its NamedTuples
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     name = f"doorman-{digest.hexdigest()[:16]}"
     for candidate in (Path(base) / name, Path(tempfile.gettempdir()) / name):
@@ -62,9 +70,64 @@ def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     previous = settings.CACHE_DIR
     settings.CACHE_DIR = str(cache_directory())
     try:
-        dispatcher: Callable[Parameters, Result] = numba.njit(
-            cache=True, nogil=True, error_model="numpy", fastmath=_FAST_MATH
-        )(function)
-        return dispatcher
+        dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
+        dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]
+        compiled: Callable[Parameters, Result] = dispatcher
+        return compiled
     finally:
         settings.CACHE_DIR = previous
+
+
+def belongs_to(model: type, kernel: Callable[..., None]) -> None:
+    """Note that kernels compiled for a type of model contain this one.
+
+    Args:
+        model: NamedTuple type.
+        kernel: What `kernel` returned.
+    """
+    if model.__module__.partition(".")[0] != _PACKAGE.name:
+        code: CodeType = getattr(kernel, "py_func", kernel).__code__
+        _sources.setdefault(model, set()).add(Path(code.co_filename))
+
+
+class _Cache(FunctionCache):
+    """Cache of one kernel, with an index of its own for every set of model types from outside the package."""
+
+    def _load_overload(self, signature: Any, target: Any) -> Any:
+        with self._files_for(signature):
+            return super()._load_overload(signature, target)  # type: ignore[no-untyped-call]
+
+    def _save_overload(self, signature: Any, data: Any) -> None:
+        with self._files_for(signature):
+            super()._save_overload(signature, data)  # type: ignore[no-untyped-call]
+
+    @contextmanager
+    def _files_for(self, signature: Any) -> Iterator[None]:
+        files = self._cache_file
+        digest = _digest_of(_foreign_models(signature))
+        if digest:
+            name, stamp = f"{self._impl.filename_base}-{digest}", self._impl.locator.get_source_stamp()
+            self._cache_file = IndexDataCacheFile(self._cache_path, name, stamp)  # type: ignore[no-untyped-call]
+        try:
+            yield
+        finally:
+            self._cache_file = files
+
+
+def _foreign_models(types: Any) -> set[type]:
+    """Model types from outside the package among numba's types, nested ones too."""
+    model = getattr(types, "instance_class", None)
+    if model in _sources:
+        return {model}
+    inner = types if isinstance(types, tuple) else getattr(types, "types", ())
+    return set().union(*map(_foreign_models, inner))
+
+
+def _digest_of(models: set[type]) -> str:
+    """Name of these types as they are now; empty for none."""
+    digest = hashlib.sha256()
+    for model in sorted(models, key=lambda model: (model.__module__, model.__qualname__)):
+        digest.update(f"{model.__module__}.{model.__qualname__}".encode())
+        for source in sorted(_sources[model]):
+            digest.update(source.read_bytes() if source.is_file() else str(source).encode())
+    return digest.hexdigest()[:16] if models else ""

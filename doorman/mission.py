@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ import numpy as np
 from doorman.control.door_observer import DoorObserver
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.state_converter import StateConverter
+from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -51,6 +53,7 @@ class PlanSchedule:
     _waiting: list[TimedPlan] = field(default_factory=list)
     current: TimedPlan | None = None
     _next: float = 0.0
+    _started: bool = False
 
     @property
     def period(self) -> float:
@@ -79,7 +82,7 @@ class PlanSchedule:
         return self.current
 
     def _plan(self, now: float, state: np.ndarray) -> None:
-        first = self.current is None and not self._waiting
+        first, self._started = not self._started, True
         plan = self.planner.plan(state) if first else self.planner.replan(state)
         available_at = now + (0.0 if first else self.latency_periods * self.period)
         if plan.usable:
@@ -117,13 +120,15 @@ class Mission:
         self.converter = StateConverter(model)
         settings = model.scenario
         self._schedule = PlanSchedule(
-            planner or Planner(model), settings.simulation.planner_latency_periods, self.recorder
+            self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
         self._door_observer = DoorObserver(
             model, settings.control.door_observer_rate, settings.control.max_door_disturbance
         )
         self._last_time: float | None = None
+        self._last_yaw = 0.0
+        self._hold: Setpoint | None = None
         self._thrust = model.vehicle.mass * GRAVITY
 
     def fly(self, backend: Backend, duration: float, on_progress: OnProgress | None = None) -> None:
@@ -135,8 +140,10 @@ class Mission:
             on_progress: Called once per planner period.
 
         Raises:
-            DoormanError: if the backend or an input fails. What was recorded is kept.
+            DoormanError: if the backend or an input fails, or this mission has flown before. What was recorded is kept.
         """
+        if self._last_time is not None:
+            raise DoormanError("a mission flies once; make another one", field="mission")
         started = time.perf_counter()
         now, next_report = 0.0, 0.0
         outcome = "flown to its end"
@@ -167,13 +174,16 @@ class Mission:
             measurement.position, measurement.velocity, measurement.attitude,
             measurement.body_rates, measurement.arm_angles, measurement.arm_rates,
         )  # fmt: skip
+        state[2] += 2.0 * math.pi * round((self._last_yaw - state[2]) / (2.0 * math.pi))  # yaw without jumps at ±π
+        self._last_yaw = float(state[2])
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
         force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
         door_disturbance = self._door_observer.update(float(state[3]), float(state[4]), force, elapsed)
         current = self._schedule.update(now, state, door_disturbance)
         if current is None:
-            setpoint = self.converter.hold(measurement.position, float(measurement.attitude[2]))
+            self._hold = self._hold or self.converter.hold(measurement.position, float(state[2]))
+            setpoint = self._hold
         else:
             setpoint = self.converter.setpoint(current.plan, now - current.start, measurement.arm_angles)
         thrust = self._controller.update(measurement.position, measurement.velocity, setpoint, elapsed)
@@ -182,6 +192,12 @@ class Mission:
         backend.command(command)
         self._record(measurement, state, setpoint, thrust, command)
         return float(state[3])
+
+    @staticmethod
+    def _planner_for(model: Model, planner: Planner | None) -> Planner:
+        if planner is not None and planner.model.scenario != model.scenario:
+            raise DoormanError("the planner was made for another scenario", field="planner")
+        return planner or Planner(model)
 
     def _engaged(self, attitude: np.ndarray, measurement: Measurement) -> np.ndarray:
         """Commanded attitude, its pitch near the measured one at first and free later."""
@@ -219,8 +235,8 @@ def simulate(
 
     Args:
         scenario: The scenario, or a model of it that exists already.
-        duration: Simulated time [s].
-        seed: Of the sensors' noise.
+        duration: Simulated time, > 0 [s].
+        seed: Of the sensors' noise, >= 0.
         path: MCAP file to record to; in memory only if not given.
         realtime: Do not run ahead of the wall clock.
         planner: Planner of the same scenario, to save its construction.
@@ -235,6 +251,10 @@ def simulate(
     from doorman import __version__
     from doorman.simulation import SimulatedBackend  # needs the extra `sim`
 
+    if not 0.0 < duration < math.inf:
+        raise DoormanError("not a duration", field="duration", given=duration, allowed="> 0 s")
+    if seed < 0:
+        raise DoormanError("not a seed", field="seed", given=seed, allowed=">= 0")
     model = scenario if isinstance(scenario, Model) else Model(scenario)
     header = {
         "scenario": model.scenario.model_dump(mode="json"),
@@ -251,7 +271,8 @@ def simulate(
         except KeyboardInterrupt:
             pass  # the recording's last mission message says so
         recording = recorder.recording()
-    recording.summary = summarize(recording, model)
+    if "truth" in recording and "plan" in recording:  # else interrupted before the first tick
+        recording.summary = summarize(recording, model)
     return recording
 
 

@@ -38,6 +38,8 @@ _PAPER_GOAL_ARM = (0.0, math.pi / 2, -math.pi / 2, 0.0)
 class Model:
     """Vehicle and door of a scenario, tied together at the contact point.
 
+    Not to be shared between threads: the kernels behind its methods write to memory of the model's.
+
     States are x = [φ, θ, ψ, α, α̇, η_1 … η_n], inputs u = [f_t, Ω, Ḣ_d]; shapes (5 + n,) and (4 + n,).
 
     Args:
@@ -167,6 +169,11 @@ class Model:
         """
         out = np.empty(self.nx)
         quasi_static_step(self._dynamics_parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
+        if np.isnan(out[1]):
+            raise SingularityError(
+                "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
+                allowed="|pitch| < π/2",
+            )  # fmt: skip
         return out
 
     def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:

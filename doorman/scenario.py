@@ -22,6 +22,7 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-2 * math.pi, le=2 * math.pi)]
+DoorAngle = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-math.pi, le=math.pi)]
 Pitch = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-math.pi / 2, lt=math.pi / 2)]
 Count = Annotated[int, Field(strict=True, ge=1, le=100_000)]
 Name = Annotated[str, Field(min_length=1)]
@@ -76,7 +77,7 @@ class ContactSection(_Section):
 class StartSection(_Section):
     """Where the task starts, at rest."""
 
-    door_angle: Angle = math.pi / 2
+    door_angle: DoorAngle = math.pi / 2
     arm: tuple[Angle, ...] | None = None
     """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints, zeros for others."""
 
@@ -85,7 +86,7 @@ class GoalSection(_Section):
     """Where the task ends, at rest."""
 
     attitude: tuple[Angle, Pitch, Angle] = (0.0, 0.0, -7 * math.pi / 18)
-    door_angle: Angle = math.pi / 9
+    door_angle: DoorAngle = math.pi / 9
     arm: tuple[Angle, ...] | None = None
     """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints, zeros for others."""
 
@@ -158,7 +159,7 @@ class NoiseSection(_Section):
 class SimulationSection(_Section):
     """Simulated plant."""
 
-    physics_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=200, le=20_000)] = 1000.0
+    physics_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=500, le=20_000)] = 1000.0
     controller_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=20, le=2000)] = 250.0
     planner_latency_periods: Annotated[int, Field(strict=True, ge=0, le=20)] = 1
     """A plan is used this many planner periods after the state it starts from was measured."""

@@ -95,7 +95,7 @@ def test_infinite_limits_become_null() -> None:
     ("width", "contact", "rod", "mass", "resistance"),
     [
         (1.1, 0.6, 0.35, 20.0, 0.0),
-        (1.5, 0.55, 0.22, 20.0, 0.8),
+        (1.5, 0.55, 0.22, 20.0, 0.4),
         (1.5, 1.0, 0.35, 6.0, 0.4),
         (1.1, 0.55, 0.22, 6.0, 0.8),
     ],
@@ -140,7 +140,7 @@ def test_a_goal_out_of_bounds_is_a_warning_with_its_rows(tmp_path: Path) -> None
         ({"door__friction": 5.5}, "hinge friction", Severity.ERROR),
         ({"door__friction": 0.5, "control__door_observer_rate": 0.0}, "hinge friction", Severity.ERROR),
         ({"control__position_look_ahead": 1.2}, "planner", Severity.ERROR),
-        ({"planner__horizon_steps": 10}, "planner", Severity.WARNING),
+        ({"planner__horizon_steps": 15}, "planner", Severity.WARNING),
         ({"planner__time_step": 0.2}, "planner", Severity.WARNING),
     ],
 )

@@ -53,9 +53,11 @@ class DisturbanceObserver:
         """
         if self._outer is None:
             self._outer = -self._gain * position  # starts from δ̂ = 0, wherever the vehicle is
-        self._inner -= time_step * self.rate**2 * (self.estimate + force)
+        change = -time_step * self.rate**2 * (self.estimate + force)
+        stuck = (np.abs(self.estimate) >= self.limit) & (change * self.estimate > 0.0)
+        self._inner += np.where(stuck, 0.0, change)  # anti-windup: no further into the bound
         self._outer += time_step * (self._inner - self.damping * self.rate * self.estimate)
         raw = self._gain * position + self._outer
         self.estimate = np.clip(raw, -self.limit, self.limit)
-        self._outer += self.estimate - raw  # anti-windup: the state stays where the bound is
+        self._outer += self.estimate - raw
         return self.estimate

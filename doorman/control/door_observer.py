@@ -29,7 +29,7 @@ class DoorObserver:
 
     Args:
         model: Model of the scenario.
-        rate: Bandwidth [rad/s].
+        rate: Bandwidth [rad/s]; 0: the estimate stays 0.
         limit: Bound of the estimate [N m].
     """
 
@@ -55,6 +55,8 @@ class DoorObserver:
         Returns:
             τ̂_d [N m].
         """
+        if self.rate == 0.0:
+            return self.estimate
         momentum = self._inertia * door_rate
         if self._momentum is None:
             self._momentum = momentum

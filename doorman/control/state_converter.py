@@ -88,13 +88,16 @@ class StateConverter:
         return self._coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
-        """Acceleration of O_B at a time of the plan, by central differences over four steps.
+        """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.
 
         The posture's part counts: yawing about the tied tip is swinging the vehicle's mass about it.
         """
-        half = 2.0 * plan.time_step
-        change = self._motion(plan, time + half).velocity - self._motion(plan, time - half).velocity
-        return np.asarray(change / (2.0 * half))
+        half, end = 2.0 * plan.time_step, plan.time_step * len(plan.inputs)
+        before, after = max(time - half, 0.0), min(time + half, end * (1.0 - 1e-9))
+        if after <= before:
+            return np.zeros(3)
+        change = self._motion(plan, after).velocity - self._motion(plan, before).velocity
+        return np.asarray(change / (after - before))
 
     @staticmethod
     def _at(plan: Plan, time: float) -> tuple[Array, Array]:
@@ -106,7 +109,7 @@ class StateConverter:
         state = (1.0 - part) * plan.states[node] + part * plan.states[node + 1]
         if at >= last:
             state[4] = 0.0
-            return state, np.concatenate([plan.inputs[-1, :1], np.zeros(plan.inputs.shape[1] - 1)])
+            return state, np.zeros(plan.inputs.shape[1])  # no force to feed forward, no rates
         return state, plan.inputs[node]
 
     def hold(self, position: Array, yaw: float) -> Setpoint:

@@ -46,7 +46,7 @@ class LagrangianModel:
         time_step: Of the RK4 integration [s].
         inertia_posture: H whose I_A about O_B is used for all postures (the paper's arm is massless), shape (n,) [rad]; by
             default H = 0.
-        disturbance: Further torque on the hinge against opening [N m].
+        disturbance: Further torque on the hinge in the sense of damping, negative where it resists opening [N m].
 
     Raises:
         SolverError: if the time step is not a positive number, or the disturbance is not finite.
@@ -207,7 +207,7 @@ class LagrangianModel:
         """Fresh parameters of the kernels, with their own scratch memory.
 
         Args:
-            disturbance: Further torque against opening [N m]; by default the model's own.
+            disturbance: Further torque in the sense of damping [N m]; by default the model's own.
         """
         door, vehicle, n = self.coupling.door, self.coupling.vehicle, self.n_arm
         return LagrangianParameters(

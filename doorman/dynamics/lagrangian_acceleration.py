@@ -47,7 +47,7 @@ class LagrangianParameters(NamedTuple):
     stiffness: float
     rest_angle: float
     disturbance: float
-    """τ_d, a further torque against opening, from an estimator [N m]."""
+    """τ_d, a further torque in the sense of damping, from an estimator [N m]."""
     arm: ArmParameters
     mass_matrix: Array
     """Scratch: mass matrix of ν, then its Cholesky factor, shape (4, 4)."""

@@ -95,6 +95,8 @@ def quasi_static_step(p: QuasiStaticParameters, x: Array, u: Array, out: Array) 
     out[2] = x[2] + w * (c1 + 2.0 * (c2 + c3) + c4)
     out[3] = x[3] + w * (d1 + 2.0 * (d2 + d3) + d4)
     out[4] = x[4] + w * (e1 + 2.0 * (e2 + e3) + e4)
+    if not abs(out[1]) < 0.5 * np.pi:
+        out[1] = np.nan  # through the pole of the Euler angles: no state to go on with
     for j in range(5, x.shape[0]):
         out[j] = x[j] + h * u[j - 1]
 

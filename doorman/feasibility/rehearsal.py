@@ -3,8 +3,8 @@
 What the planner makes of a task is more than geometry: its weights pull towards the goal's posture, and where the goal itself
 is out of bounds it settles on a compromise. Whether the compromise still opens the door is a property of weights and
 constraints together; running the loop answers it. The model is the planner's own but for the inertia that the push really
-moves, I_D + m_A D_V². The hinge's friction is left out on both sides: in flight an observer finds it and the plan pushes
-against it (findings of their own say whether the observer and the vehicle can).
+moves, I_D + m_A D_V². The hinge's friction is a torque against the swing that the planner knows of, as in flight, where an
+observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 """
 
 from __future__ import annotations
@@ -81,9 +81,10 @@ def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
         ScenarioError: if the scenario's weights do not fit the arm.
     """
     planner = Planner(model)
-    planner.update_door(friction=0.0)
+    against = math.copysign(model.door.friction, float(model.goal_state[3] - model.start_state[3]))
+    planner.update_door(friction=0.0, disturbance=against)
     moving = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
-    parameters = model.dynamics_parameters()._replace(door_inertia=moving, friction=0.0)
+    parameters = model.dynamics_parameters(against)._replace(door_inertia=moving, friction=0.0)
     time_step = model.scenario.planner.time_step
     states, inputs = [model.start_state.copy()], []
     flown, ahead, unusable, failure = None, 0, 0, ""

@@ -203,10 +203,17 @@ def _planner_numbers(model: Model) -> Finding:
     scenario = model.scenario
     planner = scenario.planner
     horizon = planner.time_step * planner.horizon_steps
-    used = scenario.control.position_look_ahead + scenario.simulation.planner_latency_periods / planner.rate
+    control = scenario.control
+    look_ahead = max(
+        control.position_look_ahead,
+        control.acceleration_look_ahead + 2.0 * planner.time_step,
+        control.attitude_look_ahead,
+        control.arm_look_ahead,
+    )
+    used = look_ahead + scenario.simulation.planner_latency_periods / planner.rate
     severity, advice = Severity.OK, ""
     if used >= horizon:
-        severity, advice = Severity.ERROR, "more planner.horizon_steps, or a smaller control.position_look_ahead"
+        severity, advice = Severity.ERROR, "more planner.horizon_steps, or smaller control.*_look_ahead"
     elif horizon < _SHORTEST_HORIZON:
         severity, advice = Severity.WARNING, "more planner.horizon_steps: the door is braked within the horizon"
     elif planner.time_step > _LONGEST_STEP:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -102,36 +102,37 @@ class Cddp:
         """
         started = time.perf_counter()
         self._set_guess(vector(state, self.problem.nx, "state"), inputs, nominal_states, gains)
+        if active is not None and np.shape(active) != self._work.policy.active.shape:
+            raise DimensionError(
+                "wrong shape", field="active", given=np.shape(active), allowed=str(self._work.policy.active.shape)
+            )
         self._work.policy.active[:] = False if active is None else active
         code = self._forward(1.0)
-        if code != backward_pass.DONE:
-            return self._failure(code, 0, started)
-        self._accept()
-        status, iterations, cost = PlanStatus.ITERATION_LIMIT, 0, float(self._work.scratch.result[0])
+        status, iterations, cost = PlanStatus.ITERATION_LIMIT, 0, math.inf
+        if code == backward_pass.DONE:
+            self._accept()
+            cost = float(self._work.scratch.result[0])
         if accelerate:
             iterations, cost = self._accelerate(cost, state, inputs, nominal_states, gains)
+        if not math.isfinite(cost):
+            return self._failure(code, iterations, started)
         while iterations < max_iterations:
             iterations += 1
-            regularization = 0.0
+            regularization, step, settled = 0.0, False, False
             backward_pass.linearize(self._model, self._work)
-            while True:
+            while not (step or settled) and regularization <= self.options.largest_regularization:
                 code, decrease = self._backward(regularization)
                 if code == backward_pass.DONE:
-                    if decrease <= self.options.tolerance * (1.0 + abs(cost)):
-                        status = PlanStatus.CONVERGED
+                    settled = decrease <= self.options.tolerance * (1.0 + abs(cost))
                     step = self._line_search(cost, decrease)
-                    if step or status is PlanStatus.CONVERGED:
-                        break
+                    if settled and regularization == 0.0:  # regularisation makes any prediction small
+                        status = PlanStatus.CONVERGED
                 regularization = max(self.options.first_regularization, 10.0 * regularization)
-                if regularization > self.options.largest_regularization:
-                    status = PlanStatus.STALLED
-                    break
-            if status is PlanStatus.STALLED:
-                break
             if step:
                 self._accept()
                 cost = float(self._work.scratch.result[0])
-            if status is PlanStatus.CONVERGED:
+            if settled or not step:
+                status = status if status is PlanStatus.CONVERGED else PlanStatus.STALLED
                 break
         return self._solution(status, cost, iterations, started)
 
@@ -151,31 +152,34 @@ class Cddp:
 
     def _set_guess(self, state: Array, inputs: Array, states: Array | None, gains: Array | None) -> None:
         """Nominal trajectory and policy of the first rollout; its corrections are in the metric of the input weights."""
-        work, problem = self._work, self.problem
-        guess = np.asarray(inputs, dtype=np.float64)
-        if guess.shape != (problem.horizon, problem.nu):
-            raise DimensionError(
-                "wrong shape", field="inputs", given=guess.shape, allowed=f"({problem.horizon}, {problem.nu})"
-            )
-        if not np.isfinite(guess).all():
-            raise DimensionError("not finite", field="inputs", allowed="finite numbers")
-        work.nominal.inputs[:] = guess
+        work, nx = self._work, self.problem.nx
+        _copy_checked("inputs", inputs, work.nominal.inputs)
+        work.nominal.states[:] = 0.0
+        if states is not None:
+            _copy_checked("nominal_states", states, work.nominal.states)
         work.policy.gains[:] = 0.0
         if gains is not None:
-            work.policy.gains[:, :, : problem.nx] = gains
-        work.nominal.states[:] = 0.0 if states is None else states
+            _copy_checked("gains", gains, work.policy.gains[:, :, :nx])
         work.policy.factors[:] = np.diag(np.sqrt(work.weights.input))
+        work.policy.multipliers[:] = 0.0
+        for array in work.trial:
+            array[:] = np.nan  # so that what a failed rollout does not reach is not taken for its result
         work.trial.states[0] = state
 
     def _accelerate(
         self, cost: float, state: Array, inputs: Array, states: Array | None, gains: Array | None
     ) -> tuple[int, float]:
-        """Augmented Lagrangian iterations from the rollout, then a rollout of what they found; iterations and cost.
+        """Augmented Lagrangian iterations, then a rollout of what they found; iterations and cost.
 
-        If they lead nowhere better, the nominal trajectory is what it was.
+        They begin with the rollout or, where that got stuck at a constraint (`cost` is infinite), with the straight line
+        to the goal, which need not satisfy the dynamics. If they lead nowhere better, the rollout is what it was.
         """
         work, options = self._work, self.options
         work.policy.multipliers[:] = 0.0
+        if not math.isfinite(cost):
+            part = np.linspace(0.0, 1.0, self.problem.horizon + 1)[:, None]
+            work.nominal.states[:] = (1.0 - part) * np.asarray(state) + part * self.problem.cost.state_goal
+            work.nominal.inputs[:] = inputs
         code = augmented_lagrangian.iterate(
             self._model,
             work,
@@ -186,13 +190,13 @@ class Cddp:
         )
         iterations = int(work.scratch.result[1])
         if code != augmented_lagrangian.FAILED:
-            work.trial.states[0] = work.nominal.states[0]
+            work.trial.states[0] = state
             if self._forward(0.0) == backward_pass.DONE and work.scratch.result[0] < cost:
                 self._accept()
                 return iterations, float(work.scratch.result[0])
-        self._set_guess(state, inputs, states, gains)
-        self._forward(1.0)
-        self._accept()
+        self._set_guess(np.asarray(state, dtype=np.float64), inputs, states, gains)
+        if self._forward(1.0) == backward_pass.DONE:
+            self._accept()
         return iterations, cost
 
     def _line_search(self, cost: float, decrease: float) -> bool:
@@ -243,7 +247,8 @@ class Cddp:
 
     def _solution(self, status: PlanStatus, cost: float, iterations: int, started: float) -> Solution:
         nominal, policy = self._work.nominal, self._work.policy
-        worst = int(np.argmax(nominal.constraints)) if nominal.constraints.size else 0
+        reached = np.where(np.isnan(nominal.constraints), -np.inf, nominal.constraints)
+        worst = int(np.argmax(reached)) if reached.size else 0
         node, row = divmod(worst, max(self.problem.n_constraints, 1))
         return Solution(
             states=_read_only(nominal.states),
@@ -251,7 +256,7 @@ class Cddp:
             gains=_read_only(policy.gains[:, :, : self.problem.nx]),
             multipliers=_read_only(policy.multipliers),
             cost=cost,
-            max_violation=float(nominal.constraints[node, row]) if nominal.constraints.size else -math.inf,
+            max_violation=float(reached[node, row]) if reached.size else -math.inf,
             stationarity=float(self._work.scratch.result[3]),
             iterations=iterations,
             status=status,
@@ -261,11 +266,12 @@ class Cddp:
         )
 
     def _failure(self, code: int, iterations: int, started: float) -> Solution:
-        """The rollout as far as it came, with a status that forbids its use."""
+        """The rollout as far as it came, NaN from there on, with a status that forbids its use."""
         self._accept()
         status = PlanStatus.INFEASIBLE if code == forward_pass.NOT_FEASIBLE else PlanStatus.DIVERGED
         self._work.scratch.result[3] = math.inf
-        return self._solution(status, math.inf, iterations, started)
+        solution = self._solution(status, math.inf, iterations, started)
+        return solution if status is PlanStatus.INFEASIBLE else replace(solution, max_violation=math.inf)
 
     def _compile(self) -> None:
         """Run every kernel once."""
@@ -280,6 +286,15 @@ class Cddp:
         for array in (self._work.nominal, self._work.trial):
             for field in array:
                 field[:] = 0.0
+
+
+def _copy_checked(field: str, values: Array, out: Array) -> None:
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape != out.shape:
+        raise DimensionError("wrong shape", field=field, given=given.shape, allowed=str(out.shape))
+    if not np.isfinite(given).all():
+        raise DimensionError("not finite", field=field, allowed="finite numbers")
+    out[:] = given
 
 
 def _read_only(array: Array) -> Array:

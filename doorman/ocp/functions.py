@@ -14,6 +14,8 @@ import numpy as np
 from numba.extending import overload
 from numpy.typing import NDArray
 
+from doorman.compilation import belongs_to
+
 Array = NDArray[np.float64]
 Kernel = TypeVar("Kernel", bound=Callable[..., None])
 
@@ -33,6 +35,7 @@ def implement(function: Callable[..., None], model: type) -> Callable[[Kernel], 
 
     def register(kernel: Kernel) -> Kernel:
         _implementations[function.__name__, model] = kernel
+        belongs_to(model, kernel)
         return kernel
 
     return register

@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 COLD_ITERATIONS = 200
 """Largest number of iterations of a cold plan."""
 
+_RECOVERY_ITERATIONS = 10
+"""Largest number of CDDP iterations of the cold plan that replaces a failed replan."""
+
 _LATEST_SHIFT = 2
 """Steps of the previous plan in which the present state is looked for."""
 
@@ -114,7 +117,10 @@ class Planner:
         return self._keep(solution, started)
 
     def replan(self, state: ArrayLike, elapsed: float | None = None) -> Plan:
-        """Plan from the shifted previous plan, with `planner.iterations` iterations; cold where there is none to shift.
+        """Plan from the shifted previous plan, with `planner.iterations` iterations.
+
+        Where there is no previous plan the plan is cold. Where the shifted one cannot be brought inside the constraints, as
+        after a jump of the state, a cold plan of a bounded number of iterations takes its place; it may miss the deadline.
 
         Args:
             state: x = [Φ, α, α̇, H], shape (5 + n,).
@@ -125,11 +131,13 @@ class Planner:
             The plan; its status says whether it may be flown.
 
         Raises:
-            DimensionError: if the state has another shape or is not finite.
+            DimensionError: if the state has another shape, or state or time is not finite.
             SingularityError: if its pitch is not inside ±90°.
         """
         started = time.perf_counter()
         x = self.model.check_state(state)
+        if elapsed is not None and not np.isfinite(elapsed):
+            raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
         previous = self._previous
         if previous is None:
             return self._keep(self._cold(x), started)
@@ -145,11 +153,11 @@ class Planner:
             x, inputs, self.settings.iterations, nominal_states=states, gains=gains, active=previous.multipliers > 0.0
         )
         if not solution.status.usable:  # a jump of the state: start over, rather than hand out the remains
-            solution = self._cold(x)
+            solution = self._cold(x, _RECOVERY_ITERATIONS)
         return self._keep(solution, started)
 
-    def _cold(self, state: Array) -> Solution:
-        return self._solver.solve(state, self._hover, COLD_ITERATIONS, accelerate=True)
+    def _cold(self, state: Array, iterations: int = COLD_ITERATIONS) -> Solution:
+        return self._solver.solve(state, self._hover, iterations, accelerate=True)
 
     def _keep(self, solution: Solution, started: float) -> Plan:
         self._previous = solution if solution.status.usable else None

@@ -40,7 +40,7 @@ def test_first_read_is_the_start_and_each_one_a_period_later(model):
 
 
 @pytest.mark.parametrize(
-    ("physics", "controller", "steps"), [(1000.0, 250.0, 4), (1000.0, 300.0, 3), (200.0, 500.0, 1)]
+    ("physics", "controller", "steps"), [(1000.0, 250.0, 4), (1000.0, 300.0, 3), (500.0, 800.0, 1)]
 )
 def test_physics_divides_the_controllers_period(model, physics, controller, steps):
     overrides = {"simulation__physics_rate": physics, "simulation__controller_rate": controller}
