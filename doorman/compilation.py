@@ -42,8 +42,8 @@ def cache_directory() -> Path:
         An existing, writable directory; a temporary one where the user's cache directory cannot be written.
     """
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
-    with_kernels = {source.parent for source in _PACKAGE.rglob("*.py") if b"@kernel" in source.read_bytes()}
-    for source in sorted(source for folder in with_kernels for source in folder.glob("*.py")):
+    with_kernels = {source.parent for source in _PACKAGE.rglob("*.py") if b"\n@kernel\n" in source.read_bytes()}
+    for source in [Path(__file__), *sorted(source for folder in with_kernels for source in folder.glob("*.py"))]:
         digest.update(source.read_bytes())  # the whole folder: kernels depend on the layout of its NamedTuples
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     name = f"doorman-{digest.hexdigest()[:16]}"

@@ -141,7 +141,7 @@ class ControlSection(_Section):
     """Bandwidth of the observer of the unknown hinge torque [rad/s]; 0 switches it off."""
     max_door_disturbance: Positive = 5.0
     """Bound of that torque's estimate [N m]."""
-    max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.5
+    max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.25
     """[rad]."""
 
 

@@ -20,6 +20,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+_UNWINDING = 10.0
+"""How much faster than the observer its inner state follows at the bound."""
+
+
 class DisturbanceObserver:
     """Estimate of the force that the nominal model does not explain.
 
@@ -53,11 +57,11 @@ class DisturbanceObserver:
         """
         if self._outer is None:
             self._outer = -self._gain * position  # starts from δ̂ = 0, wherever the vehicle is
-        change = -time_step * self.rate**2 * (self.estimate + force)
-        stuck = (np.abs(self.estimate) >= self.limit) & (change * self.estimate > 0.0)
-        self._inner += np.where(stuck, 0.0, change)  # anti-windup: no further into the bound
+        self._inner -= time_step * self.rate**2 * (self.estimate + force)
         self._outer += time_step * (self._inner - self.damping * self.rate * self.estimate)
         raw = self._gain * position + self._outer
         self.estimate = np.clip(raw, -self.limit, self.limit)
-        self._outer += self.estimate - raw
+        excess = self.estimate - raw  # anti-windup: both states stay where the bound is reached, not beyond
+        self._outer += excess
+        self._inner += _UNWINDING * self.rate * excess
         return self.estimate

@@ -70,18 +70,19 @@ def solve_dual(
         changed = False
         position = 0
         for i in range(n):
+            residual = values[i]
+            for a in range(count):
+                residual -= schur[i, indices[a]] * multipliers[a]
             if position < count and indices[position] == i:
+                if abs(residual) > 10.0 * ROW_TOLERANCE:
+                    return False  # active rows that contradict each other
                 if multipliers[position] < 0.0:
                     active[i] = False
                     changed = True
                 position += 1
-            else:
-                residual = values[i]
-                for a in range(count):
-                    residual -= schur[i, indices[a]] * multipliers[a]
-                if residual > ROW_TOLERANCE:
-                    active[i] = True
-                    changed = True
+            elif residual > ROW_TOLERANCE:
+                active[i] = True
+                changed = True
         if not changed:
             for i in range(n - 1, -1, -1):
                 multipliers[i] = 0.0 if i >= count else multipliers[i]

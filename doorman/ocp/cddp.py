@@ -123,7 +123,7 @@ class Cddp:
             while not (step or settled) and regularization <= self.options.largest_regularization:
                 code, decrease = self._backward(regularization)
                 if code == backward_pass.DONE:
-                    settled = decrease <= self.options.tolerance * (1.0 + abs(cost))
+                    settled = abs(decrease) <= self.options.tolerance * (1.0 + abs(cost))
                     step = self._line_search(cost, decrease)
                     if settled and regularization == 0.0:  # regularisation makes any prediction small
                         status = PlanStatus.CONVERGED
@@ -201,7 +201,7 @@ class Cddp:
 
     def _line_search(self, cost: float, decrease: float) -> bool:
         """Roll out with shorter and shorter steps until the cost has fallen enough; False if it never does."""
-        noise = 1e-13 * (1.0 + abs(cost))
+        noise, decrease = 1e-13 * (1.0 + abs(cost)), max(decrease, 0.0)
         scale = 1.0
         while scale >= self.options.smallest_step:
             self._work.trial.states[0] = self._work.nominal.states[0]

@@ -145,7 +145,7 @@ def forward(model: object, work: Workspace, start: int, scale: float, guess: boo
         worst = advance(model, work, k)
         while worst > FEASIBILITY:
             if not worst < _LARGEST_STATE:
-                return NOT_FINITE
+                return NOT_FINITE if done == 0 else NOT_FEASIBLE  # a correction that went astray
             if done >= _CORRECTIONS:
                 return NOT_FEASIBLE
             prepare_correction(model, work, k)

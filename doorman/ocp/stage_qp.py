@@ -46,18 +46,22 @@ class StageQpSolver:
             return False  # NaN would keep the solver busy for seconds
         if not np.isfinite(qp.constraints).all():
             return False
+        warm = self._ready
+        if not self._attempt(qp) and not (warm and self._attempt(qp)):  # the last solution may have been a bad start
+            return False
+        qp.step[:] = self._qp.results.x
+        np.maximum(self._qp.results.z, 0.0, out=qp.multipliers)
+        return True
+
+    def _attempt(self, qp: StageQp) -> bool:
+        """Solve from the last solution, or from scratch where there is none; a failure leaves none."""
         data = (qp.hessian, qp.gradient, None, None, qp.jacobian, self._lower, -qp.constraints)
         if self._ready:
             self._qp.update(*data)
         else:
             self._qp.init(*data)
-            self._ready = True
         self._qp.solve()
-        results = self._qp.results
-        if results.info.status != proxqp.QPSolverOutput.PROXQP_SOLVED:
-            self._ready = False
+        self._ready = self._qp.results.info.status == proxqp.QPSolverOutput.PROXQP_SOLVED
+        if not self._ready:
             self._qp.cleanup()
-            return False
-        qp.step[:] = results.x
-        np.maximum(results.z, 0.0, out=qp.multipliers)
-        return True
+        return self._ready

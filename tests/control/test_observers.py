@@ -1,0 +1,75 @@
+"""Disturbance observers of vehicle and door against the transfer functions and plants that they are made for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.control.door_observer import DoorObserver
+
+MASS, STEP = 3.0, 0.004
+
+
+def estimates(observer: DisturbanceObserver, disturbance, duration: float, start=(1.0, -2.0, 0.5)) -> np.ndarray:
+    """Estimates while a free mass obeys m p̈ = F + δ, with F chosen to cancel the estimate."""
+    position, velocity, force = np.array(start), np.zeros(3), np.zeros(3)
+    found = []
+    for k in range(round(duration / STEP)):
+        found.append(observer.update(position.copy(), force, STEP).copy())
+        force = -found[-1]
+        velocity = velocity + STEP * (force + disturbance(k * STEP)) / MASS
+        position = position + STEP * velocity
+    return np.array(found)
+
+
+@pytest.mark.parametrize("rate", [1.0, 4.0])
+def test_step_response_is_that_of_q(rate: float) -> None:
+    load = np.array([2.0, -1.0, 0.5])
+    found = estimates(DisturbanceObserver(MASS, rate), lambda _: load, 8.0 / rate)
+    time = np.arange(len(found)) * STEP
+    expected = 1.0 - (1.0 + rate * time) * np.exp(-rate * time)  # critically damped second order
+    np.testing.assert_allclose(found, expected[:, None] * load, atol=0.03 * np.abs(load).max())
+
+
+def test_starts_without_a_bump() -> None:
+    observer = DisturbanceObserver(MASS, 5.0)
+    assert observer.update(np.array([3.0, 4.0, 5.0]), np.zeros(3), 0.0) == pytest.approx(np.zeros(3))
+
+
+def test_bound_and_recovery() -> None:
+    observer = DisturbanceObserver(MASS, 1.0, limit=10.0)
+    found = estimates(observer, lambda t: np.array([12.0 if t < 30.0 else 0.0, 0.0, 0.0]), 34.0)[:, 0]
+    assert found.max() == pytest.approx(10.0)
+    leaves = np.flatnonzero(found[round(30.0 / STEP) :] < 9.9)[0] * STEP
+    assert leaves < 1.0  # it does not have to unwind what it gathered at the bound
+
+
+def test_door_observer_finds_friction_of_a_moving_and_of_a_stuck_door(model) -> None:
+    lever = model.coupling.distance_from_hinge
+    inertia = model.door.inertia + model.vehicle.mass * lever**2
+    observer = DoorObserver(model, rate=2.0, limit=5.0)
+    angle, rate, friction = np.pi / 2, 0.0, 0.8
+    for push in (0.5, 3.0):  # stuck, then moving; N along the normal
+        for _ in range(round(4.0 / STEP)):
+            force = push * np.array([np.sin(angle), -np.cos(angle), 9.0])
+            observer.update(angle, rate, force, STEP)
+            torque = -push * lever
+            stuck = rate == 0.0 and abs(torque) <= friction
+            acceleration = 0.0 if stuck else (torque + friction) / inertia
+            rate += STEP * acceleration
+            angle += STEP * rate
+        resistance = min(push * lever, friction)
+        assert observer.estimate == pytest.approx(-resistance, rel=0.02)
+
+
+def test_door_observer_bound_and_switch(model) -> None:
+    bounded, off = DoorObserver(model, rate=2.0, limit=1.0), DoorObserver(model, rate=0.0, limit=1.0)
+    for _ in range(2000):
+        bounded.update(1.0, 0.0, np.array([20.0, 0.0, 0.0]), STEP)
+        off.update(1.0, 0.0, np.array([20.0, 0.0, 0.0]), STEP)
+    assert bounded.estimate == -1.0
+    assert off.estimate == 0.0
+    for _ in range(400):
+        bounded.update(1.0, 0.0, np.zeros(3), STEP)
+    assert abs(bounded.estimate) < 0.1

@@ -1,0 +1,74 @@
+"""Position controller: law, saturation, and the attitude that goes with a force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from doorman.control.position_controller import PositionController, Setpoint, attitude_of_force, saturate
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.scenario import ControlSection
+
+GRAVITY, MASS = 9.81, 3.0
+component = st.floats(-40.0, 40.0)
+
+
+def setpoint(**changes) -> Setpoint:
+    rest = np.zeros(3)
+    values = {"position": rest, "velocity": rest, "acceleration": rest, "yaw": 0.0, "force": rest, "normal": rest,
+              "arm_rates": np.zeros(4)}  # fmt: skip
+    return Setpoint(**{**values, **changes})
+
+
+@given(component, component, st.floats(0.5, 48.0), st.floats(-3.1, 3.1))
+def test_body_axis_points_along_the_force(x: float, y: float, z: float, yaw: float) -> None:
+    force = np.array([x, y, z])
+    attitude = attitude_of_force(force, yaw)
+    np.testing.assert_allclose(rotation_body_to_world(attitude)[:, 2], force / np.linalg.norm(force), atol=1e-12)
+    assert attitude[2] == yaw
+
+
+@given(component, component, component, st.floats(0.05, 1.0))
+def test_saturation_keeps_thrust_and_tilt(x: float, y: float, z: float, max_tilt: float) -> None:
+    force = saturate(np.array([x, y, z]), 48.0, max_tilt)
+    assert np.linalg.norm(force) <= 48.0 * (1 + 1e-12)
+    assert force[2] > 0.0
+    assert np.hypot(force[0], force[1]) <= force[2] * np.tan(max_tilt) * (1 + 1e-9) + 1e-12
+    assert force[0] * y == pytest.approx(force[1] * x, abs=1e-9)  # its direction is kept
+
+
+def test_hover_and_the_law() -> None:
+    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+    hover = controller.update(np.zeros(3), np.zeros(3), setpoint(), 0.004)
+    assert hover.thrust == pytest.approx(MASS * GRAVITY)
+    assert not hover.saturated
+    wanted = setpoint(
+        position=np.array([0.1, 0.0, 0.0]), velocity=np.array([0.0, 0.1, 0.0]), force=np.array([0.0, 0.0, 1.0])
+    )
+    law = PositionController(MASS, GRAVITY, 48.0, ControlSection()).update(np.zeros(3), np.zeros(3), wanted, 0.004)
+    kp, kd = ControlSection().position_gain, ControlSection().velocity_gain
+    np.testing.assert_allclose(law.force, [MASS * kp[0] * 0.1, MASS * kd[1] * 0.1, MASS * GRAVITY + 1.0])
+
+
+def test_holds_a_position_under_a_constant_disturbance() -> None:
+    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+    position, velocity, gust = np.zeros(3), np.zeros(3), np.array([1.0, -0.5, -2.0])
+    for _ in range(5000):
+        force = controller.update(position, velocity, setpoint(), 0.004).force
+        velocity = velocity + 0.004 * ((force + gust) / MASS - np.array([0.0, 0.0, GRAVITY]))
+        position = position + 0.004 * velocity
+    np.testing.assert_allclose(position, 0.0, atol=1e-3)
+    np.testing.assert_allclose(controller.observer.estimate, gust, atol=1e-2)
+
+
+def test_along_the_normal_the_observer_is_not_heeded() -> None:
+    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+    controller.observer.update(np.zeros(3), np.zeros(3), 0.0)
+    for _ in range(500):
+        controller.observer.update(np.zeros(3), np.array([-2.0, -1.0, 0.0]), 0.004)
+    normal = np.array([1.0, 0.0, 0.0])
+    found = controller.update(np.zeros(3), np.zeros(3), setpoint(normal=normal), 0.0)
+    assert found.disturbance[0] == pytest.approx(0.0, abs=1e-12)
+    assert found.disturbance[1] > 0.5
