@@ -1,0 +1,203 @@
+"""Whole flights on the simulator: the numbers that doorman promises, and what happens when something goes wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from urdf_variants import write_arm, write_door
+
+from doorman import Model, Planner, PlanStatus, Scenario, simulate
+from doorman.exceptions import BackendError, DoormanError
+from doorman.mission import Mission
+from doorman.recording import Recorder, Recording
+from doorman.simulation import SimulatedBackend
+from doorman.summary import summarize, time_to_open, verdict
+
+
+@pytest.fixture(scope="module")
+def paper(model: Model) -> Recording:
+    """The paper's task, flown for 12 s."""
+    return simulate(model, duration=12.0, seed=0)
+
+
+def test_the_papers_door_is_opened(paper: Recording) -> None:
+    summary = paper.summary
+    assert summary is not None
+    assert summary["opened"] and verdict(summary)[0]
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
+    assert summary["time_to_open_s"] < 8.0
+    assert summary["max_constraint_violation_m"] <= 0.01
+    assert summary["min_clearance_m"] > 0.0
+    assert summary["collisions"] == 0
+    assert summary["contact_fraction"] == 1.0
+    assert summary["door_angle_estimate_error_deg_max"] < 1.0
+    assert summary["planner_rate_hz"] == pytest.approx(100.0, rel=0.01)
+
+
+def test_summary_is_what_the_recording_says(paper: Recording, model: Model) -> None:
+    truth, summary = paper["truth"], paper.summary
+    assert summary is not None
+    angle = np.degrees(truth["door_angle"])
+    assert summary["final_door_angle_deg"] == pytest.approx(angle[-1])
+    outside = truth.time[np.abs(angle - 20.0) >= 2.0]
+    assert summary["time_to_open_s"] == pytest.approx(outside[-1] + 0.004, abs=1e-6)
+    worst = max(
+        model.constraints([*truth["attitude"][k], truth["door_angle"][k], 0.0, *truth["arm_angles"][k]]).max()
+        for k in range(0, len(angle), 25)
+    )
+    assert worst <= max(summary["max_constraint_violation_m"], 1e-12) or worst < 0.0
+    assert summary["max_pull_force_n"] >= -truth["tip_normal_force"].min() - 1e-9
+    solve_times = paper["plan"]["solve_time"][1:] * 1e3
+    assert summary["planner_ms"]["max"] == pytest.approx(solve_times.max())
+
+
+def test_every_plan_that_was_flown_keeps_the_constraints(paper: Recording, model: Model) -> None:
+    plan, margin = paper["plan"], model.scenario.planner.margin
+    for k in range(0, len(plan.time), 40):
+        assert model.constraints_along(plan["states"][k][1:]).max() <= -margin + 1e-6
+
+
+def test_same_seed_same_flight(model: Model) -> None:
+    first, second = (simulate(model, duration=0.5, seed=3) for _ in range(2))
+    other = simulate(model, duration=0.5, seed=4)
+    for field in ("position", "door_angle", "tip_force"):
+        np.testing.assert_array_equal(first["truth"][field], second["truth"][field])
+    assert (first["measurement"]["position"] != other["measurement"]["position"]).any()
+
+
+def test_a_tip_that_can_only_push_is_reported_truthfully() -> None:
+    recording = simulate(Scenario.load("push"), duration=5.0)
+    summary = recording.summary
+    assert summary is not None
+    assert summary["max_pull_force_n"] == 0.0
+    force, truth = recording["truth"]["tip_force"], recording["truth"]
+    pressed = np.linalg.norm(force, axis=1) > 0.0
+    assert 0.0 < summary["contact_fraction"] < 1.0
+    assert np.all(pressed[truth["touching"]])
+    good, sentence = verdict(summary)
+    assert not good and "tip was on the leaf" in sentence
+
+
+@pytest.mark.parametrize(
+    ("width", "mass", "contact", "rod", "resistance"), [(1.5, 6.0, 1.0, 0.35, 0.0), (1.15, 18.0, 0.6, 0.24, 0.6)]
+)
+def test_other_doors_and_arms(
+    tmp_path: Path, width: float, mass: float, contact: float, rod: float, resistance: float
+) -> None:
+    door = write_door(tmp_path / "door.urdf", width=width, mass=mass, damping=resistance, friction=resistance)
+    arm = write_arm(tmp_path / "arm.urdf", rod=rod)
+    overrides = {"vehicle.urdf": str(arm), "door.urdf": str(door), "contact.distance_from_hinge": contact}
+    summary = simulate(Scenario.load("paper", overrides), duration=12.0).summary
+    assert summary is not None
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.5
+    assert summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
+    assert summary["max_constraint_violation_m"] <= 0.01
+
+
+def test_interrupted_flight_keeps_what_was_flown(model: Model, tmp_path: Path) -> None:
+    def interrupt(time: float, _: float) -> None:
+        if time > 0.3:
+            raise KeyboardInterrupt
+
+    recording = simulate(model, duration=5.0, path=tmp_path / "run.mcap", on_progress=interrupt)
+    assert 0.3 < recording["truth"].time[-1] < 0.4
+    assert recording["mission"]["message"][-1] == "interrupted"
+    assert recording.summary is not None and not recording.summary["opened"]
+    assert len(Recording.load(tmp_path / "run.mcap")["truth"].time) == len(recording["truth"].time)
+
+
+class FailingPlanner(Planner):
+    """Planner whose plans are of no use from some call on."""
+
+    good_plans = 30
+
+    def replan(self, state, elapsed=None):
+        plan = super().replan(state, elapsed)
+        self.good_plans -= 1
+        if self.good_plans > 0:
+            return plan
+        return dataclasses.replace(plan, status=PlanStatus.INFEASIBLE)
+
+
+def test_the_plan_may_fail_but_the_flight_goes_on(model: Model) -> None:
+    recording = simulate(model, duration=2.5, planner=FailingPlanner(model))
+    assert (recording["plan"]["status"][-50:] == "infeasible").all()
+    assert recording["truth"].time[-1] == pytest.approx(2.5)
+    late = recording["setpoint"].time > 1.5  # the last usable plan, of about 0.3 s, has ended
+    assert np.abs(recording["setpoint"]["velocity"][late]).max() < 1e-9
+    assert np.abs(recording["truth"]["velocity"][-1]).max() < 0.2
+    assert recording["truth"]["collisions"].sum() == 0
+
+
+class BreakingBackend(SimulatedBackend):
+    """Simulator whose link breaks."""
+
+    stopped = 0
+
+    def read(self):
+        measurement = super().read()
+        if measurement.time > 0.1:
+            raise BackendError("link lost")
+        return measurement
+
+    def stop(self) -> None:
+        self.stopped += 1
+        super().stop()
+
+
+def test_a_broken_link_stops_the_backend_and_keeps_the_recording(model: Model) -> None:
+    recorder = Recorder(None, {})
+    backend = BreakingBackend(model)
+    with pytest.raises(BackendError, match="link lost"):
+        Mission(model, recorder=recorder).fly(backend, 1.0)
+    assert backend.stopped == 1
+    recording = recorder.recording()
+    assert recording["measurement"].time[-1] == pytest.approx(0.1)
+    assert "link lost" in recording["mission"]["message"][-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [({"duration": 0.0}, "duration"), ({"duration": math.nan}, "duration"), ({"duration": 1.0, "seed": -1}, "seed")],
+)
+def test_arguments_that_cannot_be(model: Model, arguments: dict, field: str) -> None:
+    with pytest.raises(DoormanError) as caught:
+        simulate(model, **arguments)
+    assert caught.value.field == field
+
+
+def test_a_planner_of_another_scenario_is_refused(model: Model) -> None:
+    other = Planner(Scenario.load("paper", {"goal.door_angle": 1.0}))
+    with pytest.raises(DoormanError, match="another scenario"):
+        simulate(model, duration=0.1, planner=other)
+
+
+def test_a_recording_without_truth_cannot_be_judged(model: Model) -> None:
+    with pytest.raises(DoormanError, match="no true states"):
+        summarize(Recorder(None, {}).recording(), model)
+
+
+def test_time_to_open() -> None:
+    time = np.arange(5.0)
+    target, near, far = 0.35, 0.36, 0.6
+    assert time_to_open(time, np.array([far, near, far, near, near]), target) == 3.0
+    assert time_to_open(time, np.full(5, near), target) == 0.0
+    assert time_to_open(time, np.array([near, near, near, near, far]), target) is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"collisions": 3}, "Something was touched"),
+        ({"min_clearance_m": -0.002}, "overlap by 2.0 mm"),
+        ({"opened": False, "time_to_open_s": None}, "was not opened"),
+    ],
+)
+def test_verdicts(paper: Recording, changes: dict, words: str) -> None:
+    assert paper.summary is not None
+    good, sentence = verdict({**paper.summary, **changes})
+    assert not good and words in sentence
