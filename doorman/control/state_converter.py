@@ -26,6 +26,8 @@ class StateConverter:
         self.model = model
         self._coupling = model.coupling
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
+        rest = np.zeros(3)
+        self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
 
     def state(
         self,

@@ -23,6 +23,9 @@ from doorman.ocp.workspace import Workspace
 
 Array = NDArray[np.float64]
 
+_LARGEST_RISE = -1e-6
+"""Rows that a rollout leaves violated by its tolerance may cost this much to restore, relative to 1 + |cost|."""
+
 
 @dataclass(frozen=True)
 class CddpOptions:
@@ -123,7 +126,7 @@ class Cddp:
             while not (step or settled) and regularization <= self.options.largest_regularization:
                 code, decrease = self._backward(regularization)
                 if code == backward_pass.DONE:
-                    settled = abs(decrease) <= self.options.tolerance * (1.0 + abs(cost))
+                    settled = _LARGEST_RISE <= decrease / (1.0 + abs(cost)) <= self.options.tolerance
                     step = self._line_search(cost, decrease)
                     if settled and regularization == 0.0:  # regularisation makes any prediction small
                         status = PlanStatus.CONVERGED

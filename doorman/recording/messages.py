@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
@@ -31,7 +32,6 @@ _BYTES = np.dtype("<f8")
 _DTYPES: dict[Kind, type] = {"number": np.float64, "integer": np.int64, "boolean": np.bool_, "string": np.str_}
 _KINDS: dict[str, Kind] = {"f": "number", "i": "integer", "u": "integer", "b": "boolean", "U": "string"}
 _WORDS = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "string": "a text"}
-_encode = json.JSONEncoder(allow_nan=False, check_circular=False, separators=(",", ":")).encode
 
 
 class Field(NamedTuple):
@@ -159,10 +159,10 @@ class MessageType:
         plain: dict[str, Any] = {TIME: row[0]}
         for (name, to_plain), value in zip(self._plain, row[1:], strict=True):
             plain[name] = value if to_plain is None else to_plain(value)
-        try:
-            return _encode(plain).encode()
-        except ValueError:  # a number that is not finite
-            return _encode(_with_words(plain)).encode()
+        data = orjson.dumps(plain)
+        if b"null" in data:  # it writes numbers that are not finite so
+            data = orjson.dumps(_with_words(plain))
+        return data
 
     def decode(self, data: bytes) -> Row:
         """The row that `encode` turned into `data`.

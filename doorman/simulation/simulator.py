@@ -77,8 +77,13 @@ class Simulator:
         self._command = np.zeros(5 + model.n_arm)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
         self._steps = 0
+        self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
         self._begin_interval()
         self._note_contacts(float(self._qpos[self.plant.hinge_position]))
+
+    def _compile(self, parameters: OnboardParameters) -> None:
+        """Run the onboard loop once, on memory of its own: nothing is compiled in flight."""
+        onboard_step(parameters, self._qpos.copy(), self._qvel.copy(), self._command, self._control.copy())
 
     @property
     def time(self) -> float:

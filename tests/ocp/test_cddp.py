@@ -111,11 +111,14 @@ def test_every_iterate_is_feasible_and_none_is_dearer(
     assert costs[-1] == pytest.approx(planner_of("paper").plan(state).cost, rel=1e-8)
 
 
-def test_acceleration_saves_iterations_where_the_constraints_are_active(solver: Cddp, hover: np.ndarray) -> None:
-    state = start_state("paper", "active")
-    plain, fast = (solver.solve(state, hover, 200, accelerate=accelerate) for accelerate in (False, True))
+@pytest.mark.parametrize("name", ["paper", "margin"])
+def test_acceleration_finds_the_active_set_in_fewer_iterations(name: str) -> None:
+    """From the scenario's start the rollout rides along the doorframe, and CDDP alone leaves it node by node."""
+    model = model_of(name)
+    solver, hover = Cddp(door_problem(model)), np.tile(model.hover_input, (50, 1))
+    plain, fast = (solver.solve(model.start_state, hover, 200, accelerate=accelerate) for accelerate in (False, True))
     assert fast.cost == pytest.approx(plain.cost, rel=1e-8)
-    assert fast.iterations < plain.iterations
+    assert fast.iterations <= plain.iterations / 2
 
 
 def test_the_same_bits_every_time(hover: np.ndarray) -> None:
@@ -135,36 +138,37 @@ def test_the_same_bits_every_time(hover: np.ndarray) -> None:
                 np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), field.name)
 
 
-def test_feedback_brings_back_what_was_pushed_aside(solver: Cddp, hover: np.ndarray) -> None:
-    """To first order the gains are those of the optimum from a neighbouring state."""
+def test_feedback_is_nearly_optimal_from_a_neighbouring_state(solver: Cddp, hover: np.ndarray) -> None:
     model, state = model_of("paper"), start_state("paper", "moving")
     solution = solver.solve(state, hover, 200, accelerate=True)
-    push = 1e-4 * np.sin(np.arange(9.0) + 1.0)
-    neighbour = solver.solve(state + push, hover, 200, accelerate=True)
-    x, inputs = state + push, []
-    for u, gain, planned in zip(solution.inputs, solution.gains, solution.states, strict=False):
-        inputs.append(u + gain @ (x - planned))
-        x = model.step(x, inputs[-1])
-    change = np.abs(neighbour.inputs - solution.inputs).max()
-    assert change > 1e-5
-    assert np.abs(np.array(inputs) - neighbour.inputs).max() < 0.05 * change
+    push = 1e-3 * np.sin(np.arange(9.0) + 1.0)
+    optimum = solver.solve(state + push, hover, 200, accelerate=True).cost
+    lost = []
+    for feedback in (0.0, 1.0):
+        states, inputs = [state + push], []
+        for u, gain, planned in zip(solution.inputs, solution.gains, solution.states, strict=False):
+            inputs.append(u + feedback * gain @ (states[-1] - planned))
+            states.append(model.step(states[-1], inputs[-1]))
+        lost.append(solver.problem.cost.total(np.array(states), np.array(inputs), 0.02) - optimum)
+    assert lost[0] > 1e-3
+    assert abs(lost[1]) < 0.01 * lost[0]
 
 
-def test_no_way_inside_is_infeasible_and_says_where(solver: Cddp, hover: np.ndarray) -> None:
-    """Turned away from the door: one step's inputs cannot bring the rotor disc back behind the leaf."""
+@pytest.mark.parametrize(("entry", "value"), [(2, -3.0), (2, 2.0), (3, 3.0), (7, 1.5)])
+def test_no_way_inside_is_infeasible_and_says_where(solver: Cddp, hover: np.ndarray, entry: int, value: float) -> None:
+    """Turned away, behind the leaf, or the arm above the body: one step's inputs cannot bring the next state inside."""
     state = model_of("paper").start_state.copy()
-    state[2] = -3.0
+    state[entry] = value
     for accelerate in (False, True):
         solution = solver.solve(state, hover, 50, accelerate=accelerate)
         assert solution.status is PlanStatus.INFEASIBLE
         assert not solution.status.usable
-        assert solution.cost == math.inf
-        node, row = solution.worst_node, solution.worst_constraint
-        h = model_of("paper").constraints_along(solution.states[node : node + 1])[0]
-        assert h[row] == h.max() == pytest.approx(solution.max_violation, abs=1e-12)
-        assert solution.max_violation > 1e-3
-        assert np.isfinite(solution.states[: node + 1]).all()
-        assert np.isnan(solution.states[node + 1 :]).all()
+        assert solution.cost == solution.stationarity == math.inf
+        assert 1e-3 < solution.max_violation < math.inf
+        assert np.isfinite(solution.states[: solution.worst_node]).all()
+        assert np.isnan(solution.states[solution.worst_node + 1 :]).all()
+        assert np.isnan(solution.inputs[solution.worst_node :]).all()
+        assert (solution.multipliers == 0.0).all() or accelerate
 
 
 def test_numbers_out_of_hand_are_diverged(solver: Cddp, hover: np.ndarray) -> None:

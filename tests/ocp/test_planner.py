@@ -1,0 +1,241 @@
+"""Receding horizon: cold and warm plans along a motion, misuse, and arms of other lengths."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from door_tasks import KINDS, model_of, planner_of, start_state
+
+from doorman import Model, Plan, Planner, PlanStatus, Scenario
+from doorman.exceptions import DimensionError, ScenarioError, SingularityError
+from doorman.ocp import CddpOptions
+
+
+@pytest.fixture
+def fresh() -> Callable[[str], Planner]:
+    return lambda name: Planner(model_of(name))
+
+
+def assert_holds(model: Model, plan: Plan, state: np.ndarray) -> None:
+    """The plan starts at the state, obeys the dynamics and keeps the constraints."""
+    assert plan.usable
+    np.testing.assert_array_equal(plan.states[0], state)
+    for x, u, after in zip(plan.states, plan.inputs, plan.states[1:], strict=False):
+        np.testing.assert_allclose(model.step(x, u), after, atol=1e-12)
+    assert (model.constraints_along(plan.states[1:]) + model.scenario.planner.margin).max() <= 1e-8
+
+
+@pytest.mark.parametrize("name", ["paper", "margin", "coarse", "heavy"])
+@pytest.mark.parametrize("elapsed", [None, "time step"])
+def test_replans_along_the_motion_stay_near_the_optimum(fresh, name: str, elapsed: str | None) -> None:
+    """100 steps, one iteration each; compared with a cold plan, run to convergence."""
+    planner, judge = fresh(name), planner_of(name)
+    model, dt = planner.model, planner.settings.time_step
+    assert planner.settings.iterations == 1
+    state = model.start_state
+    plan = planner.plan(state)
+    opened = []
+    for k in range(100):
+        state = model.step(state, plan.inputs[0])
+        plan = planner.replan(state, elapsed=None if elapsed is None else dt)
+        assert plan.iterations == 1
+        optimum = judge.plan(state)
+        assert optimum.status is PlanStatus.CONVERGED
+        assert plan.cost == pytest.approx(optimum.cost, rel=1e-4)
+        assert plan.cost >= optimum.cost * (1.0 - 1e-7)
+        if k % 10 == 0:
+            assert_holds(model, plan, state)
+        opened.append(state[3])
+    assert (np.diff(opened) < 0.0).all()
+    assert opened[-1] < 0.9
+
+
+def test_replans_from_disturbed_states_hold_and_stay_near_the_optimum(fresh, rng: np.random.Generator) -> None:
+    """Noise on every state and a look-ahead that the planner has to find by itself."""
+    planner, judge = fresh("margin"), planner_of("margin")
+    model = planner.model
+    state = model.start_state
+    plan = planner.plan(state)
+    losses = []
+    for _ in range(60):
+        state = model.step(state, plan.inputs[0]) + 2e-3 * rng.normal(size=9)
+        plan = planner.replan(state)
+        assert_holds(model, plan, state)
+        losses.append(plan.cost / judge.plan(state).cost - 1.0)
+    assert max(losses) < 2e-2
+    assert np.median(losses) < 1e-4
+
+
+def test_more_iterations_come_nearer() -> None:
+    losses = []
+    for iterations in (1, 4):
+        planner = Planner(Scenario.load("paper", {"planner.iterations": iterations}))
+        state = planner.plan(planner.model.start_state).states[3] + 0.02
+        replanned = planner.replan(state, elapsed=0.06)
+        assert replanned.iterations <= iterations
+        losses.append(replanned.cost / planner.plan(state).cost - 1.0)
+    assert losses[0] > 1e-7 > losses[1]
+
+
+def test_replan_without_a_previous_plan_is_cold(fresh) -> None:
+    state = start_state("paper", "thrown")
+    cold, replanned = fresh("paper").plan(state), fresh("paper").replan(state, elapsed=0.1)
+    np.testing.assert_array_equal(cold.states, replanned.states)
+    assert replanned.status is PlanStatus.CONVERGED
+    assert replanned.iterations == cold.iterations > 1
+
+
+def test_a_jump_of_the_state_is_planned_anew(fresh) -> None:
+    planner = fresh("paper")
+    planner.plan(model_of("paper").start_state)
+    state = start_state("paper", "late")
+    plan = planner.replan(state)
+    assert_holds(model_of("paper"), plan, state)
+    for _ in range(8):
+        plan = planner.replan(state, elapsed=0.0)
+    assert plan.cost == pytest.approx(planner_of("paper").plan(state).cost, rel=1e-6)
+
+
+def test_a_plan_that_is_not_usable_says_so_and_is_forgotten(fresh) -> None:
+    planner, model = fresh("paper"), model_of("paper")
+    planner.plan(model.start_state)
+    away, flying = model.start_state.copy(), model.start_state.copy()
+    away[2], flying[4] = -3.0, 1e9
+    for state, status in ((away, PlanStatus.INFEASIBLE), (flying, PlanStatus.DIVERGED)):
+        for plan in (planner.plan(state), planner.replan(state)):
+            assert plan.status is status
+            assert not plan.usable
+            assert plan.cost == math.inf
+            assert plan.max_violation > 1e-3
+    back = planner.replan(model.start_state)
+    np.testing.assert_array_equal(back.states, fresh("paper").plan(model.start_state).states)
+
+
+def test_the_same_bits_in_every_planner(fresh) -> None:
+    def run() -> list[Plan]:
+        planner = fresh("margin")
+        plans = [planner.plan(start_state("margin", "moving"))]
+        for k in range(5):
+            plans.append(planner.replan(plans[-1].states[1] + 1e-3 * k))
+        return plans
+
+    for one, other in zip(run(), run(), strict=True):
+        for field in dataclasses.fields(Plan):
+            if field.name != "solve_time":
+                np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+def test_a_plan_cannot_be_written_to_and_keeps_its_numbers(fresh) -> None:
+    planner = fresh("paper")
+    plan = planner.plan(start_state("paper", "active"))
+    assert plan.solve_time > 0.0
+    assert plan.time_step == 0.02
+    for array in (plan.states, plan.inputs):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1.0
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        plan.cost = 0.0  # type: ignore[misc]
+    kept = plan.states.copy()
+    planner.replan(plan.states[1])
+    np.testing.assert_array_equal(plan.states, kept)
+
+
+@pytest.mark.parametrize("method", ["plan", "replan"])
+def test_what_is_not_a_state_is_an_error(fresh, method: str) -> None:
+    planner, start = fresh("paper"), model_of("paper").start_state
+    planner.plan(start)
+    call = getattr(planner, method)
+    for state in (start[:8], np.zeros((9, 1)), "state", np.full(9, np.nan), [*start[:8], math.inf]):
+        with pytest.raises(DimensionError, match="state"):
+            call(state)
+    for pitch in (math.pi / 2, -math.pi / 2, 2.0):
+        upright = start.copy()
+        upright[1] = pitch
+        with pytest.raises(SingularityError, match="pitch"):
+            call(upright)
+    assert planner.replan(start).usable
+
+
+@pytest.mark.parametrize("elapsed", [math.nan, math.inf])
+def test_a_time_that_is_not_one_is_an_error(fresh, elapsed: float) -> None:
+    planner, start = fresh("paper"), model_of("paper").start_state
+    planner.plan(start)
+    with pytest.raises(DimensionError, match="elapsed"):
+        planner.replan(start, elapsed=elapsed)
+
+
+@pytest.mark.parametrize("elapsed", [-1.0, 0.0, 1.0, 50.0])
+def test_times_beyond_the_plan_are_its_ends(fresh, elapsed: float) -> None:
+    planner, start = fresh("paper"), model_of("paper").start_state
+    planner.plan(start)
+    assert_holds(model_of("paper"), planner.replan(start, elapsed=elapsed), start)
+
+
+def test_update_door_changes_the_plan_and_back(fresh) -> None:
+    planner, start = fresh("paper"), model_of("paper").start_state
+    before = planner.plan(start)
+    planner.update_door(disturbance=-2.0)
+    braked = planner.plan(start)
+    planner.update_door(friction=0.5)
+    rubbing = planner.plan(start)
+    assert before.cost < braked.cost < rubbing.cost
+    told = Planner(Scenario.load("paper", {"planner.margin": 0.0, "door.friction": 0.5}))
+    told.update_door(disturbance=-2.0)
+    np.testing.assert_allclose(told.plan(start).states, rubbing.states, atol=1e-9)
+    planner.update_door(friction=0.0, disturbance=0.0)
+    np.testing.assert_array_equal(planner.plan(start).states, before.states)
+    assert planner.model.door.friction == 0.0
+
+
+def test_update_door_reaches_replans(fresh) -> None:
+    planner, start = fresh("paper"), model_of("paper").start_state
+    undisturbed = planner.plan(start)
+    planner.update_door(disturbance=-2.0)
+    replanned = planner.replan(start, elapsed=0.0)
+    model, x = model_of("paper"), start
+    for u in replanned.inputs:
+        x = model.step(x, u)
+    assert np.abs(x[3] - replanned.states[-1, 3]) > 0.05  # the model without the disturbance ends elsewhere
+    assert replanned.cost > undisturbed.cost
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("friction", math.nan), ("friction", math.inf), ("friction", -0.1), ("disturbance", math.nan), ("disturbance", -math.inf)],
+)
+def test_torques_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, value: float) -> None:
+    planner, start = fresh("paper"), model_of("paper").start_state
+    before = planner.plan(start)
+    with pytest.raises(DimensionError) as caught:
+        planner.update_door(**{name: value})
+    assert caught.value.field == name
+    np.testing.assert_array_equal(planner.plan(start).states, before.states)
+
+
+@pytest.mark.parametrize(("name", "joints"), [("two joints", 2), ("five joints", 5), ("seven joints", 7)])
+def test_arms_of_other_lengths(fresh, name: str, joints: int) -> None:
+    planner = fresh(name)
+    model = planner.model
+    assert model.n_arm == joints
+    for kind in KINDS:
+        state = start_state(name, kind)
+        plan = planner.plan(state)
+        assert plan.inputs.shape[1] == 4 + joints
+        assert_holds(model, plan, state)
+        after = model.step(state, plan.inputs[0])
+        assert_holds(model, planner.replan(after), after)
+
+
+def test_a_scenario_or_its_model_make_the_same_planner(fresh) -> None:
+    scenario = model_of("paper").scenario
+    options = CddpOptions(guess_active_sets=False)
+    one, other = Planner(scenario, options), Planner(model_of("paper"), options)
+    assert other.model is model_of("paper")
+    state = start_state("paper", "active")
+    np.testing.assert_array_equal(one.plan(state).states, other.plan(state).states)
+    with pytest.raises(ScenarioError, match=r"planner\.weights\.input"):
+        Planner(Scenario.load("paper", {"planner.weights.input": [1.0]}))

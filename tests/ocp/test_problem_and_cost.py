@@ -1,0 +1,107 @@
+"""Costs and problems: the formula, and every misuse a clear error."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from door_tasks import model_of
+
+from doorman.exceptions import DimensionError, ScenarioError
+from doorman.model import Model
+from doorman.ocp import Problem, QuadraticCost
+from doorman.ocp.door_problem import door_cost, door_problem
+from doorman.scenario import Scenario
+
+GOOD: dict[str, Any] = {
+    "state_weights": [1.0, 0.0],
+    "terminal_weights": [2.0, 3.0],
+    "input_weights": [0.5],
+    "state_goal": [1.0, -1.0],
+    "input_goal": [2.0],
+}
+
+
+def test_cost_by_hand() -> None:
+    cost = QuadraticCost(**GOOD)
+    states, inputs = np.array([[0.0, 0.0], [1.0, 0.0], [3.0, -2.0]]), np.array([[2.0], [4.0]])
+    stages = 0.1 * (0.5 * 1.0 * 1.0 + 0.5 * 0.5 * 4.0)
+    assert cost.total(states, inputs, 0.1) == pytest.approx(stages + 0.5 * (2.0 * 4.0 + 3.0 * 1.0), rel=1e-14)
+
+
+def test_cost_is_a_frozen_copy() -> None:
+    weights = np.array([1.0, 0.0])
+    cost = QuadraticCost(**{**GOOD, "state_weights": weights})
+    weights[0] = 7.0
+    assert cost.state_weights[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        cost.state_weights[0] = 2.0
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("state_weights", [1.0]),
+        ("state_weights", [1.0, -1e-9]),
+        ("state_weights", [[1.0, 1.0]]),
+        ("terminal_weights", [1.0, 1.0, 1.0]),
+        ("terminal_weights", [1.0, math.nan]),
+        ("input_weights", [0.0]),
+        ("input_weights", [-1.0]),
+        ("input_weights", [1.0, 1.0]),
+        ("state_goal", [math.inf, 0.0]),
+        ("input_goal", 2.0),
+    ],
+)
+def test_weights_and_goals_that_cannot_be(field: str, value: object) -> None:
+    with pytest.raises(DimensionError) as caught:
+        QuadraticCost(**{**GOOD, field: value})
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("horizon", 0), ("horizon", -3), ("time_step", 0.0), ("time_step", -0.1), ("time_step", math.nan)]
+)
+def test_problems_that_cannot_be(field: str, value: float) -> None:
+    arguments: dict[str, Any] = {"model": None, "n_constraints": 1, "horizon": 10, "time_step": 0.1}
+    with pytest.raises(DimensionError) as caught:
+        Problem(**{**arguments, field: value}, cost=QuadraticCost(**GOOD))
+    assert caught.value.field == field
+
+
+def test_door_problem_of_the_paper() -> None:
+    problem = door_problem(model_of("margin"), disturbance=0.3)
+    assert (problem.nx, problem.nu, problem.n_constraints) == (9, 8, 6)
+    assert (problem.horizon, problem.time_step) == (50, 0.02)
+    assert problem.model.margin == 0.02
+    assert problem.model.dynamics.disturbance == 0.3
+    weights = [5.0, 5.0, 3.0, 9.0, 8.0, 0.05, 0.1, 0.1, 0.1]
+    np.testing.assert_array_equal(problem.cost.state_weights, weights)
+    np.testing.assert_array_equal(problem.cost.terminal_weights, weights)
+    np.testing.assert_array_equal(problem.cost.input_weights, [0.1, 5.0, 5.0, 13.5, 10.0, 10.0, 10.0, 10.0])
+    np.testing.assert_allclose(problem.cost.state_goal[:5], [0.0, 0.0, -1.2217304764, 0.3490658504, 0.0])
+    np.testing.assert_allclose(problem.cost.input_goal, [29.43, *[0.0] * 7])
+
+
+@pytest.mark.parametrize(("name", "joints"), [("two joints", 2), ("five joints", 5), ("seven joints", 7)])
+def test_weights_extend_to_the_arm(name: str, joints: int) -> None:
+    cost = door_cost(model_of(name))
+    np.testing.assert_array_equal(cost.state_weights, [5.0, 5.0, 3.0, 9.0, 8.0, *([0.05] + [0.1] * joints)[:joints]])
+    np.testing.assert_array_equal(cost.input_weights, [0.1, 5.0, 5.0, 13.5, *[10.0] * joints])
+
+
+def test_weights_of_the_scenario_are_taken() -> None:
+    given = {"planner.weights.state": [1.0] * 9, "planner.weights.terminal": [2.0] * 9, "planner.weights.input": [3.0] * 8}
+    cost = door_cost(Model(Scenario.load("paper", given)))
+    assert (cost.state_weights == 1.0).all() and (cost.terminal_weights == 2.0).all() and (cost.input_weights == 3.0).all()
+
+
+@pytest.mark.parametrize(("name", "length", "allowed"), [("state", 8, "9"), ("terminal", 10, "9"), ("input", 9, "8")])
+def test_weights_that_do_not_fit_the_arm(name: str, length: int, allowed: str) -> None:
+    field = f"planner.weights.{name}"
+    with pytest.raises(ScenarioError, match=f"{allowed} for an arm of 4 joints") as caught:
+        door_problem(Model(Scenario.load("paper", {field: [1.0] * length})))
+    assert caught.value.field == field
+    assert caught.value.given == length
