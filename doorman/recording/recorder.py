@@ -17,7 +17,7 @@ from types import FrameType, TracebackType
 from typing import IO, Any
 
 import numpy as np
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 
 from doorman.exceptions import RecordingError
 from doorman.recording.messages import MessageType, Row, Value
@@ -155,7 +155,7 @@ class Recorder:
             self._stream = path.open("wb")
         except OSError as error:
             raise RecordingError(f"cannot be written: {error.strerror}", file=path) from error
-        self._writer = Writer(self._stream, chunk_size=_BATCH_SIZE)
+        self._writer = Writer(self._stream, chunk_size=_BATCH_SIZE, compression=CompressionType.LZ4)
         with _signals_held_back(), self._errors_remembered():
             self._writer.start(profile="doorman", library="doorman")
             self._writer.add_metadata(HEADER, {k: _metadata_text(v) for k, v in self.header.items()})
