@@ -67,15 +67,14 @@ def solve_dual(
             for b in range(a + 1, count):
                 total -= factor[b, a] * multipliers[b]
             multipliers[a] = total / factor[a, a]
-        changed = False
+        changed, contradiction = False, False
         position = 0
         for i in range(n):
             residual = values[i]
             for a in range(count):
                 residual -= schur[i, indices[a]] * multipliers[a]
             if position < count and indices[position] == i:
-                if abs(residual) > 10.0 * ROW_TOLERANCE:
-                    return False  # active rows that contradict each other
+                contradiction |= abs(residual) > 10.0 * ROW_TOLERANCE
                 if multipliers[position] < 0.0:
                     active[i] = False
                     changed = True
@@ -84,6 +83,8 @@ def solve_dual(
                 active[i] = True
                 changed = True
         if not changed:
+            if contradiction:  # among the active rows, hidden by the regularisation
+                return False
             for i in range(n - 1, -1, -1):
                 multipliers[i] = 0.0 if i >= count else multipliers[i]
             for a in range(count - 1, -1, -1):

@@ -55,8 +55,9 @@ def dense_solution(wall: float, speed_limit: float, start: np.ndarray) -> tuple[
         (9.0, 9.0, [0.0, 0.0], (0, 0)),
         (0.8, 9.0, [0.0, 0.0], (8, 0)),
         (9.0, 0.5, [0.0, 0.0], (0, 8)),
-        (0.8, 0.5, [-0.3, 0.2], (5, 8)),
-        (0.9, 0.6, [0.3, 0.9], (5, 3)),
+        (0.8, 0.5, [-0.3, 0.2], (2, 15)),
+        (0.9, 0.6, [0.3, 0.9], (11, 2)),
+        (0.7, 0.5, [0.0, 0.6], (10, 8)),
     ],
 )
 def test_same_optimum_as_a_dense_program(
@@ -80,7 +81,9 @@ def test_same_optimum_as_a_dense_program(
 
 def test_a_linear_problem_without_active_rows_takes_one_step() -> None:
     solver = Cddp(problem(9.0, 9.0))
-    assert solver.solve(np.zeros(2), np.zeros((N, 1)), 1).cost == pytest.approx(dense_solution(9.0, 9.0, np.zeros(2))[2])
+    assert solver.solve(np.zeros(2), np.zeros((N, 1)), 1).cost == pytest.approx(
+        dense_solution(9.0, 9.0, np.zeros(2))[2]
+    )
     assert solver.solve(np.zeros(2), np.zeros((N, 1)), 50).iterations == 2
 
 

@@ -51,7 +51,7 @@ def test_replans_along_the_motion_stay_near_the_optimum(fresh, name: str, elapse
             assert_holds(model, plan, state)
         opened.append(state[3])
     assert (np.diff(opened) < 0.0).all()
-    assert opened[-1] < 0.9
+    assert opened[-1] < 1.0
 
 
 def test_replans_from_disturbed_states_hold_and_stay_near_the_optimum(fresh, rng: np.random.Generator) -> None:
@@ -205,7 +205,13 @@ def test_update_door_reaches_replans(fresh) -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("friction", math.nan), ("friction", math.inf), ("friction", -0.1), ("disturbance", math.nan), ("disturbance", -math.inf)],
+    [
+        ("friction", math.nan),
+        ("friction", math.inf),
+        ("friction", -0.1),
+        ("disturbance", math.nan),
+        ("disturbance", -math.inf),
+    ],
 )
 def test_torques_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, value: float) -> None:
     planner, start = fresh("paper"), model_of("paper").start_state

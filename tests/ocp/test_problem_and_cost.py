@@ -62,7 +62,8 @@ def test_weights_and_goals_that_cannot_be(field: str, value: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("field", "value"), [("horizon", 0), ("horizon", -3), ("time_step", 0.0), ("time_step", -0.1), ("time_step", math.nan)]
+    ("field", "value"),
+    [("horizon", 0), ("horizon", -3), ("time_step", 0.0), ("time_step", -0.1), ("time_step", math.nan)],
 )
 def test_problems_that_cannot_be(field: str, value: float) -> None:
     arguments: dict[str, Any] = {"model": None, "n_constraints": 1, "horizon": 10, "time_step": 0.1}
@@ -93,9 +94,15 @@ def test_weights_extend_to_the_arm(name: str, joints: int) -> None:
 
 
 def test_weights_of_the_scenario_are_taken() -> None:
-    given = {"planner.weights.state": [1.0] * 9, "planner.weights.terminal": [2.0] * 9, "planner.weights.input": [3.0] * 8}
+    given = {
+        "planner.weights.state": [1.0] * 9,
+        "planner.weights.terminal": [2.0] * 9,
+        "planner.weights.input": [3.0] * 8,
+    }
     cost = door_cost(Model(Scenario.load("paper", given)))
-    assert (cost.state_weights == 1.0).all() and (cost.terminal_weights == 2.0).all() and (cost.input_weights == 3.0).all()
+    assert (
+        (cost.state_weights == 1.0).all() and (cost.terminal_weights == 2.0).all() and (cost.input_weights == 3.0).all()
+    )
 
 
 @pytest.mark.parametrize(("name", "length", "allowed"), [("state", 8, "9"), ("terminal", 10, "9"), ("input", 9, "8")])

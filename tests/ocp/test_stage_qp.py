@@ -45,6 +45,22 @@ def test_optimality_conditions(n: int, m: int, rng: np.random.Generator) -> None
     assert active > 30
 
 
+def test_small_rows_are_no_contradiction(rng: np.random.Generator) -> None:
+    """Both rows ask for v ≤ something; ProxQP's default tolerance of infeasibility refuses this one."""
+    rail = StageQp(
+        np.array([[0.01]]), np.zeros(1), np.array([[0.005], [0.1]]), np.array([0.015, 3e-13]), np.zeros(1), np.zeros(2)
+    )
+    assert StageQpSolver(1, 2).solve(rail)
+    np.testing.assert_allclose(rail.step, -3.0, atol=1e-5)
+    for _ in range(50):
+        qp = random_qp(rng, 8, 6)
+        scales = 10.0 ** rng.uniform(-4.0, 0.0, 6)
+        qp.jacobian[:] *= scales[:, None]
+        qp.constraints[:] *= scales
+        assert StageQpSolver(8, 6).solve(qp)
+        assert (qp.constraints + qp.jacobian @ qp.step).max() <= 1e-9
+
+
 def test_no_active_row_is_a_newton_step(rng: np.random.Generator) -> None:
     qp = random_qp(rng, 8, 6)
     qp.constraints[:] = -1e3
