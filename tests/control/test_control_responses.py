@@ -1,0 +1,102 @@
+"""Responses in time: both observers against their transfer functions, and feed-forward against the plan it comes from."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman import Model, Planner, Scenario
+from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.control.door_observer import DoorObserver
+from doorman.control.state_converter import StateConverter
+
+STEP = 0.002
+
+
+@pytest.mark.parametrize("damping", [0.6, 1.4, 2.0, 3.0])
+def test_vehicle_observer_has_the_poles_of_q(damping: float) -> None:
+    """A mass held in place while F = −1 N acts: δ̂ is the step response of 1/((τs)² + a₁τs + 1), by its poles."""
+    rate, held = 3.0, np.array([0.4, -1.0, 2.0])
+    observer = DisturbanceObserver(2.0, rate, damping)
+    found = [observer.update(held, np.array([-1.0, 0.0, 0.0]), STEP)[0] for _ in range(2500)]
+    time = STEP * np.arange(1, 2501)
+    poles = rate * np.roots([1.0, damping, 1.0]).astype(complex)
+    if abs(poles[0] - poles[1]) < 1e-6:
+        expected = 1.0 - (1.0 + rate * time) * np.exp(-rate * time)
+    else:
+        first, second = poles
+        rising = (first * np.exp(second * time) - second * np.exp(first * time)) / (second - first)
+        expected = 1.0 + rising.real
+    np.testing.assert_allclose(found, expected, atol=0.01)
+    assert np.abs(observer.estimate[1:]).max() == 0.0
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0, 6.0])
+def test_door_observer_is_of_first_order(model: Model, rate: float) -> None:
+    """A door held shut while a push of 2 N m asks it to open."""
+    observer = DoorObserver(model, rate, 5.0)
+    push = 2.0 / model.coupling.distance_from_hinge
+    found = [observer.update(math.pi / 2, 0.0, np.array([push, 0.0, 20.0]), STEP) for _ in range(1500)]
+    expected = -2.0 * (1.0 - np.exp(-rate * STEP * np.arange(1, 1501)))
+    np.testing.assert_allclose(found, expected, atol=0.02)
+
+
+def test_door_observer_knows_damping_spring_and_inertia() -> None:
+    """A door that swings as the model says, pushed by a varying force, gives no estimate."""
+    model = Model(Scenario.load("paper", {"door.damping": 0.6, "door.stiffness": 1.5, "door.rest_angle": 1.2}))
+    lever = model.coupling.distance_from_hinge
+    inertia = model.door.inertia + model.vehicle.mass * lever**2
+    observer = DoorObserver(model, 2.0, 5.0)
+    angle, rate = 1.5, 0.0
+    for k in range(3000):
+        push = 2.0 * math.sin(0.004 * k)
+        force = push * np.array([math.sin(angle), -math.cos(angle), 0.0]) + [0.0, 0.0, 25.0]
+        observer.update(angle, rate, force, STEP)
+        torque = -lever * push - 0.6 * rate - 1.5 * (angle - 1.2)
+        rate += STEP * torque / inertia
+        angle += STEP * rate
+        assert abs(observer.estimate) < 0.01
+    assert abs(angle - 1.5) > 0.1
+
+
+@pytest.mark.parametrize("overrides", [{}, {"planner.time_step": 0.1, "planner.horizon_steps": 10}])
+@pytest.mark.parametrize("time", [0.0, 0.05, 0.3])
+def test_acceleration_fed_forward_is_that_of_the_planned_motion(overrides: dict, time: float) -> None:
+    """Also at the plan's beginning, where there is nothing before, and on coarse plans."""
+    planner = Planner(Scenario.load("paper", {"control.acceleration_look_ahead": 0.0, **overrides}))
+    model, plan = planner.model, planner.plan(planner.model.start_state)
+    converter, dt, last = StateConverter(model), plan.time_step, len(plan.inputs)
+
+    def velocity(at: float) -> np.ndarray:
+        node = min(int(at / dt), last - 1)
+        part = at / dt - node
+        x = (1.0 - part) * plan.states[node] + part * plan.states[node + 1]
+        return model.coupling.vehicle_motion(x, plan.inputs[node, 1:4], plan.inputs[node, 4:]).velocity
+
+    before, after = max(time - 2.0 * dt, 0.0), time + 2.0 * dt
+    expected = (velocity(after) - velocity(before)) / (after - before)
+    found = converter.setpoint(plan, time, plan.states[0, 5:]).acceleration
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert np.abs(found).max() > 0.05
+
+
+@pytest.mark.parametrize("kind", ["position", "attitude", "arm"])
+def test_each_part_is_taken_as_much_later_as_its_loop_lags(model: Model, kind: str) -> None:
+    planner = Planner(model)
+    plan, control = planner.plan(model.start_state), model.scenario.control
+    converter, now = StateConverter(model), 0.1
+    found = converter.setpoint(plan, now, plan.states[5, 5:])
+    node = round((now + getattr(control, f"{kind}_look_ahead")) / plan.time_step)
+    state, inputs = plan.states[node], plan.inputs[node]
+    if kind == "position":
+        motion = model.coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
+        np.testing.assert_allclose(found.position, motion.position, atol=1e-9)
+        np.testing.assert_allclose(found.velocity, motion.velocity, atol=1e-2)
+    elif kind == "attitude":
+        assert found.yaw == pytest.approx(state[2], abs=1e-9)
+        np.testing.assert_allclose(found.force, converter.planned_force(state, inputs[0]), atol=0.2)
+    else:
+        rates = (state[5:] - plan.states[5, 5:]) / control.arm_look_ahead
+        np.testing.assert_allclose(found.arm_rates, rates, atol=1e-9)

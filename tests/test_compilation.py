@@ -1,0 +1,137 @@
+"""Cache of compiled kernels: where it is, and that it notices every change and forgets nobody."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from doorman import compilation
+from doorman.compilation import kernel
+
+KERNEL = "@kernel\ndef f(x: float) -> float:\n    return x\n"
+
+MODEL = """
+from typing import NamedTuple
+from doorman.compilation import kernel
+from doorman.ocp import functions
+
+class {name}(NamedTuple):
+    factor: float
+
+@functions.implement(functions.step, {name})
+@kernel
+def _step(model, x, u, out):
+    out[0] = x[0] + {factor} * model.factor * u[0]
+"""
+
+SOLVER = """
+from doorman.compilation import kernel
+from doorman.ocp.functions import step
+
+@kernel
+def twice(model, x, u, out):
+    step(model, x, u, out)
+    x[0] = out[0]
+    step(model, x, u, out)
+"""
+
+RUN = """
+import numpy as np
+from {module} import {name}
+from solver import twice
+out = np.zeros(1)
+twice({name}(1.0), np.zeros(1), np.ones(1), out)
+print(out[0], sum(twice.stats.cache_hits.values()))
+"""
+
+
+def run(folder: Path, module: str, name: str) -> tuple[float, int]:
+    """Result and number of cache hits of a solver kernel in a process of its own."""
+    path = [str(folder), str(Path(compilation.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    environment = {
+        **os.environ, "NUMBA_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": os.pathsep.join(path),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }  # fmt: skip
+    code = RUN.format(module=module, name=name)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment, cwd=folder, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    result, hits = done.stdout.split()
+    return float(result), int(hits)
+
+
+def test_solvers_of_users_own_models_are_cached_per_source(tmp_path: Path) -> None:
+    """Solver and model are in different files, where numba's own cache neither sees an edit nor bears a missing module."""
+    (tmp_path / "solver.py").write_text(SOLVER)
+    rail = tmp_path / "rail.py"
+    rail.write_text(MODEL.format(name="Rail", factor=1.0))
+    assert run(tmp_path, "rail", "Rail") == (2.0, 0)
+    assert run(tmp_path, "rail", "Rail") == (2.0, 1)
+    rail.write_text(MODEL.format(name="Rail", factor=3.0))
+    assert run(tmp_path, "rail", "Rail") == (6.0, 0)
+    rail.unlink()
+    (tmp_path / "wheel.py").write_text(MODEL.format(name="Wheel", factor=5.0))
+    assert run(tmp_path, "wheel", "Wheel") == (10.0, 0)
+
+
+def fresh_directory() -> Path:
+    return compilation.cache_directory.__wrapped__()
+
+
+def test_directory_follows_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    assert fresh_directory().parent == tmp_path / "xdg"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "numba"))
+    directory = fresh_directory()
+    assert directory.parent == tmp_path / "numba"
+    assert directory.name.startswith("doorman-")
+    assert directory.is_dir()
+
+
+def test_directory_is_temporary_where_the_users_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken = tmp_path / "file"
+    taken.write_text("not a directory")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(taken))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    assert fresh_directory().parent == tmp_path / "temporary"
+
+
+def test_directory_changes_with_every_source_beside_a_kernel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    package = tmp_path / "package"
+    (package / "solver").mkdir(parents=True)
+    (package / "solver" / "kernels.py").write_text("from compilation import kernel\n\n" + KERNEL)
+    (package / "solver" / "layout.py").write_text("class Numbers: ...\n")
+    (package / "other.py").write_text('"""No @kernel in this one."""\n')
+    monkeypatch.setattr(compilation, "_PACKAGE", package)
+    first = fresh_directory()
+    (package / "other.py").write_text("changed = True\n")
+    assert fresh_directory() == first
+    (package / "solver" / "layout.py").write_text("class Numbers:\n    more: float\n")
+    second = fresh_directory()
+    (package / "solver" / "kernels.py").write_text(
+        "from compilation import kernel\n\n" + KERNEL.replace("x\n", "2.0 * x\n")
+    )
+    assert len({first, second, fresh_directory()}) == 3
+
+
+@kernel
+def _divide(a: float, b: float) -> float:
+    return a / b
+
+
+def test_nothing_hides_a_number_that_is_not_finite() -> None:
+    assert _divide(1.0, 0.0) == np.inf
+    assert np.isnan(_divide(0.0, 0.0))
+    assert np.isnan(_divide(np.nan, 1.0))
+    assert _divide.py_func(3.0, 2.0) == _divide(3.0, 2.0) == 1.5

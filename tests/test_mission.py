@@ -1,0 +1,257 @@
+"""The mission loop tick by tick, on a scripted backend: rates, latency, what is commanded, and how flights end."""
+
+from __future__ import annotations
+
+import dataclasses
+import gc
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from doorman import Model, Planner, PlanStatus, Scenario
+from doorman.exceptions import BackendError, DoormanError
+from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.mission import Mission, PlanSchedule
+from doorman.recording import Recorder
+
+TICK = 0.004
+
+
+class ScriptedBackend(Backend):
+    """A vehicle held at the scenario's start, whose measurements may be changed by a script."""
+
+    def __init__(self, model: Model, change: Callable[[Measurement], Measurement] = lambda measurement: measurement):
+        self.model, self.change = model, change
+        self.commands: list[Command] = []
+        self.opened = self.stopped = self.ticks = 0
+
+    def open(self) -> None:
+        self.opened += 1
+
+    def read(self) -> Measurement:
+        x, rest = self.model.start_state, np.zeros(3)
+        position = self.model.coupling.vehicle_position(x[:3], x[3], x[5:])
+        arm = np.zeros(self.model.n_arm)
+        measurement = Measurement(TICK * self.ticks, position, rest, x[:3].copy(), rest, x[5:].copy(), arm)
+        self.ticks += 1
+        return self.change(measurement)
+
+    def command(self, command: Command) -> None:
+        self.commands.append(command)
+
+    def stop(self) -> None:
+        self.stopped += 1
+
+
+class NotedPlanner(Planner):
+    """Planner that notes its calls and may be told which of its plans are of no use."""
+
+    def __init__(self, model: Model, useless: set[int] = frozenset()):  # type: ignore[assignment]
+        super().__init__(model)
+        self.useless, self.calls, self.told = useless, [], []
+
+    def update_door(self, **torques: float) -> None:
+        self.told.append(torques)
+        super().update_door(**torques)
+
+    def plan(self, state):
+        return self._noted("plan", super().plan(state))
+
+    def replan(self, state, elapsed=None):
+        return self._noted("replan", super().replan(state, elapsed))
+
+    def _noted(self, kind, plan):
+        self.calls.append(kind)
+        if len(self.calls) in self.useless:
+            plan = dataclasses.replace(plan, status=PlanStatus.INFEASIBLE)
+        return plan
+
+
+def schedule_of(model: Model, latency: int, **options) -> PlanSchedule:
+    return PlanSchedule(NotedPlanner(model, **options), latency, Recorder(None, {}))
+
+
+@pytest.mark.parametrize("latency", [0, 1, 3])
+def test_plans_come_at_the_planners_rate_and_are_known_later(model: Model, latency: int) -> None:
+    schedule = schedule_of(model, latency)
+    starts, ages = [], []
+    for k in range(250):
+        current = schedule.update(TICK * k, model.start_state, 0.0)
+        assert current is not None
+        starts.append(current.start)
+        ages.append(TICK * k - current.start)
+    calls = schedule.planner.calls
+    assert calls[0] == "plan" and set(calls[1:]) == {"replan"}
+    assert len(calls) == 100
+    assert (np.diff(starts) >= 0.0).all()
+    late = np.array(ages[50:])
+    assert late.min() >= 0.01 * latency - 1e-9
+    assert late.max() <= 0.01 * latency + 0.01 + TICK
+    assert schedule.recorder.recording()["plan"]["available_at"][1:] == pytest.approx(
+        schedule.recorder.recording()["plan"].time[1:] + 0.01 * latency
+    )
+
+
+def test_a_slow_controller_plans_once_a_tick(model: Model) -> None:
+    schedule = schedule_of(model, 1)
+    for k in range(20):
+        schedule.update(0.05 * k, model.start_state, 0.0)
+    assert len(schedule.planner.calls) == 20
+
+
+def test_useless_plans_are_recorded_and_not_followed(model: Model) -> None:
+    schedule = schedule_of(model, 0, useless=set(range(3, 8)))
+    starts = [schedule.update(0.01 * k, model.start_state, 0.0).start for k in range(10)]  # type: ignore[union-attr]
+    assert starts == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.07, 0.08, 0.09])
+    status = schedule.recorder.recording()["plan"]["status"].tolist()
+    assert status.count("infeasible") == 5
+
+
+def test_nothing_to_follow_before_the_first_usable_plan(model: Model) -> None:
+    schedule = schedule_of(model, 2, useless={1, 2})
+    followed = [schedule.update(0.01 * k, model.start_state, 0.0) for k in range(6)]
+    assert followed[:4] == [None] * 4
+    assert followed[4] is not None and followed[4].start == pytest.approx(0.02)
+
+
+def test_the_planner_is_told_the_torque_and_no_friction(model: Model) -> None:
+    schedule = schedule_of(model, 0)
+    schedule.update(0.0, model.start_state, -0.7)
+    assert schedule.planner.told == [{"friction": 0.0, "disturbance": -0.7}]
+
+
+def test_first_plan_misses_no_deadline_others_may(model: Model) -> None:
+    class SlowPlanner(NotedPlanner):
+        def _noted(self, kind, plan):
+            return dataclasses.replace(super()._noted(kind, plan), solve_time=0.011 if len(self.calls) != 2 else 0.009)
+
+    schedule = PlanSchedule(SlowPlanner(model), 0, Recorder(None, {}))
+    for k in range(3):
+        schedule.update(0.01 * k, model.start_state, 0.0)
+    assert schedule.recorder.recording()["plan"]["deadline_missed"].tolist() == [False, False, True]
+
+
+def test_a_flight_opens_ticks_records_and_stops(model: Model) -> None:
+    backend, recorder, reports = ScriptedBackend(model), Recorder(None, {}), []
+    assert gc.isenabled()
+    Mission(model, recorder=recorder).fly(
+        backend, 0.2, lambda time, angle: reports.append((time, angle, gc.isenabled()))
+    )
+    recording = recorder.recording()
+    assert (backend.opened, backend.stopped, backend.ticks) == (1, 1, 51)
+    assert len(backend.commands) == 51
+    for topic in ("measurement", "estimate", "setpoint", "command", "controller"):
+        np.testing.assert_allclose(recording[topic].time, TICK * np.arange(51))
+    assert recording["mission"]["message"].tolist() == ["flown to its end"]
+    times, angles, collected = zip(*reports, strict=True)
+    assert 15 <= len(times) <= 21
+    np.testing.assert_allclose(angles, math.pi / 2, atol=1e-12)
+    assert not any(collected) and gc.isenabled()
+    np.testing.assert_allclose(recording["estimate"]["state"], np.tile(model.start_state, (51, 1)), atol=1e-12)
+    for k, command in enumerate(backend.commands):
+        assert recording["command"]["thrust"][k] == command.thrust
+        assert command.thrust == pytest.approx(float(np.linalg.norm(recording["controller"]["force"][k])))
+        np.testing.assert_array_equal(recording["command"]["attitude"][k], command.attitude)
+        assert (np.abs(command.arm_rates) <= model.vehicle.rate_limits + 1e-12).all()
+
+
+def test_pitch_is_let_go_gradually_roll_and_yaw_at_once(model: Model) -> None:
+    """The plan leans forward at once; what is commanded stays within engage_pitch + engage_rate t of what is measured."""
+    backend, recorder = ScriptedBackend(model), Recorder(None, {})
+    Mission(model, recorder=recorder).fly(backend, 1.0)
+    control = model.scenario.control
+    forces = recorder.recording()["controller"]["force"]
+    held = 0
+    for k, (command, force) in enumerate(zip(backend.commands, forces, strict=True)):
+        reach = control.engage_pitch + control.engage_rate * TICK * k
+        assert abs(command.attitude[1]) <= reach + 1e-12
+        wanted = rotation_body_to_world(command.attitude)[:, 2]
+        along = wanted @ force / np.linalg.norm(force)
+        held += along < 1.0 - 1e-9
+        if along < 1.0 - 1e-9:
+            assert abs(command.attitude[1]) == pytest.approx(reach)
+    assert 0 < held < len(forces)
+
+
+def test_yaw_does_not_jump_at_half_a_turn(model: Model) -> None:
+    """Sensors wrap at ±π; the planner's states and the setpoints go on."""
+
+    def turning(measurement: Measurement) -> Measurement:
+        yaw = -3.0 - 0.5 * measurement.time
+        wrapped = (yaw + math.pi) % (2.0 * math.pi) - math.pi
+        return dataclasses.replace(measurement, attitude=np.array([0.0, 0.0, wrapped]))
+
+    recorder = Recorder(None, {})
+    Mission(model, recorder=recorder).fly(ScriptedBackend(model, turning), 0.8)
+    recording = recorder.recording()
+    assert np.abs(np.diff(recording["measurement"]["attitude"][:, 2])).max() > 6.0
+    np.testing.assert_allclose(recording["estimate"]["state"][:, 2], -3.0 - 0.5 * recording["estimate"].time, atol=1e-9)
+
+
+def test_without_any_usable_plan_the_first_position_is_held(model: Model) -> None:
+    def drifting(measurement: Measurement) -> Measurement:
+        return dataclasses.replace(measurement, position=measurement.position + [0.0, 0.0, 0.1 * measurement.time])
+
+    backend, recorder = ScriptedBackend(model, drifting), Recorder(None, {})
+    planner = NotedPlanner(model, useless=set(range(1000)))
+    Mission(model, planner, recorder).fly(backend, 0.4)
+    setpoint = recorder.recording()["setpoint"]
+    np.testing.assert_allclose(setpoint["position"], np.tile(setpoint["position"][0], (len(setpoint.time), 1)))
+    assert not setpoint["arm_rates"].any() and not setpoint["force"].any()
+    assert backend.commands[-1].thrust < backend.commands[0].thrust
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (BackendError("no pose for 0.1 s"), "failed: no pose for 0.1 s"),
+        (ZeroDivisionError("bug"), "failed: bug"),
+        (KeyboardInterrupt(), "interrupted"),
+    ],
+)
+def test_however_a_flight_ends_the_backend_is_stopped_and_it_is_recorded(
+    model: Model, error: BaseException, message: str
+) -> None:
+    def failing(measurement: Measurement) -> Measurement:
+        if measurement.time > 0.1:
+            raise error
+        return measurement
+
+    backend, recorder = ScriptedBackend(model, failing), Recorder(None, {})
+    with pytest.raises(type(error)):
+        Mission(model, recorder=recorder).fly(backend, 1.0)
+    assert backend.stopped == 1 and gc.isenabled()
+    recording = recorder.recording()
+    assert recording["mission"]["message"].tolist() == [message]
+    assert recording["measurement"].time[-1] == pytest.approx(0.1)
+    assert recording["mission"]["wall_time"][0] > 0.0
+
+
+def test_a_measurement_that_is_not_finite_ends_the_flight(model: Model) -> None:
+    def blind(measurement: Measurement) -> Measurement:
+        return dataclasses.replace(measurement, position=np.full(3, np.nan)) if measurement.time > 0.1 else measurement
+
+    backend = ScriptedBackend(model, blind)
+    with pytest.raises(DoormanError, match="position"):
+        Mission(model).fly(backend, 1.0)
+    assert backend.stopped == 1
+    assert all(np.isfinite(command.attitude).all() for command in backend.commands)
+
+
+def test_a_mission_flies_once(model: Model) -> None:
+    mission = Mission(model)
+    mission.fly(ScriptedBackend(model), 0.02)
+    again = ScriptedBackend(model)
+    with pytest.raises(DoormanError, match="flies once"):
+        mission.fly(again, 0.02)
+    assert again.opened == 0
+
+
+def test_the_door_observer_can_be_switched_off() -> None:
+    model = Model(Scenario.load("paper", {"control.door_observer_rate": 0.0}))
+    planner = NotedPlanner(model)
+    Mission(model, planner).fly(ScriptedBackend(model), 0.1)
+    assert {told["disturbance"] for told in planner.told} == {0.0}
