@@ -15,7 +15,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.mission import Mission
 from doorman.recording import Recorder, Recording
 from doorman.simulation import SimulatedBackend
-from doorman.summary import summarize, time_to_open, verdict
+from doorman.summary import summarize, verdict
 
 
 @pytest.fixture(scope="module")
@@ -179,14 +179,6 @@ def test_a_planner_of_another_scenario_is_refused(model: Model) -> None:
 def test_a_recording_without_truth_cannot_be_judged(model: Model) -> None:
     with pytest.raises(DoormanError, match="no true states"):
         summarize(Recorder(None, {}).recording(), model)
-
-
-def test_time_to_open() -> None:
-    time = np.arange(5.0)
-    target, near, far = 0.35, 0.36, 0.6
-    assert time_to_open(time, np.array([far, near, far, near, near]), target) == 3.0
-    assert time_to_open(time, np.full(5, near), target) == 0.0
-    assert time_to_open(time, np.array([near, near, near, near, far]), target) is None
 
 
 @pytest.mark.parametrize(
