@@ -1,12 +1,45 @@
-"""doorman: aerial manipulators that open hinged doors."""
+"""doorman: aerial manipulators that open hinged doors.
 
-from doorman.exceptions import DoormanError
-from doorman.mission import simulate
-from doorman.model import Model
-from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.solution import PlanStatus
-from doorman.recording import Recording
-from doorman.scenario import Scenario
+A public name brings in its module when it is first asked for: `import doorman` itself loads nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
+    from doorman.exceptions import DoormanError
+    from doorman.mission import simulate
+    from doorman.model import Model
+    from doorman.ocp.planner import Plan, Planner
+    from doorman.ocp.solution import PlanStatus
+    from doorman.recording import Recording
+    from doorman.scenario import Scenario
 
 __all__ = ["DoormanError", "Model", "Plan", "PlanStatus", "Planner", "Recording", "Scenario", "simulate"]
 __version__ = "0.1.0"
+
+_MODULES = {
+    "DoormanError": "doorman.exceptions",
+    "Model": "doorman.model",
+    "Plan": "doorman.ocp.planner",
+    "PlanStatus": "doorman.ocp.solution",
+    "Planner": "doorman.ocp.planner",
+    "Recording": "doorman.recording",
+    "Scenario": "doorman.scenario",
+    "simulate": "doorman.mission",
+}
+
+if not TYPE_CHECKING:  # a type checker would take any name for granted
+
+    def __getattr__(name: str) -> object:
+        if name not in _MODULES:
+            raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
+        value = getattr(importlib.import_module(_MODULES[name]), name)
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

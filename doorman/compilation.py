@@ -12,10 +12,12 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import CodeType
@@ -29,9 +31,33 @@ Result = TypeVar("Result")
 
 _PACKAGE = Path(__file__).parent
 _FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}  # no assumption that NaN or inf cannot occur: they must show
+_TEACHES_NUMBA = re.compile(rb"^\s*(from|import) (numba|llvmlite)\b", re.MULTILINE)
 
 _sources: dict[type, set[Path]] = {}
 """Files behind the model types from outside the package."""
+
+_kernels: list[Any] = []
+"""Every kernel of this process."""
+
+
+@dataclass(frozen=True)
+class KernelCounts:
+    """Kernels of this process, one for every set of argument types."""
+
+    compiled: int
+    loaded: int
+    """From the cache; what such a kernel calls comes with it and is not counted."""
+
+
+@dataclass(frozen=True)
+class CacheContent:
+    """What the directory of compiled kernels holds."""
+
+    directory: Path
+    kernels: int
+    """One for every set of argument types; those that others call are counted too."""
+    size: int
+    """[bytes]."""
 
 
 @cache
@@ -42,9 +68,13 @@ def cache_directory() -> Path:
         An existing, writable directory; a temporary one where the user's cache directory cannot be written.
     """
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
-    with_kernels = {source.parent for source in _PACKAGE.rglob("*.py") if b"\n@kernel\n" in source.read_bytes()}
-    for source in [Path(__file__), *sorted(source for folder in with_kernels for source in folder.glob("*.py"))]:
-        digest.update(source.read_bytes())  # the whole folder: kernels depend on the layout of its NamedTuples
+    texts = {source: source.read_bytes() for source in sorted(_PACKAGE.rglob("*.py"))}
+    folders = {source.parent for source, text in texts.items() if b"\n@kernel\n" in text}
+    digest.update(Path(__file__).read_bytes())
+    for source, text in texts.items():
+        # the whole folder, as kernels depend on the layout of its NamedTuples, and whatever teaches numba something
+        if source.parent in folders or _TEACHES_NUMBA.search(text):
+            digest.update(text)
     base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
     name = f"doorman-{digest.hexdigest()[:16]}"
     for candidate in (Path(base) / name, Path(tempfile.gettempdir()) / name):
@@ -72,10 +102,28 @@ def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     try:
         dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
         dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]
+        _kernels.append(dispatcher)
         compiled: Callable[Parameters, Result] = dispatcher
         return compiled
     finally:
         settings.CACHE_DIR = previous
+
+
+def kernel_counts() -> KernelCounts:
+    """How many kernels this process has compiled and loaded so far."""
+    stats = [kernel.stats for kernel in _kernels]
+    return KernelCounts(
+        compiled=sum(sum(stat.cache_misses.values()) for stat in stats),
+        loaded=sum(sum(stat.cache_hits.values()) for stat in stats),
+    )
+
+
+def cache_content() -> CacheContent:
+    """What the cache on disk holds: kernels of this version of the package, for all models and sizes so far."""
+    directory = cache_directory()
+    files = [file for file in directory.rglob("*") if file.suffix in (".nbc", ".nbi")]
+    kernels = sum(file.suffix == ".nbc" for file in files)  # .nbi: numba's index of the kernels of one function
+    return CacheContent(directory, kernels, sum(file.stat().st_size for file in files))
 
 
 def belongs_to(model: type, kernel: Callable[..., None]) -> None:

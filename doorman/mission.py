@@ -20,6 +20,7 @@ from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
+from doorman.ocp.planning_model import planning_model
 from doorman.recording import Recorder, Recording
 from doorman.scenario import Scenario
 from doorman.summary import summarize
@@ -52,8 +53,12 @@ class PlanSchedule:
     recorder: Recorder
     _waiting: list[TimedPlan] = field(default_factory=list)
     current: TimedPlan | None = None
+    """What `update` returned last."""
     _next: float = 0.0
     _started: bool = False
+
+    def __post_init__(self) -> None:
+        self._planning = planning_model(self.planner.model)
 
     @property
     def period(self) -> float:
@@ -67,7 +72,7 @@ class PlanSchedule:
 
         Args:
             now: Time of the state [s].
-            state: x, shape (5 + n,).
+            state: x of the planner, shape (nx,).
             door_disturbance: Estimated torque in the hinge, Coulomb friction included, in the sense of damping [N m].
 
         Returns:
@@ -87,13 +92,14 @@ class PlanSchedule:
         available_at = now + (0.0 if first else self.latency_periods * self.period)
         if plan.usable:
             self._waiting.append(TimedPlan(plan, now, available_at))
+        states, inputs = self._planning.reduced(plan.states, plan.inputs)
         self.recorder.write(
             "plan",
             now,
             {
-                "state": state,
-                "states": plan.states,
-                "inputs": plan.inputs,
+                "state": states[0],
+                "states": states,
+                "inputs": inputs,
                 "cost": plan.cost,
                 "max_violation": plan.max_violation,
                 "iterations": plan.iterations,
@@ -180,7 +186,8 @@ class Mission:
         self._last_time = now
         force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
         door_disturbance = self._door_observer.update(float(state[3]), float(state[4]), force, elapsed)
-        current = self._schedule.update(now, state, door_disturbance)
+        planned_from = self.converter.planner_state(state, measurement.body_rates)
+        current = self._schedule.update(now, planned_from, door_disturbance)
         if current is None:
             self._hold = self._hold or self.converter.hold(measurement.position, float(state[2]))
             setpoint = self._hold

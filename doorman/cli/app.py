@@ -32,6 +32,7 @@ Examples:
 - `doorman open paper`: fly it; the results go to a new folder under runs.
 - `doorman open push --seed 3 --out push-3`: a tip that can only push.
 - `doorman open --set contact.height=0.9`: the same task, touched higher up.
+- `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
 did not, 2 if the input cannot be used.
@@ -126,6 +127,37 @@ def check_command(
         from doorman.cli.check import check_scenario
 
         return check_scenario(scenario, settings or [], as_json)
+
+    _leave(command)
+
+
+@app.command("warmup")
+def warmup_command(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="SCENARIO",
+            help="Names of shipped scenarios, or paths of TOML files.",
+            show_default="all shipped ones",
+        ),
+    ] = None,
+    settings: _Settings = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress bar.")] = False,
+) -> None:
+    """Compile everything ahead, so that no planner, check or flight waits for it.
+
+    Compiled are the kernels of planner, dynamics, constraints, controller and simulator, for the number of joints of the
+    scenarios' arms. They are kept in a cache on disk until doorman, numba or Python changes; what it holds is not compiled
+    again. An arm of another number of joints needs a warm-up of its own.
+
+    The last line says how many kernels were compiled, how long it took, and where the cache is. The environment variable
+    NUMBA_CACHE_DIR puts it elsewhere.
+    """
+
+    def command() -> int:
+        from doorman.cli.warmup import warm_up
+
+        return warm_up(scenarios or [], settings or [], as_json)
 
     _leave(command)
 

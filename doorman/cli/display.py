@@ -1,19 +1,20 @@
-"""What `doorman open` shows on the terminal: a progress bar on stderr, a table on stdout."""
+"""What commands show on the terminal: progress bars on stderr, the table of a run on stdout."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
+from doorman.compilation import KernelCounts
 from doorman.mission import OnProgress
 
 _REFRESH_INTERVAL = 0.2
@@ -55,6 +56,45 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
             progress.update(task, description="Flying", completed=now, now=position, refresh=True)
 
         yield on_progress
+
+
+class _CompiledColumn(ProgressColumn):
+    """Number of kernels compiled so far, live: one of them may take a minute."""
+
+    def __init__(self, counts: Callable[[], KernelCounts]) -> None:
+        super().__init__()
+        self._counts, self._before = counts, counts().compiled
+
+    def render(self, task: Task) -> Text:
+        """The number."""
+        return Text(f"kernels compiled: {self._counts().compiled - self._before}")
+
+
+@contextmanager
+def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool) -> Iterator[Callable[[str], None]]:
+    """A progress bar with the kernels compiled and the time taken, on stderr; silent where stderr is not a terminal.
+
+    Args:
+        steps: Number of steps.
+        counts: Number of kernels so far.
+        shown: Draw it at all.
+
+    Yields:
+        To be called with a step's name when it begins.
+    """
+    console = Console(stderr=True)
+    if not (shown and console.is_terminal):
+        yield lambda name: None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), _CompiledColumn(counts), TimeElapsedColumn())
+    with Progress(*columns, console=console, refresh_per_second=4) as progress:
+        task = progress.add_task("Preparing", total=steps, completed=-1)
+
+        def on_step(name: str) -> None:
+            progress.update(task, description=name, advance=1, refresh=True)
+
+        yield on_step
+        progress.update(task, advance=1)
 
 
 def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:

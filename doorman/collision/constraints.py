@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.kinematics.arm import ArmParameters, arm_kinematics, point_derivative
+from doorman.numba_types.lanes import get, larger, put, sincos, square_root
 
 Array = NDArray[np.float64]
 
@@ -32,66 +33,80 @@ class ConstraintParameters(NamedTuple):
 
 @kernel
 def collision_constraints(p: ConstraintParameters, x: Array, h: Array) -> None:
-    """Values of the constraints at `x` (5 + n,) into `h` (n_points + 3,)."""
+    """Values of the constraints at `x` (5 + n,) into `h` (n_points + 3,); both with an axis of lanes if the arm has one."""
     arm_kinematics(p.arm, x[5:])
-    n_points = p.arm.points.shape[0]
+    lanes, points, n_points = p.arm.lanes, p.arm.points, p.arm.points.shape[0]
     for k in range(n_points):
-        h[k] = p.arm.points[k, 2]
-    dx, dy, dz = p.arm.points[n_points - 1, 0], p.arm.points[n_points - 1, 1], p.arm.points[n_points - 1, 2]
-    sr, cr, sp, cp, sy, cy = np.sin(x[0]), np.cos(x[0]), np.sin(x[1]), np.cos(x[1]), np.sin(x[2]), np.cos(x[2])
-    sd, cd = np.sin(x[3] - x[2]), np.cos(x[3] - x[2])
+        put(h, k, get(points, (k, 2), lanes))
+    tip = n_points - 1
+    dx, dy, dz = get(points, (tip, 0), lanes), get(points, (tip, 1), lanes), get(points, (tip, 2), lanes)
+    yaw, angle = get(x, 2, lanes), get(x, 3, lanes)
+    sr, cr = sincos(get(x, 0, lanes))
+    sp, cp = sincos(get(x, 1, lanes))
+    sy, cy = sincos(yaw)
+    sd, cd = sincos(angle - yaw)
     nx, ny, nz = cp * sd, sp * sr * sd - cr * cd, sp * cr * sd + sr * cd
     across = sy * cp * dx + (sy * sp * sr + cy * cr) * dy + (sy * sp * cr - cy * sr) * dz
-    contact = p.distance_from_hinge * np.sin(x[3])
-    h[n_points] = p.radius * np.sqrt(nx * nx + ny * ny) - (nx * dx + ny * dy + nz * dz)
-    h[n_points + 1] = contact - p.door_width + p.radius - across
-    h[n_points + 2] = across - contact + p.radius
+    sa, _ = sincos(angle)
+    contact = p.distance_from_hinge * sa
+    put(h, n_points, p.radius * square_root(nx * nx + ny * ny) - (nx * dx + ny * dy + nz * dz))
+    put(h, n_points + 1, contact - p.door_width + p.radius - across)
+    put(h, n_points + 2, across - contact + p.radius)
 
 
 @kernel
 def collision_constraints_jacobian(p: ConstraintParameters, x: Array, h: Array, jacobian: Array) -> None:
-    """Values into `h` (n_points + 3,) and Jacobian into `jacobian` (n_points + 3, 5 + n)."""
+    """Values into `h` (n_points + 3,) and Jacobian into `jacobian` (n_points + 3, 5 + n), an axis of lanes as above.
+
+    Entries that are zero everywhere are not written: slopes of the arm's points but by its joints, of the others by α̇.
+    """
     arm_kinematics(p.arm, x[5:])
-    n_points = p.arm.points.shape[0]
-    n_arm = p.arm.joints.shape[0]
+    lanes, points, n_points = p.arm.lanes, p.arm.points, p.arm.points.shape[0]
     tip, door, lower, upper = n_points - 1, n_points, n_points + 1, n_points + 2
-    dx, dy, dz = p.arm.points[tip, 0], p.arm.points[tip, 1], p.arm.points[tip, 2]
-    sr, cr, sp, cp, sy, cy = np.sin(x[0]), np.cos(x[0]), np.sin(x[1]), np.cos(x[1]), np.sin(x[2]), np.cos(x[2])
-    sd, cd = np.sin(x[3] - x[2]), np.cos(x[3] - x[2])
+    dx, dy, dz = get(points, (tip, 0), lanes), get(points, (tip, 1), lanes), get(points, (tip, 2), lanes)
+    yaw, angle = get(x, 2, lanes), get(x, 3, lanes)
+    sr, cr = sincos(get(x, 0, lanes))
+    sp, cp = sincos(get(x, 1, lanes))
+    sy, cy = sincos(yaw)
+    sd, cd = sincos(angle - yaw)
+    sa, ca = sincos(angle)
     nx, ny, nz = cp * sd, sp * sr * sd - cr * cd, sp * cr * sd + sr * cd
     yx, yy, yz = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr  # second row of R
-    extent = np.sqrt(nx * nx + ny * ny)
+    extent = square_root(nx * nx + ny * ny)
     across = yx * dx + yy * dy + yz * dz
-    contact = p.distance_from_hinge * np.sin(x[3])
-    slope = p.distance_from_hinge * np.cos(x[3])
+    contact = p.distance_from_hinge * sa
     for k in range(n_points):
-        h[k] = p.arm.points[k, 2]
-    h[door] = p.radius * extent - (nx * dx + ny * dy + nz * dz)
-    h[lower] = contact - p.door_width + p.radius - across
-    h[upper] = across - contact + p.radius
+        put(h, k, get(points, (k, 2), lanes))
+    put(h, door, p.radius * extent - (nx * dx + ny * dy + nz * dz))
+    put(h, lower, contact - p.door_width + p.radius - across)
+    put(h, upper, across - contact + p.radius)
 
-    jacobian[:, :] = 0.0
-    shrink = p.radius / max(extent, 1e-9)  # disc parallel to the leaf: a kink; the slope stays bounded there
-    jacobian[door, 0] = shrink * ny * nz - (nz * dy - ny * dz)
+    shrink = p.radius / larger(extent, 1e-9)  # disc parallel to the leaf: a kink; the slope stays bounded there
+    put(jacobian, (door, 0), shrink * ny * nz - (nz * dy - ny * dz))
     ax, ay, az = -sp * sd, cp * sr * sd, cp * cr * sd
-    jacobian[door, 1] = shrink * (nx * ax + ny * ay) - (ax * dx + ay * dy + az * dz)
+    put(jacobian, (door, 1), shrink * (nx * ax + ny * ay) - (ax * dx + ay * dy + az * dz))
     bx, by, bz = cp * cd, sp * sr * cd + cr * sd, sp * cr * cd - sr * sd
     turn = shrink * (nx * bx + ny * by) - (bx * dx + by * dy + bz * dz)
-    jacobian[door, 2] = -turn
-    jacobian[door, 3] = turn
+    put(jacobian, (door, 2), -turn)
+    put(jacobian, (door, 3), turn)
     by_roll = yz * dy - yy * dz
     by_pitch = -sy * sp * dx + sy * cp * sr * dy + sy * cp * cr * dz
     by_yaw = cy * cp * dx + (cy * sp * sr - sy * cr) * dy + (cy * sp * cr + sy * sr) * dz
-    jacobian[upper, 0], jacobian[upper, 1], jacobian[upper, 2], jacobian[upper, 3] = by_roll, by_pitch, by_yaw, -slope
-    for j in range(n_arm):
+    slope = p.distance_from_hinge * ca
+    for row, sign in ((upper, 1.0), (lower, -1.0)):
+        put(jacobian, (row, 0), sign * by_roll)
+        put(jacobian, (row, 1), sign * by_pitch)
+        put(jacobian, (row, 2), sign * by_yaw)
+        put(jacobian, (row, 3), -sign * slope)
+    for j in range(p.arm.joints.shape[0]):
         for k in range(n_points):
             gx, gy, gz = point_derivative(p.arm, k, j)
-            jacobian[k, 5 + j] = gz
+            put(jacobian, (k, 5 + j), gz)
             if k == tip:
-                jacobian[door, 5 + j] = -(nx * gx + ny * gy + nz * gz)
-                jacobian[upper, 5 + j] = yx * gx + yy * gy + yz * gz
-    for j in range(5 + n_arm):
-        jacobian[lower, j] = -jacobian[upper, j]
+                put(jacobian, (door, 5 + j), -(nx * gx + ny * gy + nz * gz))
+                sideways = yx * gx + yy * gy + yz * gz
+                put(jacobian, (upper, 5 + j), sideways)
+                put(jacobian, (lower, 5 + j), -sideways)
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""State converter: measurements to the planner's state, and plans to setpoints of the position controller."""
+"""State converter: measurements to states, and plans, whatever their model, to setpoints of the position controller."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.door import door_normal
-from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.ocp.planner import Plan
+from doorman.ocp.planning_model import planning_model
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,7 @@ class StateConverter:
 
     def __init__(self, model: Model) -> None:
         self.model = model
+        self._planning = planning_model(model)
         self._coupling = model.coupling
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
         rest = np.zeros(3)
@@ -38,7 +39,7 @@ class StateConverter:
         arm_angles: ArrayLike,
         arm_rates: ArrayLike,
     ) -> Array:
-        """The planner's state; the door's part comes from the tip.
+        """The reduced state; the door's part comes from the tip.
 
         Args:
             position: P, shape (3,), world frame [m].
@@ -53,6 +54,18 @@ class StateConverter:
         """
         angle, rate = self._coupling.door_state(position, velocity, attitude, body_rates, arm_angles, arm_rates)
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
+
+    def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:
+        """State that the planner starts from.
+
+        Args:
+            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+
+        Returns:
+            Of the planner's model, shape (nx,).
+        """
+        return self._planning.state(state, body_rates)
 
     def setpoint(self, plan: Plan, time: float, arm_angles: Array) -> Setpoint:
         """Setpoint for a time of the plan; after its end, the last state at rest.
@@ -71,15 +84,14 @@ class StateConverter:
         """
         settings = self.model.scenario.control
         motion = self._motion(plan, time + settings.position_look_ahead)
-        state, inputs = self._at(plan, time + settings.attitude_look_ahead)
         posture = self._at(plan, time + settings.arm_look_ahead)[0][5:]
         arm_rates = (posture - arm_angles) / settings.arm_look_ahead
         return Setpoint(
             position=motion.position,
             velocity=motion.velocity,
             acceleration=self._acceleration(plan, time + settings.acceleration_look_ahead),
-            yaw=float(state[2]),
-            force=self.planned_force(state, float(inputs[0])),
+            yaw=float(self._at(plan, time + settings.attitude_look_ahead)[0][2]),
+            force=self._force(plan, time + settings.attitude_look_ahead),
             normal=door_normal(self._at(plan, time)[0][3]),
             arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
         )
@@ -101,18 +113,25 @@ class StateConverter:
         change = self._motion(plan, after).velocity - self._motion(plan, before).velocity
         return np.asarray(change / (after - before))
 
-    @staticmethod
-    def _at(plan: Plan, time: float) -> tuple[Array, Array]:
-        """State and inputs at a time of the plan; at rest after its end."""
+    def _force(self, plan: Plan, time: float) -> Array:
+        """`planned_force` at a time of the plan; none after its end."""
+        if time >= plan.time_step * len(plan.inputs):
+            return np.zeros(3)
+        state, inputs = self._at(plan, time)
+        return self.planned_force(state, float(inputs[0]), self._acceleration(plan, time))
+
+    def _at(self, plan: Plan, time: float) -> tuple[Array, Array]:
+        """Reduced state and inputs at a time of the plan; at rest after its end."""
         last = len(plan.inputs)
         at = min(max(time / plan.time_step, 0.0), float(last))
         node = min(int(at), last - 1)
         part = at - node
-        state = (1.0 - part) * plan.states[node] + part * plan.states[node + 1]
+        between = (1.0 - part) * plan.states[node] + part * plan.states[node + 1]
+        state, inputs = self._planning.reduced(between, plan.inputs[node])
         if at >= last:
             state[4] = 0.0
-            return state, np.zeros(plan.inputs.shape[1])  # no force to feed forward, no rates
-        return state, plan.inputs[node]
+            return state, np.zeros_like(inputs)  # no force to feed forward, no rates
+        return state, inputs
 
     def hold(self, position: Array, yaw: float) -> Setpoint:
         """Setpoint that keeps a position at rest.
@@ -124,17 +143,17 @@ class StateConverter:
         rest = np.zeros(3)
         return Setpoint(position.copy(), rest, rest, yaw, rest, rest, np.zeros(self.model.n_arm))
 
-    def planned_force(self, state: Array, thrust: float) -> Array:
-        r"""Horizontal part, along the door's normal, of :math:`F_R = f_t R e_3 - m_A g e_3`.
+    def planned_force(self, state: Array, thrust: float, acceleration: Array | None = None) -> Array:
+        """Part along the door's normal, horizontal, of the planned force on the door (`PlanningModel.force_on_door`).
 
         Args:
-            state: x, shape (5 + n,).
+            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
             thrust: f_t [N].
+            acceleration: P̈ of O_B, shape (3,), world frame [m/s²]; zero if not given.
 
         Returns:
             Force on the door, shape (3,), world frame [N].
         """
-        force = thrust * rotation_body_to_world(state[:3])[:, 2]
-        force[2] -= self.model.vehicle.mass * GRAVITY
         normal = door_normal(state[3])
+        force = self._planning.force_on_door(state, thrust, np.zeros(3) if acceleration is None else acceleration)
         return np.asarray((normal @ force) * normal)

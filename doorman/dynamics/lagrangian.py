@@ -183,6 +183,11 @@ class LagrangianModel:
         """
         out = np.empty(self.nx)
         lagrangian_step(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
+        if np.isnan(out[1]):
+            raise SingularityError(
+                "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
+                allowed="|pitch| < π/2",
+            )  # fmt: skip
         return self.check_state(out, "next state")
 
     def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:

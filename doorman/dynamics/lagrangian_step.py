@@ -25,7 +25,7 @@ def lagrangian_derivative(p: LagrangianParameters, x: Array, u: Array, out: Arra
 
 @kernel
 def lagrangian_step(p: LagrangianParameters, x: Array, u: Array, out: Array) -> None:
-    """One RK4 step: `out` (8 + n,) from `x` (8 + n,) and `u` (4 + n,)."""
+    """One RK4 step: `out` (8 + n,) from `x` (8 + n,) and `u` (4 + n,); pitch is NaN where it leaves ±90°."""
     h = p.time_step
     stage, rates = p.stage[0], p.stage[1]
     for i in range(x.shape[0]):
@@ -38,6 +38,8 @@ def lagrangian_step(p: LagrangianParameters, x: Array, u: Array, out: Array) -> 
         for i in range(x.shape[0]):
             out[i] += weight * rates[i]
             stage[i] = x[i] + ahead * rates[i]
+    if not abs(out[1]) < 0.5 * np.pi:
+        out[1] = np.nan  # through the pole of the Euler angles: no state to go on with
 
 
 @kernel
@@ -65,7 +67,7 @@ def stage_sensitivity(p: LagrangianParameters, elapsed: float) -> None:
 
 @kernel
 def lagrangian_step_jacobian(p: LagrangianParameters, x: Array, u: Array, out: Array) -> None:
-    """Jacobian [A | B] of `lagrangian_step` into `out` (8 + n, 12 + 2n)."""
+    """Jacobian [A | B] of `lagrangian_step` into `out` (8 + n, ≥ 12 + 2n); further columns are set to zero."""
     nx, h = x.shape[0], p.time_step
     stage, s, d, total = p.stage[0], p.sensitivity[0], p.sensitivity[1], p.sensitivity[2]
     stage[:] = x
@@ -92,7 +94,9 @@ def lagrangian_step_jacobian(p: LagrangianParameters, x: Array, u: Array, out: A
                 s[i, j] = elapsed * d[i, j]
             s[i, i] += 1.0
     out[:, :] = 0.0
-    out[:8, :] = total
+    for i in range(8):
+        for j in range(total.shape[1]):
+            out[i, j] = total[i, j]
     for i in range(nx):
         out[i, i] += 1.0
     for j in range(8, nx):

@@ -2,9 +2,9 @@
 
 What the planner makes of a task is more than geometry: its weights pull towards the goal's posture, and where the goal itself
 is out of bounds it settles on a compromise. Whether the compromise still opens the door is a property of weights and
-constraints together; running the loop answers it. The model is the planner's own but for the inertia that the push really
-moves, I_D + m_A D_V². The hinge's friction is a torque against the swing that the planner knows of, as in flight, where an
-observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
+constraints together; running the loop answers it. The motion is that of `PlanningModel.swing`: of the planner's own model,
+with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
+in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.dynamics.quasi_static import quasi_static_step
 from doorman.exceptions import SingularityError
 from doorman.model import Model
 from doorman.ocp.planner import Planner
+from doorman.ocp.planning_model import planning_model
 
 Array = NDArray[np.float64]
 
@@ -36,9 +36,9 @@ class Rehearsal:
     times: Array
     """Shape (m,) [s]."""
     states: Array
-    """x, shape (m, 5 + n)."""
+    """Reduced, [Φ, α, α̇, H], shape (m, 5 + n)."""
     inputs: Array
-    """u applied at each state, shape (m, 4 + n); the last is repeated."""
+    """Reduced, [f_t, Ω, Ḣ_d], at each state, shape (m, 4 + n); the last is repeated."""
     unusable_plans: int
     """Plans that the planner itself calls not to be flown."""
     failure: str
@@ -83,10 +83,10 @@ def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
     planner = Planner(model)
     against = math.copysign(model.door.friction, float(model.goal_state[3] - model.start_state[3]))
     planner.update_door(friction=0.0, disturbance=against)
-    moving = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
-    parameters = model.dynamics_parameters(against)._replace(door_inertia=moving, friction=0.0)
+    planning = planning_model(model)
+    swing = planning.swing(against)
     time_step = model.scenario.planner.time_step
-    states, inputs = [model.start_state.copy()], []
+    states, inputs = [planning.start_state], []
     flown, ahead, unusable, failure = None, 0, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):
         try:
@@ -99,13 +99,13 @@ def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
         if flown is None or ahead >= len(flown.inputs):
             failure = f"no plan that may be flown ({plan.status.value})"
             break
-        following = states[-1].copy()
-        quasi_static_step(parameters, states[-1], flown.inputs[ahead].copy(), following)
-        if not np.isfinite(following).all() or abs(following[4]) > _FASTEST_DOOR:
+        following = swing(states[-1], flown.inputs[ahead])
+        door_rate = planning.reduced(following, flown.inputs[ahead])[0][4]
+        if not np.isfinite(following).all() or abs(door_rate) > _FASTEST_DOOR:
             failure = "the motion diverges"
             break
         states.append(following)
         inputs.append(flown.inputs[ahead])
-    inputs.append(inputs[-1] if inputs else model.hover_input)
+    inputs.append(inputs[-1] if inputs else planning.hover_input)
     times = np.arange(len(states), dtype=np.float64) * time_step
-    return Rehearsal(times, np.array(states), np.array(inputs), unusable, failure)
+    return Rehearsal(times, *planning.reduced(np.array(states), np.array(inputs)), unusable, failure)

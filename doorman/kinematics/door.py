@@ -10,7 +10,8 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf import frozen, link_index, load_description, load_pinocchio
+from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
+from doorman.kinematics.urdf_elements import read_boxes, read_joints
 from doorman.scenario import DoorSection
 
 Array = NDArray[np.float64]
@@ -57,10 +58,9 @@ class Door:
         self.inertia = self._inertia_about_hinge()
         self.width, self.height, self.thickness, self.surface_offset = self._leaf_size()
         """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]; the constraints take 0."""
-        description = load_description(urdf).joint_map[self.section.hinge]
-        dynamics = description.dynamics
-        self.damping = self._torque("damping", getattr(dynamics, "damping", None))
-        self.friction = self._torque("friction", getattr(dynamics, "friction", None))
+        hinge = read_joints(urdf)[self.section.hinge]
+        self.damping = float(hinge.damping if self.section.damping is None else self.section.damping)
+        self.friction = float(hinge.friction if self.section.friction is None else self.section.friction)
         self.stiffness = self.section.stiffness
         self.rest_angle = self.section.rest_angle
         self.friction_rate = self.section.friction_rate
@@ -155,20 +155,15 @@ class Door:
 
     def _leaf_size(self) -> tuple[float, float, float, float]:
         """Width from the hinge, height and thickness of the leaf's largest box, and y of its face to the vehicle."""
-        link = load_description(self.urdf).link_map[self.section.leaf]
-        boxes = [shape for shape in link.collisions if shape.geometry.box is not None]
+        shapes = read_boxes(self.urdf, self.section.leaf)
+        boxes = [shape for shape in shapes if shape is not None]
         if not boxes:
             raise UrdfError(
                 "the leaf has no box as collision shape", file=self.urdf, field=f"link {self.section.leaf}/collision",
-                given=f"{len(link.collisions)} shapes, none a box", allowed="a <box> whose first size is the leaf's width",
+                given=f"{len(shapes)} shapes, none a box", allowed="a <box> whose first size is the leaf's width",
             )  # fmt: skip
-        box = max(boxes, key=lambda shape: float(np.prod(shape.geometry.box.size)))
-        placement = np.eye(4) if box.origin is None else np.asarray(box.origin)
-        size = np.abs(placement[:3, :3]) @ np.asarray(box.geometry.box.size, dtype=np.float64)
+        box = max(boxes, key=lambda box: float(np.prod(box.size)))
+        size = np.abs(box.placement[:3, :3]) @ box.size
         frame = self.model.frames[link_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
-        center = frame.placement.act(placement[:3, 3])
+        center = frame.placement.act(box.placement[:3, 3])
         return float(center[0] + size[0] / 2), float(size[2]), float(size[1]), float(center[1] + size[1] / 2)
-
-    def _torque(self, name: str, from_urdf: float | None) -> float:
-        override = getattr(self.section, name)
-        return float(override if override is not None else from_urdf or 0.0)

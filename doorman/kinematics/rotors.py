@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
-from doorman.kinematics.urdf import frame_index, frozen, load_description
+from doorman.kinematics.urdf import frame_index, frozen
+from doorman.kinematics.urdf_elements import read_joints
 
 Array = NDArray[np.float64]
 
@@ -41,13 +42,12 @@ def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> tupl
         UrdfError: if the file is not a URDF.
     """
     rotors = []
-    for joint in load_description(urdf).robot.joints:
+    for joint in read_joints(urdf).values():
         if not joint.name.startswith("rotor") or not model.existFrame(joint.child):
             continue
         frame = model.frames[frame_index(model, joint.child, urdf, joint.name)]
-        thrust = joint.limit.effort if joint.limit is not None and joint.limit.effort else 0.0
-        if frame.parentJoint != 0 or not thrust > 0.0:
+        if frame.parentJoint != 0 or not joint.effort > 0.0:
             continue
-        direction = -1.0 if joint.axis is not None and joint.axis[2] < 0 else 1.0
-        rotors.append(Rotor(frozen(base.actInv(frame.placement.translation)), direction, float(thrust)))
+        direction = -1.0 if joint.axis[2] < 0.0 else 1.0
+        rotors.append(Rotor(frozen(base.actInv(frame.placement.translation)), direction, joint.effort))
     return tuple(rotors)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import logging
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio
-import yourdfpy
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
@@ -35,19 +35,23 @@ def load_pinocchio(path: Path) -> pinocchio.Model:
         ) from error
 
 
-def load_description(path: Path) -> yourdfpy.URDF:
+def load_description(path: Path) -> Any:
     """Links, joints and primitive shapes of a URDF as written, without meshes.
+
+    The first call imports yourdfpy, which takes half a second: `urdf_elements` reads joints and boxes without it.
 
     Args:
         path: URDF file.
 
     Returns:
-        yourdfpy's model, without a scene.
+        yourdfpy's model (`yourdfpy.URDF`), without a scene.
 
     Raises:
         UrdfError: if the file is missing, is not XML, or is not a URDF.
     """
     check_structure(path)
+    import yourdfpy
+
     logging.getLogger("yourdfpy").setLevel(logging.ERROR)
     try:
         return yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)

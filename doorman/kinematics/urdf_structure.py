@@ -38,11 +38,14 @@ _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collisio
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
-def check_structure(path: Path) -> None:
+def check_structure(path: Path) -> ElementTree.Element:
     """Check that a file is a URDF: well-formed, a tree of links and joints, every number there and finite.
 
     Args:
         path: URDF file.
+
+    Returns:
+        Its root element, `<robot>`.
 
     Raises:
         UrdfError: that names the element at fault.
@@ -61,6 +64,7 @@ def check_structure(path: Path) -> None:
     for name, joint in joints.items():
         _check_joint(path, joint, f"{top}/joint[{name}]")
     _check_tree(path, top, links, joints)
+    return root
 
 
 def _parse(path: Path) -> ElementTree.Element:

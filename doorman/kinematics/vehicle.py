@@ -13,7 +13,8 @@ from doorman.checks import vector
 from doorman.exceptions import UrdfError
 from doorman.kinematics.disc import disc_radius
 from doorman.kinematics.rotors import Rotor, read_rotors
-from doorman.kinematics.urdf import frame_index, frozen, link_index, load_description, load_pinocchio
+from doorman.kinematics.urdf import frame_index, frozen, link_index, load_pinocchio
+from doorman.kinematics.urdf_elements import read_joints
 from doorman.scenario import VehicleSection
 
 __all__ = ["GRAVITY", "ArmGeometry", "Rotor", "Vehicle"]
@@ -223,12 +224,12 @@ class Vehicle:
                     given=kind.removeprefix("JointModel"),
                     allowed="revolute",
                 )
-        joints = load_description(self.urdf).joint_map
+        joints = read_joints(self.urdf)
         for name in (full.names[index] for index in chain):
-            if joints[name].mimic is not None:
+            if joints[name].leader is not None:
                 raise UrdfError(
                     "a joint of the arm follows another", file=self.urdf, field=f"joint {name}/mimic",
-                    given=joints[name].mimic.joint, allowed="joints that move on their own",
+                    given=joints[name].leader, allowed="joints that move on their own",
                 )  # fmt: skip
         locked = [i for i in range(1, full.njoints) if i not in chain]
         model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full

@@ -1,9 +1,16 @@
-"""Optimal control: problems, costs, the CDDP solver, and the receding-horizon planner."""
+"""Optimal control: problems with constraints and bounds, and solvers that hand out what may be used, or say why not."""
 
-from doorman.ocp.cddp import Cddp, CddpOptions
+from doorman.ocp import defaults as defaults
+from doorman.ocp.al import AugmentedLagrangian
+from doorman.ocp.cddp import Cddp
 from doorman.ocp.costs import QuadraticCost
-from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.problem import Problem
+from doorman.ocp.hybrid import Hybrid
+from doorman.ocp.options import SolverOptions
+from doorman.ocp.problem import Bounds, Problem
 from doorman.ocp.solution import PlanStatus, Solution
+from doorman.ocp.solver import Solver
 
-__all__ = ["Cddp", "CddpOptions", "Plan", "PlanStatus", "Planner", "Problem", "QuadraticCost", "Solution"]
+__all__ = [
+    "AugmentedLagrangian", "Bounds", "Cddp", "Hybrid", "PlanStatus", "Problem", "QuadraticCost", "Solution", "Solver",
+    "SolverOptions",
+]  # fmt: skip

@@ -1,162 +1,355 @@
-r"""Semismooth augmented Lagrangian: the fast iterations before CDDP, which finds a whole active set at once.
+r"""Semismooth augmented Lagrangian iterations on the multiple-shooting form, with a filter line search.
 
-Gauss-Newton on the multiple-shooting form: states and inputs are variables, defects :math:`e_k = f(x_k,u_k) - x_{k+1}` stay in
-the affine term. Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ; the active rows are those with λ + h/μ > 0:
-
-.. math::
-    V_{xx} \mathrel{+}= \tfrac1\mu h_x^T h_x,\qquad V_x \mathrel{+}= h_x^T(\lambda + h/\mu),\qquad
-    \lambda \leftarrow \max(0,\ \lambda + r/\mu),\quad r = h + h_x\,\delta x
-
-After a sweep the whole active set flips to {λ + r/μ > 0}, a semismooth Newton step; if it changed, the sweep is repeated on
-the same linearisation. Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets).
+States and inputs are variables, defects :math:`e_k = f(x_k,u_k) - x_{k+1}` stay in the affine term of a Gauss-Newton model.
+After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step; if it
+changed, the sweep is repeated on the same linearisation. A step is accepted where it lowers the infeasibility
+θ = Σ|e| + Σ max(0, h) or the cost, compared with all pairs (θ, J) that the search has left; otherwise it is halved.
+Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets); Fletcher and Leyffer 2002.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from doorman.compilation import kernel
-from doorman.ocp.functions import linearize_constraints, linearize_step, step
-from doorman.ocp.riccati import eliminate, expand, substitute, terminal_value
-from doorman.ocp.workspace import Workspace
+from doorman.numba_types.lanes import clock
+from doorman.ocp.functions import (
+    end_cost,
+    linearize_end_constraints,
+    linearize_horizon,
+    linearize_input_constraints,
+    stage_cost,
+)
+from doorman.ocp.linear_algebra import copy_rows
+from doorman.ocp.sweep import step_along, sweep
+from doorman.ocp.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace
 
 CONVERGED = 0
 OUT_OF_ITERATIONS = 1
 FAILED = 2
+STALLED = 3
+
+_LARGEST_MULTIPLIER = 1e9
+_MARGIN = 1e-5
+"""A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
+_SMALLEST_SCALE = 1.0 / 128.0
+_FIRST_REGULARIZATION = 1e-2
+_LARGEST_REGULARIZATION = 1e8
 
 
 @kernel
-def linearize_shooting(model: object, work: Workspace) -> float:
-    """Dynamics with defects, and constraints, along the nominal trajectory; largest defect."""
+def linearize(model: object, work: Workspace) -> None:
+    """Dynamics with defects and all rows along the nominal trajectory."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    states, inputs, constraints = work.nominal.states, work.nominal.inputs, work.nominal.constraints
-    worst = 0.0
-    for k in range(inputs.shape[0]):
-        jacobian = work.policy.jacobians[k]
-        linearize_step(model, states[k], inputs[k], jacobian)
-        step(model, states[k], inputs[k], work.trial.states[k + 1])
+    nominal, linear, plain = work.nominal, work.linear, work.node.plain
+    linearize_horizon(model, nominal.states, nominal.inputs, linear.jacobians, nominal.rows, linear.row_jacobians)
+    ng, nt, n = len(work.sizes.input_rows), len(work.sizes.end_rows), nominal.inputs.shape[0]
+    if ng > 0:
+        for k in range(n):
+            linearize_input_constraints(model, nominal.states[k], nominal.inputs[k], nominal.input_rows[k], plain[:ng])
+            for i in range(ng):
+                for j in range(nx):
+                    linear.input_row_jacobians[k, i, j] = plain[i, j]
+                for j in range(nu):
+                    linear.input_row_jacobians[k, i, nx + 1 + j] = plain[i, nx + j]
+    if nt > 0:
+        slopes = work.program.scratch[: nt * nx].reshape((nt, nx))
+        linearize_end_constraints(model, nominal.states[n], nominal.end_rows, slopes)
+        for i in range(nt):
+            for j in range(nx):
+                linear.end_row_jacobians[i, j] = slopes[i, j]
+
+
+@kernel
+def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
+    """J of a trajectory."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    weights, states, inputs = work.weights, trajectory.states, trajectory.inputs
+    n, total = inputs.shape[0], 0.0
+    for k in range(n):
         for i in range(nx):
-            defect = work.trial.states[k + 1, i] - states[k + 1, i]
-            jacobian[i, nx + nu] = defect
-            worst = max(worst, abs(defect))
-        linearize_constraints(model, states[k + 1], constraints[k], work.policy.constraint_jacobians[k])
-    return worst
+            error = states[k, i] - weights.state_goal[i]
+            total += weights.state[i] * error * error
+        for i in range(nu):
+            error = inputs[k, i] - weights.input_goal[i]
+            total += weights.input[i] * error * error
+    for i in range(nx):
+        error = states[n, i] - weights.state_goal[i]
+        total += weights.terminal[i] * error * error
+    total *= 0.5
+    if len(work.sizes.extra_cost) > 0:
+        for k in range(n):
+            total += stage_cost(model, states[k], inputs[k])
+        total += end_cost(model, states[n])
+    return total
 
 
 @kernel
-def penalize(work: Workspace, k: int, penalty: float) -> None:
-    """Add the active rows of state k + 1 to its value function."""
-    nx, nu, nh = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.constraints)
-    value, slopes = work.scratch.value, work.policy.constraint_jacobians[k]
-    for i in range(nh):
-        if work.policy.active[k, i]:
-            force = work.policy.multipliers[k, i] + penalty * work.nominal.constraints[k, i]
-            for a in range(nx):
-                scale = penalty * slopes[i, a]
-                value[a, nx + nu] += slopes[i, a] * force
-                if scale != 0.0:
-                    for b in range(nx):
-                        value[a, b] += scale * slopes[i, b]
+def nominal_cost(model: object, work: Workspace) -> float:
+    """J of the nominal trajectory."""
+    return total_cost(model, work, work.nominal)
 
 
 @kernel
-def sweep(work: Workspace, penalty: float) -> bool:
-    """Riccati sweep with the penalties of the active rows; False if it breaks down."""
-    terminal_value(work)
-    for k in range(work.nominal.inputs.shape[0] - 1, -1, -1):
-        penalize(work, k, penalty)
-        expand(work, k, 0.0)
-        if not eliminate(work, k):
-            return False
-        substitute(work, k, work.scratch.half)
+def measure(work: Workspace, trajectory: Trajectory) -> None:
+    """Largest violation of a trajectory whose rows are there already, its place, and the sum, into `result`."""
+    nx, n = len(work.sizes.states), trajectory.inputs.shape[0]
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    worst, total, node, row = 0.0, 0.0, 0, 0
+    finite = 0.0
+    for k in range(n):
+        for i in range(nh):
+            value = trajectory.rows[k, i]
+            finite += value
+            total += max(value, 0.0)
+            if value > worst:
+                worst, node, row = value, k + 1, i
+        for i in range(ng):
+            value = trajectory.input_rows[k, i]
+            finite += value
+            total += max(value, 0.0)
+            if value > worst:
+                worst, node, row = value, k, nh + nt + i
+    for i in range(nt):
+        value = trajectory.end_rows[i]
+        finite += value
+        total += max(value, 0.0)
+        if value > worst:
+            worst, node, row = value, n, nh + i
+    for i in range(work.program.bounded.shape[0]):
+        index, side, limit = work.program.bounded[i], work.program.side[i], work.program.limit[i]
+        for k in range(n):
+            number = trajectory.states[k + 1, index] if index < nx else trajectory.inputs[k, index - nx]
+            value = side * (number - limit)
+            total += max(value, 0.0)
+            if value > worst:
+                worst, node, row = value, k + 1 if index < nx else k, nh + nt + ng + i
+    work.result[RESULT.DEFECT] = 0.0
+    work.result[RESULT.VIOLATION] = worst
+    work.result[RESULT.INFEASIBILITY] = total if np.isfinite(finite) else np.inf
+    work.result[RESULT.NODE] = node
+    work.result[RESULT.ROW] = row
+
+
+@kernel
+def measure_nominal(work: Workspace) -> None:
+    """The same of the nominal trajectory after its linearisation, with its largest defect and their sum."""
+    measure(work, work.nominal)
+    total, defect = 0.0, 0.0
+    for k in range(work.nominal.inputs.shape[0]):
+        for i in range(len(work.sizes.states)):
+            value = abs(work.linear.jacobians[k, i, len(work.sizes.states)])
+            total += value
+            defect = max(defect, value)
+    work.result[RESULT.DEFECT] = defect
+    work.result[RESULT.INFEASIBILITY] += total
+
+
+@kernel
+def mark_active(work: Workspace, penalty: float) -> None:
+    """Active set {λ + h/μ > 0} of the nominal trajectory."""
+    nominal, active, multipliers = work.nominal, work.active, work.multipliers
+    n = nominal.inputs.shape[0]
+    for k in range(n):
+        count = 0
+        for i in range(len(work.sizes.rows)):
+            now = 1 if multipliers.rows[k, i] + penalty * nominal.rows[k, i] > 0.0 else 0
+            active.rows[k, i] = now
+            count += now
+        for i in range(len(work.sizes.state_bounds)):
+            x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
+            side = 1 if multiplier + penalty * (x - work.limits.state_upper[i]) > 0.0 else 0
+            if multiplier + penalty * (x - work.limits.state_lower[i]) < 0.0:
+                side = -1
+            active.states[k, i] = side
+            count += abs(side)
+        active.state_count[k] = count
+        count = 0
+        for i in range(len(work.sizes.input_rows)):
+            now = 1 if multipliers.input_rows[k, i] + penalty * nominal.input_rows[k, i] > 0.0 else 0
+            active.input_rows[k, i] = now
+            count += now
+        for i in range(len(work.sizes.input_bounds)):
+            u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
+            side = 1 if multiplier + penalty * (u - work.limits.input_upper[i]) > 0.0 else 0
+            if multiplier + penalty * (u - work.limits.input_lower[i]) < 0.0:
+                side = -1
+            active.inputs[k, i] = side
+            count += abs(side)
+        active.input_count[k] = count
+    for i in range(len(work.sizes.end_rows)):
+        now = 1 if multipliers.end_rows[i] + penalty * nominal.end_rows[i] > 0.0 else 0
+        active.end_rows[i] = now
+        active.state_count[n - 1] += now
+
+
+@kernel
+def move(work: Workspace, scale: float) -> None:
+    """Nominal trajectory a part of the way from `saved` to `trial`."""
+    nominal, trial, saved = work.nominal, work.trial, work.saved
+    for k in range(nominal.inputs.shape[0]):
+        for i in range(len(work.sizes.inputs)):
+            nominal.inputs[k, i] = saved.inputs[k, i] + scale * (trial.inputs[k, i] - saved.inputs[k, i])
+        for i in range(len(work.sizes.states)):
+            nominal.states[k + 1, i] = saved.states[k + 1, i] + scale * (
+                trial.states[k + 1, i] - saved.states[k + 1, i]
+            )
+
+
+@kernel
+def save(work: Workspace) -> None:
+    """Keep the nominal trajectory in `saved`."""
+    copy_rows(work.nominal.states, work.saved.states)
+    copy_rows(work.nominal.inputs, work.saved.inputs)
+
+
+@kernel
+def take_multipliers(work: Workspace, scale: float) -> None:
+    """Multipliers a part of the way to `proposal`, bounded."""
+    n = work.nominal.inputs.shape[0]
+    now, new = work.multipliers, work.proposal
+    for k in range(n):
+        for i in range(len(work.sizes.rows)):
+            now.rows[k, i] = min(now.rows[k, i] + scale * (new.rows[k, i] - now.rows[k, i]), _LARGEST_MULTIPLIER)
+        for i in range(len(work.sizes.input_rows)):
+            value = now.input_rows[k, i] + scale * (new.input_rows[k, i] - now.input_rows[k, i])
+            now.input_rows[k, i] = min(value, _LARGEST_MULTIPLIER)
+        for i in range(len(work.sizes.state_bounds)):
+            value = now.states[k, i] + scale * (new.states[k, i] - now.states[k, i])
+            now.states[k, i] = max(min(value, _LARGEST_MULTIPLIER), -_LARGEST_MULTIPLIER)
+        for i in range(len(work.sizes.input_bounds)):
+            value = now.inputs[k, i] + scale * (new.inputs[k, i] - now.inputs[k, i])
+            now.inputs[k, i] = max(min(value, _LARGEST_MULTIPLIER), -_LARGEST_MULTIPLIER)
+    for i in range(len(work.sizes.end_rows)):
+        value = now.end_rows[i] + scale * (new.end_rows[i] - now.end_rows[i])
+        now.end_rows[i] = min(value, _LARGEST_MULTIPLIER)
+
+
+@kernel
+def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
+    """Whether a pair is better than every pair in the filter, in one respect or the other."""
+    if not (np.isfinite(infeasibility) and np.isfinite(cost)):
+        return False
+    for i in range(int(work.result[RESULT.ENTRIES])):
+        before = work.filter[i, 0]
+        if infeasibility > (1.0 - _MARGIN) * before and cost > work.filter[i, 1] - _MARGIN * before:
+            noise = 1e-11 * (1.0 + abs(cost))
+            if infeasibility > before + 1e-11 or cost > work.filter[i, 1] + noise:
+                return False
     return True
 
 
 @kernel
-def step_along(work: Workspace, penalty: float) -> bool:
-    """Newton step into the trial trajectory, linearised rows r into its constraints; True if the active set flipped."""
-    nx, nu, nh = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.constraints)
-    nominal, trial, policy, change = work.nominal, work.trial, work.policy, work.scratch.linearization[0]
-    flipped = False
-    largest = 0.0
-    for i in range(nx):
-        trial.states[0, i] = nominal.states[0, i]
-    for k in range(nominal.inputs.shape[0]):
-        gains, jacobian = policy.gains[k], policy.jacobians[k]
-        for a in range(nu):
-            total = gains[a, nx + nu]
-            for j in range(nx):
-                total += gains[a, j] * (trial.states[k, j] - nominal.states[k, j])
-            trial.inputs[k, a] = nominal.inputs[k, a] + total
-            largest = max(largest, work.weights.input[a] * abs(total))
-        for i in range(nx):
-            total = jacobian[i, nx + nu]
-            for j in range(nx):
-                total += jacobian[i, j] * (trial.states[k, j] - nominal.states[k, j])
-            for a in range(nu):
-                total += jacobian[i, nx + a] * (trial.inputs[k, a] - nominal.inputs[k, a])
-            change[i] = total
-            trial.states[k + 1, i] = nominal.states[k + 1, i] + total
-        for i in range(nh):
-            residual = nominal.constraints[k, i]
-            for j in range(nx):
-                residual += policy.constraint_jacobians[k, i, j] * change[j]
-            trial.constraints[k, i] = residual
-            active = policy.multipliers[k, i] + penalty * residual > 0.0
-            if active != policy.active[k, i]:
-                policy.active[k, i] = active
-                flipped = True
-    work.scratch.result[3] = largest
-    return flipped
+def remember(work: Workspace, infeasibility: float, cost: float) -> None:
+    """Add a pair to the filter; the oldest goes where it is full."""
+    entries = int(work.result[RESULT.ENTRIES])
+    if entries == FILTER_SIZE:
+        for i in range(FILTER_SIZE - 1):
+            work.filter[i, 0] = work.filter[i + 1, 0]
+            work.filter[i, 1] = work.filter[i + 1, 1]
+        entries -= 1
+    work.filter[entries, 0] = infeasibility
+    work.filter[entries, 1] = cost
+    work.result[RESULT.ENTRIES] = entries + 1
 
 
 @kernel
-def accept_step(work: Workspace, penalty: float) -> None:
-    """Full step on states, inputs and multipliers."""
-    nominal, trial, policy = work.nominal, work.trial, work.policy
-    for k in range(nominal.inputs.shape[0]):
-        for a in range(nominal.inputs.shape[1]):
-            nominal.inputs[k, a] = trial.inputs[k, a]
-        for i in range(nominal.states.shape[1]):
-            nominal.states[k + 1, i] = trial.states[k + 1, i]
-        for i in range(nominal.constraints.shape[1]):
-            multiplier = policy.multipliers[k, i] + penalty * trial.constraints[k, i]
-            policy.multipliers[k, i] = multiplier if policy.active[k, i] and multiplier > 0.0 else 0.0
+def direction(model: object, work: Workspace, penalty: float, sweeps: int, regularization: float) -> int:
+    """Step into `trial` for the active set that fits it: 1 if the set settled, 0 if not, −1 if no sweep went through."""
+    for _ in range(sweeps):
+        while not sweep(model, work, penalty, regularization):
+            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
+            if regularization > _LARGEST_REGULARIZATION:
+                return -1
+        if not step_along(work, penalty):
+            return 1
+    return 0
 
 
 @kernel
-def iterate(model: object, work: Workspace, penalty: float, max_iterations: int, sweeps: int, tolerance: float) -> int:
+def search(model: object, work: Workspace, first_scale: float) -> float:
+    """Shorten the step in `trial` until the filter accepts it; its length, or 0 with everything as it was."""
+    save(work)
+    scale = first_scale
+    while scale >= _SMALLEST_SCALE:
+        move(work, scale)
+        linearize(model, work)
+        measure_nominal(work)
+        cost = total_cost(model, work, work.nominal)
+        if acceptable(work, work.result[RESULT.INFEASIBILITY], cost):
+            work.result[RESULT.COST] = cost
+            take_multipliers(work, scale)
+            return scale
+        scale *= 0.5
+    copy_rows(work.saved.states, work.nominal.states)
+    copy_rows(work.saved.inputs, work.nominal.inputs)
+    linearize(model, work)
+    measure_nominal(work)
+    return 0.0
+
+
+@kernel
+def iterate(
+    model: object,
+    work: Workspace,
+    penalty: float,
+    max_iterations: int,
+    sweeps: int,
+    tolerance: float,
+    deadline: float,
+) -> int:
     """Iterate from the nominal trajectory and the multipliers in `work`.
 
     Args:
         model: The problem's model.
-        work: Workspace; its nominal trajectory need not satisfy the dynamics.
+        work: Workspace; its nominal trajectory need not satisfy the dynamics, but those of the integrators.
         penalty: 1/μ.
-        max_iterations: Largest number of linearisations.
+        max_iterations: Largest number of linearisations; after the last one the full step is taken without a check.
         sweeps: Largest number of Riccati sweeps on one linearisation.
-        tolerance: Converged when no input changes by more than this, weighted by its cost, the defects are as small, and
-            the active set stays.
+        tolerance: Converged when a sweep predicts a smaller decrease, relative to 1 + |J|, from a trajectory with defects
+            and violations below its square root, and the active set stays.
+        deadline: On the clock of `doorman.numba_types.lanes.clock`; no iteration begins after it [s].
 
     Returns:
-        CONVERGED, OUT_OF_ITERATIONS or FAILED; the number of iterations is in `work.scratch.result[1]`.
+        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The last step stays in `trial`, with the policy around it.
     """
-    policy = work.policy
+    result, regularization = work.result, 0.0
+    result[RESULT.ITERATIONS] = 0.0
+    result[RESULT.ENTRIES] = 0.0
+    linearize(model, work)
+    mark_active(work, penalty)
+    if max_iterations > 1:
+        measure_nominal(work)
+        result[RESULT.COST] = total_cost(model, work, work.nominal)
+        if not np.isfinite(result[RESULT.INFEASIBILITY] + result[RESULT.COST]):
+            return FAILED
     for iteration in range(max_iterations):
-        defect = linearize_shooting(model, work)
-        work.scratch.result[1] = iteration + 1.0
-        if not defect < 1e3:
+        result[RESULT.ITERATIONS] = iteration + 1.0
+        settled = direction(model, work, penalty, sweeps, regularization)
+        if settled < 0 or not result[RESULT.CHANGE] < 1e12:
             return FAILED
-        for k in range(policy.multipliers.shape[0]):
-            for i in range(policy.multipliers.shape[1]):
-                policy.active[k, i] = policy.multipliers[k, i] + penalty * work.nominal.constraints[k, i] > 0.0
-        flipped = True
-        for _ in range(sweeps):
-            if not sweep(work, penalty):
-                return FAILED
-            flipped = step_along(work, penalty)
-            if not flipped:
-                break
-        accept_step(work, penalty)
-        if not work.scratch.result[3] < 1e6:
-            return FAILED
-        if not flipped and work.scratch.result[3] < tolerance and defect < tolerance:
+        if iteration + 1 == max_iterations or clock() > deadline:
+            save(work)
+            move(work, 1.0)
+            take_multipliers(work, 1.0)
+            return OUT_OF_ITERATIONS
+        before, cost, violation = result[RESULT.INFEASIBILITY], result[RESULT.COST], result[RESULT.VIOLATION]
+        small = result[RESULT.DECREASE] <= tolerance * (1.0 + abs(cost)) and before <= np.sqrt(tolerance)
+        if settled == 1 and small and regularization == 0.0:
+            save(work)
+            move(work, 1.0)
+            take_multipliers(work, 1.0)
             return CONVERGED
+        remember(work, before, cost)
+        scale = search(model, work, 1.0)
+        if scale == 0.0:
+            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
+            result[RESULT.ENTRIES] -= 1.0
+            if regularization > _LARGEST_REGULARIZATION:
+                return STALLED
+        else:
+            regularization = 0.0 if regularization <= _FIRST_REGULARIZATION else 0.1 * regularization
+            if scale == 1.0 and settled == 1 and violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation:
+                penalty = min(4.0 * penalty, 1e7)
+        mark_active(work, penalty)
     return OUT_OF_ITERATIONS

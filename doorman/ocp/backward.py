@@ -1,204 +1,218 @@
 r"""Backward pass of CDDP: value function and policy, node by node (Xie, Liu and Hauser 2017).
 
-At node k, with V the value at k+1 and the constraints of state k+1 linearised, h + C(A δx + B δu) ≤ 0, the quadratic program
-in δu at δx = 0 gives the active rows; keeping these active gives policy and value by one KKT system. In the terms of
-`riccati`, with T = C_a B L⁻ᵀ, S = T Tᵀ = L_s L_sᵀ and [Z | z] = L_s⁻¹([C_a A | h_a] − T[Y | y]):
+At node k the rows of state k + 1, of input k and their bounds are linearised, c + C_x δx + C_u δu ≤ 0. The quadratic program
+in δu at δx = 0 gives the active rows; keeping these active gives policy and value by one KKT system. With the rows after the
+elimination of the input, [C̃_x | c̃], with T and S of `stage_program` and S_aa = L_s L_sᵀ, [Z | z] = L_s⁻¹[C̃_x | c̃]_a:
 
 .. math::
-    V_{xx} = Q_{xx} - Y^T Y + Z^T Z,\quad V_x = Q_x - Y^T y + Z^T z,\quad
-    [K | k] = -L^{-T}\big([Y | y] + T^T L_s^{-T}[Z | z]\big)
+    V_{xx} = \bar V_{xx} + Z^T Z,\quad V_x = \bar V_x + Z^T z,\quad
+    [K | k] = [\bar K | \bar k] - U^{-1} D^{-1} T_a^T L_s^{-T}[Z | z]
+
+where the bar marks what `node_elimination` leaves without constraints.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.ocp.active_set import ROW_TOLERANCE, gather_schur, solve_dual
-from doorman.ocp.functions import linearize_constraints, linearize_step
 from doorman.ocp.linear_algebra import cholesky, solve_lower, solve_upper
-from doorman.ocp.riccati import eliminate, expand, substitute
-from doorman.ocp.workspace import Workspace
-
-Array = NDArray[np.float64]
+from doorman.ocp.node_elimination import eliminate_inputs
+from doorman.ocp.stage_program import ROW_TOLERANCE, export_program, gather_schur, solve_dual
+from doorman.ocp.sweep import set_base
+from doorman.ocp.workspace import RESULT, Workspace
 
 DONE = -1
 NOT_CONVEX = -2
 
 
 @kernel
-def linearize(model: object, work: Workspace) -> None:
-    """Dynamics and constraints along the nominal trajectory, which satisfies the dynamics."""
-    states, inputs, constraints = work.nominal.states, work.nominal.inputs, work.nominal.constraints
-    for k in range(inputs.shape[0]):
-        linearize_step(model, states[k], inputs[k], work.policy.jacobians[k])
-        linearize_constraints(model, states[k + 1], constraints[k], work.policy.constraint_jacobians[k])
+def fill_rows(work: Workspace, k: int) -> None:
+    """Rows [C_x | c | C_u] of node k's program into `program.eliminated`."""
+    nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    program, linear, nominal = work.program, work.linear, work.nominal
+    rows, jacobian = program.eliminated, linear.jacobians[k]
+    for i in range(nh + nt):
+        slopes = linear.row_jacobians[k, i] if i < nh else linear.end_row_jacobians[i - nh]
+        for j in range(wide):
+            total = 0.0
+            for m in range(nx):
+                total += slopes[m] * jacobian[m, j]
+            rows[i, j] = total
+        rows[i, nx] = nominal.rows[k, i] if i < nh else nominal.end_rows[i - nh]
+        if i >= nh and k < nominal.inputs.shape[0] - 1:
+            rows[i, nx] = -1e300
+    for i in range(ng):
+        for j in range(wide):
+            rows[nh + nt + i, j] = linear.input_row_jacobians[k, i, j]
+        rows[nh + nt + i, nx] = nominal.input_rows[k, i]
+    for i in range(program.bounded.shape[0]):
+        index, side, row = program.bounded[i], program.side[i], nh + nt + ng + i
+        if index < nx:
+            for j in range(wide):
+                rows[row, j] = side * jacobian[index, j]
+            rows[row, nx] = side * (nominal.states[k + 1, index] - program.limit[i])
+        else:
+            for j in range(wide):
+                rows[row, j] = 0.0
+            rows[row, nx + 1 + index - nx] = side
+            rows[row, nx] = side * (nominal.inputs[k, index - nx] - program.limit[i])
+    for i in range(rows.shape[0]):
+        program.constraints[i] = rows[i, nx]
+        for a in range(nu):
+            program.jacobian[i, a] = rows[i, nx + 1 + a]
 
 
 @kernel
-def violates(work: Workspace, k: int) -> bool:
-    """Whether the unconstrained step of node k violates a linearised row."""
-    nx, nu, nh = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.constraints)
-    jacobian, gains, slopes = work.policy.jacobians[k], work.policy.gains[k], work.policy.constraint_jacobians[k]
-    residuals = work.scratch.residuals
-    for i in range(nh):
-        residuals[i] = work.nominal.constraints[k, i]
-    for m in range(nx):
-        change = 0.0
+def eliminate_rows(work: Workspace) -> None:
+    """Take the inputs out of the rows: T and c̃."""
+    nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
+    program, rows = work.program, work.program.eliminated
+    for i in range(rows.shape[0]):
         for a in range(nu):
-            change += jacobian[m, nx + a] * gains[a, nx + nu]
-        for i in range(nh):
-            residuals[i] += slopes[i, m] * change
-    for i in range(nh):
-        if residuals[i] > ROW_TOLERANCE:
+            share = rows[i, nx + 1 + a]
+            program.projected[i, a] = share
+            if share != 0.0:
+                for j in range(wide):
+                    rows[i, j] -= share * work.node.scaled[a, j]
+        program.residuals[i] = rows[i, nx]
+
+
+@kernel
+def violated(work: Workspace, k: int) -> bool:
+    """Whether the unconstrained step of node k violates a row of its program."""
+    program, nx, nu = work.program, len(work.sizes.states), len(work.sizes.inputs)
+    for i in range(program.constraints.shape[0]):
+        total = program.constraints[i]
+        for a in range(nu):
+            total += program.jacobian[i, a] * work.policy.gains[k, a, nx]
+        if total > ROW_TOLERANCE:
             return True
     return False
 
 
 @kernel
-def condense(work: Workspace, k: int) -> None:
-    """Rows of the constraints with the input eliminated, T and S of node k."""
-    nx, nu, nh, width = (
+def keep_active(work: Workspace, k: int) -> bool:
+    """Change value and policy of node k so that the rows `program.active[k]` stay active; False if they are dependent."""
+    nx, nu, wide, narrow = (
         len(work.sizes.states),
         len(work.sizes.inputs),
-        len(work.sizes.constraints),
-        len(work.sizes.width),
+        len(work.sizes.wide),
+        len(work.sizes.narrow),
     )
-    scratch, jacobian, slopes = work.scratch, work.policy.jacobians[k], work.policy.constraint_jacobians[k]
-    rows, projected, half = scratch.rows, scratch.projected, scratch.half
-    for i in range(nh):
-        for j in range(width):
-            total = 0.0
-            for m in range(nx):
-                total += slopes[i, m] * jacobian[m, j]
-            rows[i, j] = total
-        rows[i, nx + nu] = work.nominal.constraints[k, i]
-        for a in range(nu):
-            work.qp.jacobian[i, a] = rows[i, nx + a]
-        for a in range(nu):
-            scale = rows[i, nx + a] / half[a, nx + a]
-            projected[i, a] = scale
-            for j in range(width):
-                rows[i, j] -= scale * half[a, j]
-        scratch.residuals[i] = rows[i, nx + nu]
-    fill_schur(projected, scratch.schur)
-
-
-@kernel
-def fill_schur(projected: Array, schur: Array) -> None:
-    """S = T Tᵀ."""
-    for i in range(projected.shape[0]):
-        for j in range(i + 1):
-            total = 0.0
-            for a in range(projected.shape[1]):
-                total += projected[i, a] * projected[j, a]
-            schur[i, j] = total
-            schur[j, i] = total
-
-
-@kernel
-def export_qp(work: Workspace, k: int) -> None:
-    """Node k's quadratic program into `work.qp`, for a solver outside; its Jacobian is there already."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    factor, half, qp = work.policy.factors[k], work.scratch.half, work.qp
-    for i in range(nu):
-        qp.gradient[i] = 0.0
-        for j in range(nu):
-            total = 0.0
-            for m in range(min(i, j) + 1):
-                total += factor[i, m] * factor[j, m]
-            qp.hessian[i, j] = total
-        for m in range(i + 1):
-            qp.gradient[i] += factor[i, m] * half[m, nx + nu]
-    for i in range(qp.constraints.shape[0]):
-        qp.constraints[i] = work.nominal.constraints[k, i]
-
-
-@kernel
-def keep_active(work: Workspace, k: int) -> bool:
-    """Change value and policy of node k so that the rows `policy.active[k]` stay active; False if they are dependent."""
-    nx, nu, width = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.width)
-    scratch, policy = work.scratch, work.policy
-    dual, indices, value, half = scratch.dual, scratch.indices, scratch.value, scratch.half_constrained
-    count = gather_schur(scratch.schur, policy.active[k], indices, scratch.schur_factor)
-    if not cholesky(scratch.schur_factor, count, scratch.schur_factor):
+    program, value, gains, factors = work.program, work.node.value, work.policy.gains[k], work.policy.factors[k]
+    dual, indices, factor = program.dual, program.indices, program.gathered
+    count = gather_schur(program.projected, factors, program.active[k], indices, factor)
+    if count > factor.shape[0] or not cholesky(factor, count, factor):
         return False
     for b in range(count):
-        for j in range(width):
-            dual[b, j] = scratch.rows[indices[b], j]
-    solve_lower(scratch.schur_factor, count, width, dual)
+        for j in range(wide):
+            dual[b, j] = program.eliminated[indices[b], j]
+    solve_lower(factor, count, wide, dual)
     for b in range(count):
-        scratch.result[2] -= 0.5 * dual[b, nx + nu] ** 2
+        work.result[RESULT.DECREASE] -= 0.5 * dual[b, nx] ** 2
         for i in range(nx):
             scale = dual[b, i]
-            for j in range(width):
+            for j in range(nx + 1):
                 value[i, j] += scale * dual[b, j]
-    solve_upper(scratch.schur_factor, count, width, dual)
-    half[:, :] = scratch.half
+    solve_upper(factor, count, wide, dual)
+    change = work.node.scaled  # this node's elimination is not needed any more
+    for a in range(nu - 1, -1, -1):
+        for j in range(narrow):
+            total = 0.0
+            for b in range(count):
+                total -= program.projected[indices[b], a] * dual[b, j]
+            total /= factors[a, a]
+            for b in range(a + 1, nu):
+                total -= factors[a, b] * change[b, j]
+            change[a, j] = total
+            gains[a, j] += total
+    program.multipliers[:] = 0.0
     for b in range(count):
-        policy.multipliers[k, indices[b]] = dual[b, nx + nu]
-        for a in range(nu):
-            scale = scratch.projected[indices[b], a]
-            for j in range(width):
-                half[a, j] += scale * dual[b, j]
-    substitute(work, k, half)
+        program.multipliers[indices[b]] = dual[b, nx]
     return True
 
 
 @kernel
-def settle_active(work: Workspace, k: int) -> bool:
-    """Find the active rows of node k by a guess; False if the guess does not settle."""
-    scratch, active = work.scratch, work.policy.active
-    for i in range(active.shape[1]):
-        scratch.proposal[i] = active[k, i]
-    if not solve_dual(
-        scratch.schur, scratch.residuals, scratch.proposal, scratch.indices, scratch.schur_factor, work.qp.multipliers
-    ):
-        return False
-    for i in range(active.shape[1]):
-        active[k, i] = scratch.proposal[i]
-    return True
+def export_multipliers(work: Workspace, k: int) -> None:
+    """λ of node k's program to where they belong."""
+    nx, nh, nt, ng = (
+        len(work.sizes.states),
+        len(work.sizes.rows),
+        len(work.sizes.end_rows),
+        len(work.sizes.input_rows),
+    )
+    program, multipliers = work.program, work.multipliers
+    found = program.multipliers
+    for i in range(nh):
+        multipliers.rows[k, i] = max(found[i], 0.0)
+    if k == work.nominal.inputs.shape[0] - 1:
+        for i in range(nt):
+            multipliers.end_rows[i] = max(found[nh + i], 0.0)
+    for i in range(ng):
+        multipliers.input_rows[k, i] = max(found[nh + nt + i], 0.0)
+    for i in range(nx):
+        multipliers.states[k, i] = 0.0
+    for i in range(len(work.sizes.inputs)):
+        multipliers.inputs[k, i] = 0.0
+    for i in range(program.bounded.shape[0]):
+        index, force = program.bounded[i], program.side[i] * max(found[nh + nt + ng + i], 0.0)
+        if index < nx:
+            multipliers.states[k, index] += force
+        else:
+            multipliers.inputs[k, index - nx] += force
 
 
 @kernel
-def backward(work: Workspace, start: int, regularization: float, guess: bool, settled: bool) -> int:
+def backward(model: object, work: Workspace, start: int, regularization: float, guess: bool, settled: bool) -> int:
     """Backward pass from node `start` to 0.
 
     Args:
-        work: Workspace, linearised; its value function is that of node `start` + 1.
+        model: The problem's model.
+        work: Workspace, linearised along a nominal trajectory without defects; its value function is that of `start` + 1.
         start: Node to begin with.
         regularization: Relative addition to the input weights.
         guess: Try to find active sets here; otherwise every node with a violated row is left to the caller.
         settled: Node `start` was left to the caller, who has settled its active set.
 
     Returns:
-        DONE, NOT_CONVEX, or the node whose quadratic program (`work.qp`) the caller must solve: it then sets
-        `work.policy.active` of that node and calls again with `start` = node and `settled` = True.
+        DONE, NOT_CONVEX, or the node whose program (`program`) the caller must solve: it then sets `program.active` of that
+        node and calls again with `start` = node and `settled` = True.
     """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    scratch, policy = work.scratch, work.policy
+    node, program, result = work.node, work.program, work.result
     for k in range(start, -1, -1):
         if not (settled and k == start):  # else value, factor and rows of this node are there from the last call
-            expand(work, k, regularization)
-            if not eliminate(work, k):
+            work.active.input_count[k] = 0
+            set_base(model, work, k, 1.0, regularization, True)
+            if not eliminate_inputs(
+                work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
+                work.policy.gains, work.policy.factors, node.rows, node.scaled,
+            ):  # fmt: skip
                 return NOT_CONVEX
             for a in range(nu):
-                scratch.result[2] += 0.5 * scratch.half[a, nx + nu] ** 2
-            policy.multipliers[k, :] = 0.0
-            substitute(work, k, scratch.half)
-            if not violates(work, k):
-                policy.active[k, :] = False
+                result[RESULT.DECREASE] += 0.5 * node.rows[a, nx] * node.scaled[a, nx]
+            program.multipliers[:] = 0.0
+            fill_rows(work, k)
+            if not violated(work, k):
+                for i in range(program.proposal.shape[0]):
+                    program.active[k, i] = False
             else:
-                condense(work, k)
-                if not (guess and settle_active(work, k)):
-                    export_qp(work, k)
+                eliminate_rows(work)
+                for i in range(program.proposal.shape[0]):
+                    program.proposal[i] = program.active[k, i]
+                if not (guess and solve_dual(work, k)):
+                    export_program(work, k, True)
                     return k
+                for i in range(program.proposal.shape[0]):
+                    program.active[k, i] = program.proposal[i]
                 if not keep_active(work, k):
                     return NOT_CONVEX
         elif not keep_active(work, k):
             return NOT_CONVEX
+        export_multipliers(work, k)
         for a in range(nu):
-            change = work.weights.input[a] * abs(policy.gains[k, a, nx + nu])
-            scratch.result[3] = max(scratch.result[3], change)
-    return DONE
+            change = work.weights.input[a] * abs(work.policy.gains[k, a, nx])
+            result[RESULT.CHANGE] = max(result[RESULT.CHANGE], change)
+    return DONE if np.isfinite(result[RESULT.DECREASE]) else NOT_CONVEX

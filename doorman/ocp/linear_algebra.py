@@ -51,3 +51,11 @@ def solve_upper(factor: Array, size: int, columns: int, rows: Array) -> None:
             scale = factor[i, m]
             for j in range(columns):
                 rows[m, j] -= scale * rows[i, j]
+
+
+@kernel
+def copy_rows(source: Array, target: Array) -> None:
+    """Copy a matrix into another of its shape."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            target[i, j] = source[i, j]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 
@@ -10,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 from doorman.model import Model
-from doorman.ocp.cddp import Cddp, CddpOptions
-from doorman.ocp.door_problem import DoorModel, door_problem
-from doorman.ocp.solution import PlanStatus, Solution
-from doorman.ocp.warm_start import nearest_shift, shift_rows
+from doorman.ocp.hybrid import Hybrid
+from doorman.ocp.options import SolverOptions
+from doorman.ocp.planning_model import planning_model
+from doorman.ocp.solution import PlanStatus, Solution, row_name
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -21,8 +22,11 @@ Array = NDArray[np.float64]
 COLD_ITERATIONS = 200
 """Largest number of iterations of a cold plan."""
 
-_RECOVERY_ITERATIONS = 10
-"""Largest number of CDDP iterations of the cold plan that replaces a failed replan."""
+_RECOVERY_ITERATIONS = 20
+"""Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
+
+_JUMP = 1.0
+"""A sweep that changes an input by more than this, weighted by its cost, says that the previous plan is no guess."""
 
 _LATEST_SHIFT = 2
 """Steps of the previous plan in which the present state is looked for."""
@@ -33,28 +37,37 @@ class Plan:
     """One second or so of motion; arrays are read-only."""
 
     states: Array
-    """x_0 … x_N, shape (N + 1, 5 + n); the first is the state that was given."""
+    """x_0 … x_N, shape (N + 1, nx); the first is the state that was given."""
     inputs: Array
-    """u_0 … u_{N−1}, shape (N, 4 + n)."""
+    """u_0 … u_{N−1}, shape (N, nu)."""
     cost: float
     """J, the paper's cost."""
     max_violation: float
-    """Largest excess of h + margin over 0 at nodes 1 … N [m]."""
+    """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
     iterations: int
     status: PlanStatus
     solve_time: float
     """Of the whole call [s]."""
     time_step: float
     """Δt between nodes [s]."""
+    violated: str = ""
+    """Where a constraint is violated: its name, the node and the amount of the worst one; else empty."""
 
     @property
     def usable(self) -> bool:
         """Whether dynamics and constraints hold along the plan."""
         return self.status.usable
 
+    @property
+    def flyable(self) -> bool:
+        """Whether it may be flown: usable, or the way back to where constraints hold."""
+        return self.status.flyable
+
 
 class Planner:
     """Planner of one scenario. The constructor compiles, or loads from the cache; plans never compile.
+
+    Not to be shared between threads: it owns its memory.
 
     Args:
         scenario: The scenario, or a model of it that exists already.
@@ -64,15 +77,13 @@ class Planner:
         DoormanError: if the scenario cannot be made a problem.
     """
 
-    def __init__(self, scenario: Scenario | Model, options: CddpOptions | None = None) -> None:
+    def __init__(self, scenario: Scenario | Model, options: SolverOptions | None = None) -> None:
         self.model = scenario if isinstance(scenario, Model) else Model(scenario)
         self.settings = self.model.scenario.planner
-        self._problem = door_problem(self.model)
-        self._solver = Cddp(self._problem, options)
-        self._hover = np.tile(self.model.hover_input, (self._problem.horizon, 1))
-        self._metric = self._problem.cost.state_weights.copy()
-        self._previous: Solution | None = None
-        self._compile()
+        self.planning = planning_model(self.model)
+        self._problem = self.planning.problem()
+        self.solver = Hybrid(self._problem, options)
+        self._started = False
 
     def update_door(self, *, friction: float | None = None, disturbance: float | None = None) -> None:
         """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
@@ -84,100 +95,115 @@ class Planner:
         Raises:
             DimensionError: if a value is not finite, or the friction is negative.
         """
-        model: DoorModel = self._problem.model
+        model = self._problem.model
         dynamics = model.dynamics
         dynamics = dynamics._replace(
             friction=dynamics.friction if friction is None else float(friction),
             disturbance=dynamics.disturbance if disturbance is None else float(disturbance),
         )
         for name, value in (("friction", dynamics.friction), ("disturbance", dynamics.disturbance)):
-            if not np.isfinite(value) or (name == "friction" and value < 0.0):
+            if not math.isfinite(value) or (name == "friction" and value < 0.0):
                 raise DimensionError(
                     "not a torque", field=name, given=value, allowed="a finite torque, friction >= 0 [N m]"
                 )
-        updated = model._replace(dynamics=dynamics)
-        self._problem = replace(self._problem, model=updated)
-        self._solver.update_model(updated)
+        self._problem = replace(self._problem, model=model._replace(dynamics=dynamics))
+        self.solver.update_model(self._problem.model)
 
-    def plan(self, state: ArrayLike) -> Plan:
+    def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
         """Plan from hover inputs until converged.
 
         Args:
-            state: x = [Φ, α, α̇, H], shape (5 + n,).
+            state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
+            max_iterations: Largest number of iterations.
+            time_limit: No iteration begins later than this after the call [s].
 
         Returns:
             The plan; its status says whether it may be flown.
 
         Raises:
-            DimensionError: if the state has another shape or is not finite.
+            DimensionError: if the state has another shape or is not finite, or a budget is not positive.
             SingularityError: if its pitch is not inside ±90°.
         """
         started = time.perf_counter()
-        solution = self._cold(self.model.check_state(state))
-        return self._keep(solution, started)
+        solution = self.solver.solve(
+            self.planning.check_state(state), max_iterations=max_iterations, time_limit=time_limit
+        )
+        return self._from(solution, started)
 
-    def replan(self, state: ArrayLike, elapsed: float | None = None) -> Plan:
-        """Plan from the shifted previous plan, with `planner.iterations` iterations.
+    def replan(
+        self,
+        state: ArrayLike,
+        elapsed: float | None = None,
+        *,
+        max_iterations: int | None = None,
+        time_limit: float = math.inf,
+    ) -> Plan:
+        """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
 
-        Where there is no previous plan the plan is cold. Where the shifted one cannot be brought inside the constraints, as
-        after a jump of the state, a cold plan of a bounded number of iterations takes its place; it may miss the deadline.
+        Where there is no previous plan the plan is cold. Where the previous one is no guess any more, as after a jump of the
+        state or of the door's parameters, the planner aims anew within the budget; without one it may miss the deadline.
 
         Args:
-            state: x = [Φ, α, α̇, H], shape (5 + n,).
+            state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
             elapsed: Time since the previous plan's state [s]; by default the previous plan is shifted to where it passes
                 nearest to `state` within its first two steps.
+            max_iterations: Largest number of iterations; by default `planner.iterations`, and more only to aim anew.
+            time_limit: No iteration begins later than this after the call [s].
 
         Returns:
             The plan; its status says whether it may be flown.
 
         Raises:
-            DimensionError: if the state has another shape, or state or time is not finite.
+            DimensionError: if the state has another shape, or state, time or budget is not finite.
             SingularityError: if its pitch is not inside ±90°.
         """
         started = time.perf_counter()
-        x = self.model.check_state(state)
-        if elapsed is not None and not np.isfinite(elapsed):
+        x = self.planning.check_state(state)
+        if elapsed is not None and not math.isfinite(elapsed):
             raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
-        previous = self._previous
-        if previous is None:
-            return self._keep(self._cold(x), started)
-        if elapsed is None:
-            shift = nearest_shift(previous.states, x, self._metric, _LATEST_SHIFT)
-        else:
-            shift = min(max(elapsed / self.settings.time_step, 0.0), float(self._problem.horizon))
-        states, inputs, gains = self._shifted
-        shift_rows(previous.states, shift, states)
-        shift_rows(previous.inputs, shift, inputs)
-        shift_rows(previous.gains.reshape(len(inputs), -1), shift, gains.reshape(len(inputs), -1))
-        solution = self._solver.solve(
-            x, inputs, self.settings.iterations, nominal_states=states, gains=gains, active=previous.multipliers > 0.0
+        budget = _RECOVERY_ITERATIONS if max_iterations is None else max_iterations
+        if budget < 1 or not time_limit > 0.0:
+            raise DimensionError(
+                "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
+                allowed=">= 1 iteration and > 0 s",
+            )  # fmt: skip
+        if not self._started:
+            return self._from(self.solver.solve(x, max_iterations=budget, time_limit=time_limit), started)
+        steps = -1.0 if elapsed is None else min(max(elapsed / self.settings.time_step, 0.0), self._problem.horizon)
+        solver, most = self.solver, self.settings.iterations if max_iterations is None else max_iterations
+        status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit)
+        iterations = solver.iterations
+        if (not status.usable or solver.change > _JUMP) and iterations < budget:
+            left = time_limit - (time.perf_counter() - started)
+            if left > 0.0:
+                solution = solver.aim_anew(x, budget - iterations, left)
+                return self._from(solution, started, iterations)
+        self._started = status.flyable
+        return self._plan(solver.trajectory(), solver.cost, status, iterations, started)
+
+    def _from(self, solution: Solution, started: float, iterations: int = 0) -> Plan:
+        self._started = solution.status.flyable
+        return self._plan(
+            (solution.states, solution.inputs),
+            solution.cost,
+            solution.status,
+            iterations + solution.iterations,
+            started,
         )
-        if not solution.status.usable:  # a jump of the state: start over, rather than hand out the remains
-            solution = self._cold(x, _RECOVERY_ITERATIONS)
-        return self._keep(solution, started)
 
-    def _cold(self, state: Array, iterations: int = COLD_ITERATIONS) -> Solution:
-        return self._solver.solve(state, self._hover, iterations, accelerate=True)
-
-    def _keep(self, solution: Solution, started: float) -> Plan:
-        self._previous = solution if solution.status.usable else None
+    def _plan(
+        self, trajectory: tuple[Array, Array], cost: float, status: PlanStatus, iterations: int, started: float
+    ) -> Plan:
+        violation, node, row = self.solver.worst()
+        words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
         return Plan(
-            states=solution.states,
-            inputs=solution.inputs,
-            cost=solution.cost,
-            max_violation=max(solution.max_violation, 0.0),
-            iterations=solution.iterations,
-            status=solution.status,
+            states=trajectory[0],
+            inputs=trajectory[1],
+            cost=cost,
+            max_violation=violation,
+            iterations=iterations,
+            status=status,
             solve_time=time.perf_counter() - started,
             time_step=self.settings.time_step,
+            violated=words,
         )
-
-    def _compile(self) -> None:
-        """Run the warm-start kernels once, on memory that `replan` then uses."""
-        problem = self._problem
-        n, nx, nu = problem.horizon, problem.nx, problem.nu
-        self._shifted = (np.zeros((n + 1, nx)), np.zeros((n, nu)), np.zeros((n, nu, nx)))
-        frozen = self._shifted[0].copy()
-        frozen.flags.writeable = False
-        nearest_shift(frozen, np.zeros(nx), self._metric, 1)
-        shift_rows(frozen, 0.0, self._shifted[0])

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from proxsuite import proxqp
 
-from doorman.ocp.workspace import StageQp
+from doorman.ocp.workspace import Program
 
 Array = NDArray[np.float64]
 
@@ -14,7 +14,7 @@ _LIMIT = 1e20
 
 
 class StageQpSolver:
-    """Solver of min ½ vᵀHv + gᵀv subject to h + D v ≤ 0 for one size.
+    """Solver of min ½ vᵀHv + gᵀv subject to c + D v ≤ 0 for one size.
 
     Args:
         n_inputs: Length of v.
@@ -34,29 +34,29 @@ class StageQpSolver:
         self._lower = np.full(n_constraints, -_LIMIT)
         self._ready = False
 
-    def solve(self, qp: StageQp) -> bool:
-        """Solve; step and multipliers go into `qp`.
+    def solve(self, program: Program) -> bool:
+        """Solve; step and multipliers go into `program`.
 
         Args:
-            qp: Data; `step` (v) and `multipliers` (λ ≥ 0) are written.
+            program: Data; `step` (v) and `multipliers` (λ ≥ 0) are written.
 
         Returns:
             False if the data are not finite, the rows contradict each other, or the iteration limit is reached.
         """
-        if not (np.isfinite(qp.hessian).all() and np.isfinite(qp.gradient).all() and np.isfinite(qp.jacobian).all()):
+        data = (program.hessian, program.gradient, program.jacobian, program.constraints)
+        if not all(np.isfinite(each).all() for each in data):
             return False  # NaN would keep the solver busy for seconds
-        if not np.isfinite(qp.constraints).all():
-            return False
         warm = self._ready
-        if not self._attempt(qp) and not (warm and self._attempt(qp)):  # the last solution may have been a bad start
+        if not self._attempt(program) and not (warm and self._attempt(program)):  # the last solution: a bad start
             return False
-        qp.step[:] = self._qp.results.x
-        np.maximum(self._qp.results.z, 0.0, out=qp.multipliers)
+        program.step[:] = self._qp.results.x
+        np.maximum(self._qp.results.z, 0.0, out=program.multipliers)
         return True
 
-    def _attempt(self, qp: StageQp) -> bool:
+    def _attempt(self, program: Program) -> bool:
         """Solve from the last solution, or from scratch where there is none; a failure leaves none."""
-        data = (qp.hessian, qp.gradient, None, None, qp.jacobian, self._lower, -qp.constraints)
+        upper = np.minimum(-program.constraints, _LIMIT)
+        data = (program.hessian, program.gradient, None, None, program.jacobian, self._lower, upper)
         if self._ready:
             self._qp.update(*data)
         else:

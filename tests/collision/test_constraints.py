@@ -104,7 +104,7 @@ def test_many_states_at_once(any_model: Model, rng: np.random.Generator) -> None
 def test_compiled_rows_equal_their_plain_twin(model: Model, rng: np.random.Generator) -> None:
     p, m, nx = model.constraint_parameters(), model.n_constraints, model.nx
     for x in random_states(model, 5, rng):
-        compiled, plain = (np.empty(m), np.empty((m, nx))), (np.empty(m), np.empty((m, nx)))
+        compiled, plain = (np.empty(m), np.zeros((m, nx))), (np.empty(m), np.zeros((m, nx)))
         collision_constraints_jacobian(p, x, *compiled)
         collision_constraints_jacobian.py_func(p, x, *plain)
         np.testing.assert_allclose(compiled[0], plain[0], atol=1e-14)

@@ -1,0 +1,1 @@
+"""Types of ours in compiled code: vectors of doubles, and handles of NamedTuples."""

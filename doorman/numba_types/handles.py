@@ -1,0 +1,150 @@
+"""Handles: a NamedTuple of many arrays passed to kernels as one pointer.
+
+A kernel's arguments are unboxed one by one and passed on number by number: with a hundred arrays a call takes longer than
+its work, and compiles slowly. A handle keeps the NamedTuple in memory in the compiled code's layout; a kernel takes the
+handle and reads its fields by name, as it would those of the NamedTuple: what is used is loaded, nothing else, and references
+are not counted. A field that is a NamedTuple is a handle again.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar, cast
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba.core import types
+from numba.core.extending import models, register_model, unbox
+from numba.core.imputils import lower_getattr_generic
+from numba.core.pythonapi import NativeValue
+from numba.core.registry import cpu_target
+from numba.core.typing.templates import AttributeTemplate, infer_getattr
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import builtin
+
+T = TypeVar("T")
+
+
+class HandleType(types.Type):
+    """numba's type of a handle."""
+
+    def __init__(self, content: Any) -> None:
+        self.content = content
+        super().__init__(name=f"Handle({content})")
+
+
+@register_model(HandleType)
+class _HandleModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: HandleType) -> None:
+        super().__init__(dmm, fe_type, ir.IntType(8).as_pointer())
+
+
+class Handle(Generic[T]):
+    """A NamedTuple of numbers, tuples and writable arrays, held for kernels; its arrays are shared, its numbers copied.
+
+    Args:
+        content: The NamedTuple. A handle's kernels see the arrays as they are and the numbers as they were.
+    """
+
+    __slots__ = ("content", "address", "_memory", "_numba_type_")
+
+    def __init__(self, content: T) -> None:
+        self.content = content
+        self._numba_type_ = HandleType(numba.typeof(content))
+        self._memory = np.zeros(_words(content), dtype=np.int64)
+        self.address = int(self._memory.ctypes.data)
+        _fill(self, content)
+
+    def replace(self, content: T) -> None:
+        """Hold another NamedTuple of the same type."""
+        self.content = content
+        _fill(self, content)
+
+
+def held(content: T) -> T:
+    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same."""
+    return cast(T, Handle(content))
+
+
+@unbox(HandleType)
+def _unbox_handle(typ: HandleType, obj: Any, c: Any) -> NativeValue:
+    attribute = c.pyapi.object_getattr_string(obj, "address")
+    address = c.pyapi.long_as_longlong(attribute)
+    c.pyapi.decref(attribute)
+    pointer = c.builder.inttoptr(address, ir.IntType(8).as_pointer())
+    return NativeValue(pointer, is_error=c.pyapi.c_api_error())
+
+
+def _typed(context: Any, builder: Any, content: Any, pointer: Any) -> Any:
+    return builder.bitcast(pointer, context.get_data_type(content).as_pointer())
+
+
+@builtin
+def _write(typingctx: Any, handle: Any, value: Any) -> Any:
+    if not isinstance(handle, HandleType) or handle.content != value:
+        return None
+
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        data = context.data_model_manager[value].as_data(builder, args[1])
+        builder.store(data, _typed(context, builder, value, args[0]), align=8)
+        return context.get_dummy_value()
+
+    return types.void(handle, value), build
+
+
+def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """The same value with arrays that own nothing."""
+    if isinstance(kind, types.Array):
+        array = context.make_array(kind)(context, builder, value)
+        array.meminfo = ir.Constant(array.meminfo.type, None)
+        array.parent = ir.Constant(array.parent.type, None)
+        return array._getvalue()
+    if isinstance(kind, types.BaseTuple):
+        for i in range(len(kind)):
+            item = kind[i]  # type: ignore[index]
+            part = _borrowed(context, builder, item, builder.extract_value(value, i))
+            value = builder.insert_value(value, part, i)
+    return value
+
+
+@kernel
+def _fill(handle: Any, content: Any) -> None:
+    _write(handle, content)
+
+
+def _words(content: Any) -> int:
+    context = cpu_target.target_context
+    size: int = context.get_abi_sizeof(context.get_data_type(numba.typeof(content)))
+    return size // 8 + 1
+
+
+def _is_held(kind: Any) -> bool:
+    """Whether a field is passed on as a handle itself rather than loaded."""
+    return isinstance(kind, types.BaseNamedTuple)
+
+
+@infer_getattr
+class _Fields(AttributeTemplate):
+    key = HandleType
+
+    def generic_resolve(self, handle: HandleType, name: str) -> Any:  # type: ignore[override]
+        fields = handle.content.fields
+        if name not in fields:
+            return None
+        kind = handle.content[fields.index(name)]
+        return HandleType(kind) if _is_held(kind) else kind
+
+
+@lower_getattr_generic(HandleType)
+def _field(context: Any, builder: Any, handle: HandleType, value: Any, name: str) -> Any:
+    index = handle.content.fields.index(name)
+    kind = handle.content[index]
+    place = builder.gep(
+        _typed(context, builder, handle.content, value), [ir.Constant(ir.IntType(32), i) for i in (0, index)]
+    )
+    if _is_held(kind):
+        return builder.bitcast(place, ir.IntType(8).as_pointer())
+    loaded = builder.load(place, align=8)
+    loaded.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return _borrowed(context, builder, kind, context.data_model_manager[kind].from_data(builder, loaded))

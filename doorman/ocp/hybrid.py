@@ -1,0 +1,188 @@
+"""The default solver: augmented Lagrangian iterations, then a rollout onto dynamics and constraints, CDDP where they fail."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import clock
+from doorman.ocp import augmented_lagrangian as kernels
+from doorman.ocp import guess
+from doorman.ocp.cddp import Cddp
+from doorman.ocp.rollout import roll_out
+from doorman.ocp.solution import PlanStatus, Solution
+from doorman.ocp.solver import read_only
+from doorman.ocp.workspace import RESULT, Workspace
+
+Array = NDArray[np.float64]
+
+_ITERATIONS = 40
+"""Largest number of augmented Lagrangian iterations before CDDP goes on."""
+
+_ENOUGH = 0.01
+"""A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost."""
+
+_EXTRA_ITERATIONS = 3
+"""Largest number of these."""
+
+_AGREEMENT = 1e-7
+"""A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
+
+
+class Hybrid(Cddp):
+    """Augmented Lagrangian iterations, then a rollout, then CDDP if need be.
+
+    The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics; the rollout makes of
+    their result a trajectory that satisfies dynamics and nonlinear constraints. Where they fail, CDDP goes on from there.
+    """
+
+    def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
+        result = self._work.result
+        code = self._iterate(max_iterations, deadline)
+        iterations = int(result[RESULT.ITERATIONS])
+        if code in (kernels.FAILED, kernels.STALLED) and iterations < max_iterations:
+            guess.aim_straight(self._memory)
+            for array in self._work.multipliers:
+                array[:] = 0.0
+            code = self._iterate(max_iterations - iterations, deadline)
+            iterations += int(result[RESULT.ITERATIONS])
+        expected = kernels.nominal_cost(self._model, self._memory)
+        if not self._start():
+            return self._finish(PlanStatus.DIVERGED, iterations, started)
+        close = abs(result[RESULT.COST] - expected) <= _AGREEMENT * (1.0 + abs(expected))
+        if code == kernels.CONVERGED and close:
+            return self._finish(PlanStatus.CONVERGED, iterations, started)
+        if iterations >= max_iterations or time.monotonic() >= deadline:
+            return self._finish(PlanStatus.ITERATION_LIMIT, iterations, started)
+        status, more = self._descend(max_iterations - iterations, deadline)
+        return self._finish(status, iterations + more, started)
+
+    def _iterate(self, max_iterations: int, deadline: float) -> int:
+        """Augmented Lagrangian iterations from the nominal trajectory."""
+        options = self.options
+        return int(
+            kernels.iterate(
+                self._model,
+                self._memory,
+                options.penalty,
+                min(max_iterations, _ITERATIONS),
+                options.sweeps,
+                options.tolerance,
+                deadline,
+            )  # fmt: skip
+        )
+
+    def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> Solution:
+        """Solve from the last trajectory, and from the input goal where nothing comes of that.
+
+        Args:
+            state: First state, shape (nx,).
+            max_iterations: Largest number of iterations.
+            time_limit: No iteration begins later than this after the call [s].
+
+        Returns:
+            The better of the two solutions.
+        """
+        started = time.monotonic()
+        work = self._work
+        first = self.solve(state, work.nominal.inputs.copy(), max_iterations=max_iterations, time_limit=time_limit)
+        left = time_limit - (time.monotonic() - started)
+        if first.status.usable or first.iterations >= max_iterations or left <= 0.0:
+            return first
+        second = self.solve(state, max_iterations=max_iterations - first.iterations, time_limit=left)
+        if second.status.usable or not first.status.flyable:
+            return second
+        return self.solve(state, first.inputs, max_iterations=1) if second.status is not first.status else second
+
+    def follow(
+        self, state: Array, shift: float, limit: int, max_iterations: int = 1, time_limit: float = math.inf
+    ) -> PlanStatus:
+        """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
+
+        Args:
+            state: First state, shape (nx,), contiguous.
+            shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
+            limit: Steps within which that is looked for.
+            max_iterations: Iterations.
+            time_limit: No iteration begins later than this after the call [s].
+
+        Returns:
+            How it ended; the trajectory is `trajectory()`, its other figures are the properties below.
+        """
+        started = time.monotonic()
+        work, options = self._work, self.options
+        code = follow(
+            self._model, self._memory, state, shift, limit, options.penalty, max_iterations, options.sweeps,
+            options.tolerance, started + time_limit, options.guess_active_sets,
+        )  # fmt: skip
+        if code >= 0 and not self._resume(int(code)):
+            return PlanStatus.DIVERGED
+        if code < -1:
+            return PlanStatus.DIVERGED
+        guess.accept_trial(self._memory)
+        if work.result[RESULT.VIOLATION] <= options.feasibility:
+            return PlanStatus.ITERATION_LIMIT
+        return PlanStatus.RECOVERING if self._last_violated() < self.problem.horizon else PlanStatus.INFEASIBLE
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the last `follow`."""
+        return int(self._work.result[RESULT.ITERATIONS])
+
+    @property
+    def change(self) -> float:
+        """Largest change of an input by the last sweep, weighted by its cost."""
+        return float(self._work.result[RESULT.CHANGE])
+
+    @property
+    def cost(self) -> float:
+        """J of the last trajectory."""
+        return float(self._work.result[RESULT.COST])
+
+    def worst(self) -> tuple[float, int, int]:
+        """Largest violation of the last trajectory, its node and its row."""
+        result = self._work.result
+        return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
+
+    def trajectory(self) -> tuple[Array, Array]:
+        """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
+        return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
+
+    def _compile(self) -> None:
+        super()._compile()
+        state = self.problem.cost.state_goal.copy()
+        guess.accept_trial(self._memory)
+        follow(self._model, self._memory, state, -1.0, 2, self.options.penalty, 1, 1, self.options.tolerance, 0.0, True)
+        kernels.iterate(self._model, self._memory, self.options.penalty, 1, 1, self.options.tolerance, 0.0)
+
+
+@kernel
+def follow(
+    model: object,
+    work: Workspace,
+    state: Array,
+    shift: float,
+    limit: int,
+    penalty: float,
+    max_iterations: int,
+    sweeps: int,
+    tolerance: float,
+    deadline: float,
+    guessing: bool,
+) -> int:
+    """Shift, iterate and roll out in one call; the code of `roll_out`, or −9 if no sweep goes through."""
+    guess.shift_guess(work, state, shift, limit)
+    done, most = 0, max_iterations + _EXTRA_ITERATIONS
+    while done < most and (done < max_iterations or work.result[RESULT.CHANGE] > _ENOUGH):
+        if done >= max_iterations and clock() > deadline:
+            break
+        if kernels.iterate(model, work, penalty, 1, sweeps, tolerance, deadline) == kernels.FAILED:
+            return -9
+        done += 1
+    work.result[RESULT.ITERATIONS] = done
+    guess.start_trial(work)
+    return roll_out(model, work, -1, 0.0, guessing, 0)

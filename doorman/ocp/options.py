@@ -1,0 +1,36 @@
+"""Settings that the solvers share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from doorman.exceptions import SolverError
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Settings of a solver; what one of them does not use, it passes over."""
+
+    tolerance: float = 1e-9
+    """Converged when the predicted decrease of the cost is below this, relative to 1 + |cost|."""
+    feasibility: float = 1e-6
+    """A trajectory counts as feasible up to this violation [the row's unit]."""
+    penalty: float = 3e3
+    """1/μ of the augmented Lagrangian, the same for all rows: cost by the row's unit squared."""
+    sweeps: int = 3
+    """Largest number of Riccati sweeps on one linearisation."""
+    guess_active_sets: bool = True
+    """Try a guess of a node's active set before ProxQP is asked; a guess counts only if it solves the node exactly."""
+    smallest_step: float = 1.0 / 64.0
+    """Shortest step of CDDP's line search before regularisation grows."""
+    sufficient_decrease: float = 1e-4
+    """Share of the predicted decrease that a step of CDDP must bring."""
+    first_regularization: float = 1e-3
+    """Relative addition to the input weights after a line search has failed; each further failure takes ten times more."""
+    largest_regularization: float = 1e6
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name != "guess_active_sets" and not value > 0.0:
+                raise SolverError("not a setting", field=f"options.{field.name}", given=value, allowed="> 0")

@@ -1,0 +1,120 @@
+"""What a planner, and whoever follows or draws its plans, needs to know of the model that it plans with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.model import Model
+from doorman.ocp.lagrangian_planning import LagrangianPlanning
+from doorman.ocp.problem import Problem
+from doorman.ocp.quasi_static_planning import QuasiStaticPlanning
+
+Array = NDArray[np.float64]
+
+
+class PlanningModel(Protocol):
+    """A model to plan with: its states and inputs, its problem, and the way to and from the *reduced* states and inputs.
+
+    Reduced states and inputs are those of `Model`, [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d]: what is measured, followed, recorded and
+    drawn, whatever a plan is made with.
+    """
+
+    model: Model
+    """Model of the scenario."""
+    state_names: tuple[str, ...]
+    """One for each of the nx states."""
+    input_names: tuple[str, ...]
+    """One for each of the nu inputs."""
+    start_state: Array
+    """The scenario's, at rest, shape (nx,)."""
+    goal_state: Array
+    """The scenario's, at rest, shape (nx,)."""
+    hover_input: Array
+    """Carries the vehicle's weight, shape (nu,)."""
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array.
+
+        Args:
+            state: x, shape (nx,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (nx,).
+
+        Raises:
+            DimensionError: if it has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+
+    def problem(self) -> Problem:
+        """The scenario's optimal control problem.
+
+        Returns:
+            A problem whose model has fields `dynamics.friction` and `dynamics.disturbance` for what is known of the hinge.
+
+        Raises:
+            ScenarioError: if a vector of weights does not fit the arm.
+        """
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """State to plan from.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+
+        Returns:
+            x, shape (nx,).
+
+        Raises:
+            SingularityError: if the model has Euler rates and the pitch is ±90°.
+        """
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        """Reduced states and inputs.
+
+        Args:
+            states: x, shape (nx,) or (m, nx).
+            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
+
+        Returns:
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d] of the inputs.
+        """
+
+    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+        """Force of the tip on the door, as the model understands it.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            thrust: f_t [N].
+            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
+
+        Returns:
+            Shape (3,), world frame [N].
+        """
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        """The motion that inputs cause where vehicle and door are what the URDFs say and nothing lags or disturbs.
+
+        Args:
+            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
+
+        Returns:
+            x⁺ = f(x, u) over `planner.time_step`.
+        """
+
+
+def planning_model(model: Model) -> PlanningModel:
+    """The model that a scenario plans with, `planner.model`.
+
+    Args:
+        model: Model of the scenario.
+    """
+    if model.scenario.planner.model == "lagrangian":
+        return LagrangianPlanning(model)
+    return QuasiStaticPlanning(model)

@@ -1,0 +1,68 @@
+"""The simplified dynamics as a model to plan with: its states and inputs are the reduced ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.dynamics.quasi_static import quasi_static_step
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.ocp.door_problem import door_problem
+from doorman.ocp.problem import Problem
+
+Array = NDArray[np.float64]
+
+
+class QuasiStaticPlanning:
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        joints = model.vehicle.joint_names
+        self.state_names = ("roll", "pitch", "yaw", "door angle", "door rate", *joints)
+        self.input_names = ("thrust", "body rate x", "body rate y", "body rate z", *(f"rate of {j}" for j in joints))
+        self.start_state = model.start_state
+        self.goal_state = model.goal_state
+        self.hover_input = model.hover_input
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array, see `PlanningModel`."""
+        return self.model.check_state(state, field)
+
+    def problem(self) -> Problem:
+        """The paper's problem, see `PlanningModel`."""
+        return door_problem(self.model)
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """The reduced state itself: body rates are inputs here."""
+        return np.array(reduced, dtype=np.float64)
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        """States and inputs themselves."""
+        return states, inputs
+
+    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
+        force: Array = thrust * rotation_body_to_world(reduced[:3])[:, 2]
+        force[2] -= self.model.vehicle.mass * GRAVITY
+        return force
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`."""
+        model = self.model
+        moving = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
+        parameters = model.dynamics_parameters(disturbance)._replace(door_inertia=moving, friction=0.0)
+
+        def step(state: Array, inputs: Array) -> Array:
+            following = np.empty_like(state)
+            quasi_static_step(parameters, state.copy(), inputs.copy(), following)
+            return following
+
+        return step

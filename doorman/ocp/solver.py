@@ -1,0 +1,252 @@
+"""What all solvers share: memory, first guess, rollouts with ProxQP where a guess fails, and the solution."""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import DimensionError, SolverError
+from doorman.numba_types.handles import Handle, held
+from doorman.ocp import augmented_lagrangian, functions, guess, rollout
+from doorman.ocp.options import SolverOptions
+from doorman.ocp.problem import Problem
+from doorman.ocp.solution import PlanStatus, Solution, Timings
+from doorman.ocp.stage_qp import StageQpSolver
+from doorman.ocp.workspace import RESULT, Multipliers, Workspace
+
+Array = NDArray[np.float64]
+
+DEFAULT_ITERATIONS = 200
+
+
+class Solver(ABC):
+    """A solver of one problem. Its constructor compiles, or loads from the cache on disk; solving never does.
+
+    Not to be shared between threads: it owns its memory.
+
+    Args:
+        problem: The problem.
+        options: Settings.
+
+    Raises:
+        SolverError: if the model has no kernel for `step`, or declares integrators that are none.
+    """
+
+    def __init__(self, problem: Problem, options: SolverOptions | None = None) -> None:
+        self.problem = problem
+        self.options = options or SolverOptions()
+        if not functions.is_implemented(functions.step, type(problem.model)):
+            raise SolverError(
+                "the model's type has no kernel for 'step'", field="problem.model",
+                given=type(problem.model).__name__, allowed="a NamedTuple type with implement(functions.step, …)",
+            )  # fmt: skip
+        self._work = Workspace.of(problem)
+        self._memory = held(self._work)
+        self._model = Handle(problem.model)
+        self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
+        self._rollout_time = 0.0
+        self.quadratic_programs = 0
+        """Quadratic programs that ProxQP has solved so far."""
+        self._compile()
+        self._check_integrators()
+
+    def solve(
+        self,
+        state: ArrayLike,
+        inputs: ArrayLike | None = None,
+        *,
+        states: ArrayLike | None = None,
+        multipliers: Multipliers | None = None,
+        max_iterations: int = DEFAULT_ITERATIONS,
+        time_limit: float = math.inf,
+    ) -> Solution:
+        """Solve from a first guess.
+
+        Args:
+            state: First state, shape (nx,).
+            inputs: Guess, shape (N, nu); the cost's input goal if not given.
+            states: Guess, shape (N + 1, nx), which need not satisfy the dynamics; if not given, the inputs are rolled out.
+            multipliers: Guess, as of an earlier solution; zero if not given.
+            max_iterations: Largest number of iterations; one linearises and sweeps.
+            time_limit: No iteration begins later than this after the call [s].
+
+        Returns:
+            The solution; its status says whether it may be used.
+
+        Raises:
+            DimensionError: if an array has the wrong shape or is not finite, or a budget is not positive.
+        """
+        started = time.monotonic()
+        if not (max_iterations >= 1 and time_limit > 0.0):
+            raise DimensionError(
+                "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
+                allowed=">= 1 iteration and > 0 s",
+            )  # fmt: skip
+        x = vector(state, self.problem.nx, "state")
+        self._rollout_time = 0.0
+        self._set_guess(x, inputs, states, multipliers)
+        if not self._evaluates(x):
+            return self._finish(PlanStatus.INVALID_STATE, 0, started)
+        return self._solve(started, max_iterations, started + time_limit)
+
+    @abstractmethod
+    def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
+        """Solve from the guess in the workspace."""
+
+    def update_model(self, model: Any) -> None:
+        """Take other parameters of the same model, without compiling.
+
+        Args:
+            model: NamedTuple of the problem's type.
+
+        Raises:
+            DimensionError: if it has another type.
+        """
+        if type(model) is not type(self._model.content):
+            raise DimensionError("another type of model", field="model", given=type(model).__name__,
+                                 allowed=type(self._model.content).__name__)  # fmt: skip
+        self._model.replace(model)
+
+    def _set_guess(
+        self, state: Array, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None
+    ) -> None:
+        work, cost = self._work, self.problem.cost
+        if inputs is None:
+            work.nominal.inputs[:] = cost.input_goal
+        else:
+            _copy_checked("inputs", inputs, work.nominal.inputs)
+        bounds = self.problem.bounds
+        np.clip(work.nominal.inputs, bounds.input_lower, bounds.input_upper, out=work.nominal.inputs)
+        for kept in work.multipliers:
+            kept[:] = 0.0
+        for name in Multipliers._fields if multipliers is not None else ():
+            _copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
+        work.policy.gains[:] = 0.0
+        work.policy.factors[:] = 0.0
+        diagonal = np.arange(self.problem.nu)
+        work.policy.factors[:, diagonal, diagonal] = work.weights.input
+        work.nominal.states[:] = state
+        if states is not None:
+            _copy_checked("states", states, work.nominal.states)
+            work.nominal.states[0] = state
+            guess.settle_integrators(self._memory)
+        else:
+            guess.roll_blindly(self._model, self._memory)
+        for array in work.trial:
+            array[:] = np.nan  # so that what a failed rollout does not reach is not taken for its result
+        work.trial.states[0] = state
+
+    def _evaluates(self, state: Array) -> bool:
+        """Whether dynamics and constraints are finite at the start."""
+        ahead, h = np.empty(self.problem.nx), np.zeros(self.problem.n_constraints)
+        functions.step(self._model, state, self._work.nominal.inputs[0].copy(), ahead)
+        if self.problem.n_constraints:
+            functions.constrain(self._model, state, h)
+        return bool(np.isfinite(ahead).all() and np.isfinite(h).all())
+
+    def _roll_out(self, scale: float) -> bool:
+        """Rollout into the trial trajectory, ProxQP where a guess fails; False if it is not finite."""
+        begun = time.monotonic()
+        self._work.trial.states[0] = self._work.nominal.states[0]
+        guessing = self.options.guess_active_sets
+        code = rollout.roll_out(self._model, self._memory, -1, scale, guessing, 0)
+        done = self._resume(code, scale) if code >= 0 else code == rollout.DONE
+        self._rollout_time += time.monotonic() - begun
+        return bool(done)
+
+    def _resume(self, node: int, scale: float = 0.0) -> bool:
+        """Go on with a rollout that stopped at a node whose correction is left to ProxQP; False if it is not finite."""
+        code = node
+        while code >= 0:
+            self.quadratic_programs += 1
+            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._qp.solve(self._work.program) else -1
+            code = rollout.roll_out(self._model, self._memory, code, scale, self.options.guess_active_sets, corrections)
+        return bool(code == rollout.DONE)
+
+    def _accept(self) -> None:
+        """The trial trajectory becomes the nominal one."""
+        guess.accept_trial(self._memory)
+
+    def _finish(self, status: PlanStatus, iterations: int, started: float) -> Solution:
+        """Solution of the nominal trajectory, which was measured last; a usable status must agree with the measurement."""
+        work, n = self._work, self.problem.horizon
+        result = work.result
+        violation, defect = float(result[RESULT.VIOLATION]), float(result[RESULT.DEFECT])
+        node, row = int(result[RESULT.NODE]), int(result[RESULT.ROW])
+        finite = bool(np.isfinite(result[RESULT.INFEASIBILITY]))
+        recovered = int(guess.last_violation(self._memory, self.options.feasibility)) + 1 if finite else n + 1
+        if status.usable and not finite:
+            status = PlanStatus.DIVERGED
+        elif status.usable and defect > self.options.feasibility:
+            status = PlanStatus.INFEASIBLE
+        elif status.usable and violation > self.options.feasibility:
+            status = PlanStatus.RECOVERING if recovered <= n else PlanStatus.INFEASIBLE
+        total = time.monotonic() - started
+        return Solution(
+            problem=self.problem,
+            states=read_only(work.nominal.states),
+            inputs=read_only(work.nominal.inputs),
+            gains=read_only(work.policy.gains[:, :, : self.problem.nx]),
+            multipliers=Multipliers(*(read_only(array) for array in work.multipliers)),
+            cost=float(result[RESULT.COST]) if status.flyable else math.inf,
+            violation=violation if finite else math.inf,
+            violation_node=node,
+            violation_row=row,
+            recovered_at=recovered,
+            defect=defect,
+            iterations=iterations,
+            status=status,
+            timings=Timings(total, total - self._rollout_time, self._rollout_time),
+        )
+
+    def _compile(self) -> None:
+        """Run every kernel once."""
+        self._set_guess(self.problem.cost.state_goal.copy(), None, None, None)
+        guess.settle_integrators(self._memory)
+        guess.aim_straight(self._memory)
+        guess.last_violation(self._memory, 0.0)
+        augmented_lagrangian.linearize(self._model, self._memory)
+        augmented_lagrangian.measure_nominal(self._memory)
+        augmented_lagrangian.nominal_cost(self._model, self._memory)
+        guess.start_trial(self._memory)
+        rollout.roll_out(self._model, self._memory, -1, 0.0, True, 0)
+        self._accept()
+
+    def _check_integrators(self) -> None:
+        """Compare the rows that the problem calls integrators with the model's Jacobian."""
+        m, nx, nu = self.problem.integrators, self.problem.nx, self.problem.nu
+        if m == 0:
+            return
+        jacobian, expected = np.zeros((nx, nx + nu)), np.zeros((m, nx + nu))
+        goal = self.problem.cost
+        functions.linearize_step(self._model, goal.state_goal.copy(), goal.input_goal.copy(), jacobian)
+        expected[:, nx - m : nx] = np.eye(m)
+        expected[:, nx + nu - m :] = self.problem.time_step * np.eye(m)
+        others = jacobian[: nx - m, [*range(nx - m, nx), *range(nx + nu - m, nx + nu)]]
+        if not np.allclose(jacobian[nx - m :], expected, atol=1e-7) or np.abs(others).max(initial=0.0) > 1e-7:
+            raise SolverError(
+                "the last states are not integrators of the last inputs", field="problem.integrators", given=m,
+                allowed="x⁺ = x + Δt u, and no other state depends on them",
+            )  # fmt: skip
+
+
+def _copy_checked(field: str, values: ArrayLike, out: Array) -> None:
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape != out.shape:
+        raise DimensionError("wrong shape", field=field, given=given.shape, allowed=str(out.shape))
+    if not np.isfinite(given).all():
+        raise DimensionError("not finite", field=field, allowed="finite numbers")
+    out[:] = given
+
+
+def read_only(array: Array) -> Array:
+    """A copy that cannot be written to."""
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,34 @@
+"""A scenario's weights, or the defaults where it gives none."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import ScenarioError
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+
+def chosen_weights(model: Model, name: str, default: list[float]) -> Array:
+    """The diagonal `planner.weights.<name>`.
+
+    Args:
+        model: Model of the scenario.
+        name: `state`, `terminal` or `input`.
+        default: What holds where the scenario gives none; its length is the right one.
+
+    Returns:
+        As long as the default.
+
+    Raises:
+        ScenarioError: if what is given has another length.
+    """
+    given = getattr(model.scenario.planner.weights, name)
+    if given is not None and len(given) != len(default):
+        raise ScenarioError(
+            "wrong number of weights", file=model.scenario.source, field=f"planner.weights.{name}", given=len(given),
+            allowed=f"{len(default)} for an arm of {model.n_arm} joints",
+        )  # fmt: skip
+    return np.array(default if given is None else given)

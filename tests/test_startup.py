@@ -1,0 +1,190 @@
+"""What a fresh process loads and compiles: no more than what was asked for."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from urdf_variants import DOOR, VEHICLE, write_door, write_edited
+
+import doorman
+from doorman.kinematics.urdf import load_description
+from doorman.kinematics.urdf_elements import read_boxes, read_joints
+
+ROOT = Path(__file__).parent.parent
+
+PLAN = """
+from doorman import Planner, Scenario
+planner = Planner(Scenario.load("paper"))
+assert planner.plan(planner.model.start_state).usable
+"""
+COMMAND = """
+from doorman.cli import main
+sys.argv = ["doorman", *{arguments}]
+try:
+    main()
+except SystemExit as end:
+    assert end.code == 0, end.code
+"""
+LOADED = "import sys{code}\nprint()\nprint(*(name for name in {names} if name in sys.modules))"
+COMPILED = """
+import json, sys
+from numba.core import event
+from doorman.compilation import kernel_counts
+listener = event.RecordingListener()
+event.register("numba:compile", listener)
+{code}
+compiled = [str(begun.data["dispatcher"]) for _, begun in listener.buffer if begun.is_start]
+print()
+print(json.dumps({{"compiled": compiled, "counted": kernel_counts().compiled, "loaded": kernel_counts().loaded}}))
+"""
+FLIGHT = """
+from pathlib import Path
+from doorman.cli.open_door import open_door
+open_door("paper", [], Path("run"), 0.1, 0, False, True)
+"""
+CHECK = """
+from doorman.cli.check import check_scenario
+assert check_scenario("paper", [], True) == 0
+"""
+WARMUP = """
+from doorman.cli.warmup import warm_up
+assert warm_up([], [], True) == 0
+"""
+
+
+def output(code: str, folder: Path, **environment: str) -> str:
+    """What a program prints in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        capture_output=True, text=True, timeout=900, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def loaded_by(code: str, names: set[str], folder: Path) -> set[str]:
+    """Those of the modules that a program loads."""
+    return set(output(LOADED.format(code=f"\n{code}", names=names), folder).splitlines()[-1].split())
+
+
+# ---------------------------------------------------------------- imports
+
+
+def test_the_package_loads_nothing_before_it_is_asked(tmp_path):
+    names = {"numpy", "numba", "pinocchio", "pydantic", "doorman.exceptions", "doorman.model", "doorman.mission"}
+    assert loaded_by("import doorman; doorman.__version__; dir(doorman)", names, tmp_path) == set()
+    asked = loaded_by("import doorman; doorman.DoormanError", names, tmp_path)
+    assert asked == {"doorman.exceptions"}
+    assert loaded_by("from doorman import *; Model, simulate", names, tmp_path) == names
+
+
+def test_every_public_name_is_that_of_its_module():
+    assert set(doorman.__all__) <= set(dir(doorman))
+    for name in doorman.__all__:
+        value = getattr(doorman, name)
+        assert getattr(importlib.import_module(value.__module__), name) is value
+        assert vars(doorman)[name] is value
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match=r"'doorman' has no attribute 'Plane'"):
+        doorman.Plane  # noqa: B018
+    with pytest.raises(ImportError, match="Plane"):
+        exec("from doorman import Plane")
+    assert not hasattr(doorman, "_MODULE")
+
+
+def test_a_plan_loads_neither_meshes_nor_geometry_nor_simulator_nor_plots(tmp_path):
+    unused = {"yourdfpy", "trimesh", "networkx", "fcl", "mujoco", "matplotlib", "meshcat", "mcap", "typer", "rich"}
+    assert loaded_by(PLAN, {*unused, "doorman.ocp.cddp"}, tmp_path) == {"doorman.ocp.cddp"}
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["--version"], ["open", "--help"], ["check", "--help"], ["warmup", "--help"]],
+    ids=" ".join,
+)
+def test_help_and_version_load_no_numerics(arguments, tmp_path):
+    numerics = {"numpy", "scipy", "numba", "pinocchio", "proxsuite", "mujoco", "matplotlib"}
+    code = COMMAND.format(arguments=arguments)
+    assert loaded_by(code, {*numerics, "doorman.cli.app"}, tmp_path) == {"doorman.cli.app"}
+
+
+# ---------------------------------------------------------------- compilation
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, int | str], Path]:
+    """Figures of `doorman warmup paper` with an empty cache, and the directory that the cache is in."""
+    cache = tmp_path_factory.mktemp("cache")
+    code = "import sys" + COMMAND.format(arguments=["warmup", "paper", "--json"])
+    return json.loads(output(code, cache, NUMBA_CACHE_DIR=str(cache))), cache
+
+
+def test_a_warm_up_fills_the_cache(warm):
+    figures, cache = warm
+    (directory,) = cache.iterdir()
+    kernels = list(directory.rglob("*.nbc"))
+    assert figures["compiled"] > 0
+    assert figures["cache_directory"] == str(directory)
+    assert figures["cache_kernels"] == len(kernels) == figures["compiled"]
+    assert figures["cache_bytes"] > sum(kernel.stat().st_size for kernel in kernels) > 0
+
+
+@pytest.mark.parametrize("code", [PLAN, FLIGHT, CHECK, WARMUP], ids=["plan", "flight", "check", "warm-up of all"])
+def test_nothing_is_compiled_after_a_warm_up(code, warm, tmp_path):
+    printed = output(COMPILED.format(code=code), tmp_path, NUMBA_CACHE_DIR=str(warm[1]))
+    figures = json.loads(printed.splitlines()[-1])
+    assert figures["compiled"] == []
+    assert figures["counted"] == 0
+    assert figures["loaded"] > 0
+
+
+# ---------------------------------------------------------------- URDFs without yourdfpy
+
+ODD_JOINT = '<joint name="hinge" type="revolute"><mimic joint="other"/>'
+ODD_LEAF = ('<collision name="leaf">\n      <origin xyz="0.6 -0.02 0.8" rpy="0 0 0"/>', '<collision><geometry><sphere '
+            'radius="0.1"/></geometry></collision><collision><geometry><box size="1 2 3"/></geometry></collision>'
+            '<collision name="leaf"><origin xyz="0.6 -0.02 0.8" rpy="0.1 -0.2 0.3"/>')  # fmt: skip
+
+
+@pytest.fixture(params=["vehicle", "door", "heavy door", "odd door"])
+def urdf(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    if request.param == "heavy door":
+        return write_door(tmp_path / "door.urdf", mass=20.0, damping=0.4, friction=0.8)
+    if request.param == "odd door":
+        joint = ('<joint name="hinge" type="revolute">', ODD_JOINT)
+        axis, damping = ('<axis xyz="0 0 1"/>', ""), ('<dynamics damping="0.0" friction="0.0"/>', "")
+        return write_edited(tmp_path / "door.urdf", DOOR, joint, axis, damping, ODD_LEAF)
+    return VEHICLE if request.param == "vehicle" else DOOR
+
+
+def test_joints_are_those_that_yourdfpy_reads(urdf):
+    ours, theirs = read_joints(urdf), load_description(urdf).joint_map
+    assert list(ours) == list(theirs)
+    for name, joint in theirs.items():
+        mine = ours[name]
+        assert (mine.name, mine.child) == (name, joint.child)
+        assert mine.axis == tuple(joint.axis)
+        assert mine.effort == (0.0 if joint.limit is None else joint.limit.effort)
+        assert mine.damping == float(getattr(joint.dynamics, "damping", None) or 0.0)
+        assert mine.friction == float(getattr(joint.dynamics, "friction", None) or 0.0)
+        assert mine.leader == (None if joint.mimic is None else joint.mimic.joint)
+
+
+def test_boxes_are_those_that_yourdfpy_reads(urdf):
+    for name, link in load_description(urdf).link_map.items():
+        boxes = read_boxes(urdf, name)
+        assert [box is not None for box in boxes] == [shape.geometry.box is not None for shape in link.collisions]
+        for box, shape in zip(boxes, link.collisions, strict=True):
+            if box is not None:
+                np.testing.assert_array_equal(box.size, shape.geometry.box.size)
+                origin = np.eye(4) if shape.origin is None else shape.origin
+                np.testing.assert_allclose(box.placement, origin, atol=1e-15)
