@@ -164,6 +164,7 @@ class _Cache(FunctionCache):
 
 def _foreign_models(types: Any) -> set[type]:
     """Model types from outside the package among numba's types, nested ones too."""
+    types = getattr(types, "content", types)  # of a handle
     model = getattr(types, "instance_class", None)
     if model in _sources:
         return {model}

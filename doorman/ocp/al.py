@@ -16,10 +16,8 @@ class AugmentedLagrangian(Solver):
     """
 
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
-        options, result = self.options, self._work.result
-        code = kernels.iterate(
-            self._model, self._memory, options.penalty, max_iterations, options.sweeps, options.tolerance, deadline
-        )
+        result = self._work.result
+        code = kernels.iterate(self._model, self._memory, max_iterations, deadline)
         iterations = int(result[RESULT.ITERATIONS])
         kernels.linearize(self._model, self._memory)
         kernels.measure_nominal(self._memory)
@@ -34,4 +32,4 @@ class AugmentedLagrangian(Solver):
 
     def _compile(self) -> None:
         super()._compile()
-        kernels.iterate(self._model, self._memory, self.options.penalty, 1, 1, self.options.tolerance, 0.0)
+        kernels.iterate(self._model, self._memory, 1, 0.0)

@@ -10,6 +10,7 @@ Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 20
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
@@ -24,12 +25,13 @@ from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.sweep import step_along, sweep
 from doorman.ocp.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace
 
+Array = NDArray[np.float64]
+
 CONVERGED = 0
 OUT_OF_ITERATIONS = 1
 FAILED = 2
 STALLED = 3
 
-_LARGEST_MULTIPLIER = 1e9
 _MARGIN = 1e-5
 """A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
 _SMALLEST_SCALE = 1.0 / 128.0
@@ -204,25 +206,32 @@ def save(work: Workspace) -> None:
 
 
 @kernel
+def approach(now: Array, new: Array, scale: float, largest: float) -> bool:
+    """Numbers a part of the way to others, cut off at ± `largest`; whether any got there."""
+    reached = False
+    for k in range(now.shape[0]):
+        for i in range(now.shape[1]):
+            value = now[k, i] + scale * (new[k, i] - now[k, i])
+            reached |= abs(value) >= largest
+            now[k, i] = max(min(value, largest), -largest)
+    return reached
+
+
+@kernel
 def take_multipliers(work: Workspace, scale: float) -> None:
-    """Multipliers a part of the way to `proposal`, bounded."""
-    n = work.nominal.inputs.shape[0]
-    now, new = work.multipliers, work.proposal
-    for k in range(n):
-        for i in range(len(work.sizes.rows)):
-            now.rows[k, i] = min(now.rows[k, i] + scale * (new.rows[k, i] - now.rows[k, i]), _LARGEST_MULTIPLIER)
-        for i in range(len(work.sizes.input_rows)):
-            value = now.input_rows[k, i] + scale * (new.input_rows[k, i] - now.input_rows[k, i])
-            now.input_rows[k, i] = min(value, _LARGEST_MULTIPLIER)
-        for i in range(len(work.sizes.state_bounds)):
-            value = now.states[k, i] + scale * (new.states[k, i] - now.states[k, i])
-            now.states[k, i] = max(min(value, _LARGEST_MULTIPLIER), -_LARGEST_MULTIPLIER)
-        for i in range(len(work.sizes.input_bounds)):
-            value = now.inputs[k, i] + scale * (new.inputs[k, i] - now.inputs[k, i])
-            now.inputs[k, i] = max(min(value, _LARGEST_MULTIPLIER), -_LARGEST_MULTIPLIER)
+    """Multipliers a part of the way to `proposal`; `result` says whether one reached its largest value."""
+    now, new, largest = work.multipliers, work.proposal, work.settings.largest_multiplier
+    reached = approach(now.rows, new.rows, scale, largest)
+    reached |= approach(now.input_rows, new.input_rows, scale, largest)
+    if len(work.sizes.state_bounds) > 0:
+        reached |= approach(now.states, new.states, scale, largest)
+    if len(work.sizes.input_bounds) > 0:
+        approach(now.inputs, new.inputs, scale, np.inf)
     for i in range(len(work.sizes.end_rows)):
         value = now.end_rows[i] + scale * (new.end_rows[i] - now.end_rows[i])
-        now.end_rows[i] = min(value, _LARGEST_MULTIPLIER)
+        reached |= value >= largest
+        now.end_rows[i] = min(value, largest)
+    work.result[RESULT.PRICED_OUT] = 1.0 if reached else 0.0
 
 
 @kernel
@@ -267,10 +276,10 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
 
 
 @kernel
-def search(model: object, work: Workspace, first_scale: float) -> float:
+def search(model: object, work: Workspace) -> float:
     """Shorten the step in `trial` until the filter accepts it; its length, or 0 with everything as it was."""
     save(work)
-    scale = first_scale
+    scale = 1.0
     while scale >= _SMALLEST_SCALE:
         move(work, scale)
         linearize(model, work)
@@ -289,33 +298,27 @@ def search(model: object, work: Workspace, first_scale: float) -> float:
 
 
 @kernel
-def iterate(
-    model: object,
-    work: Workspace,
-    penalty: float,
-    max_iterations: int,
-    sweeps: int,
-    tolerance: float,
-    deadline: float,
-) -> int:
+def iterate(model: object, work: Workspace, max_iterations: int, deadline: float) -> int:
     """Iterate from the nominal trajectory and the multipliers in `work`.
+
+    Converged is an iterate whose sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 + |J|, with defects
+    and violations below the tolerance's square root, and whose active set stays. Violations may stay where multipliers have
+    reached `settings.largest_multiplier`.
 
     Args:
         model: The problem's model.
         work: Workspace; its nominal trajectory need not satisfy the dynamics, but those of the integrators.
-        penalty: 1/μ.
         max_iterations: Largest number of linearisations; after the last one the full step is taken without a check.
-        sweeps: Largest number of Riccati sweeps on one linearisation.
-        tolerance: Converged when a sweep predicts a smaller decrease, relative to 1 + |J|, from a trajectory with defects
-            and violations below its square root, and the active set stays.
         deadline: On the clock of `doorman.numba_types.lanes.clock`; no iteration begins after it [s].
 
     Returns:
-        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The last step stays in `trial`, with the policy around it.
+        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The policy is that around the last step.
     """
-    result, regularization = work.result, 0.0
+    result, regularization, penalty = work.result, 0.0, work.settings.penalty
+    tolerance = work.settings.tolerance
     result[RESULT.ITERATIONS] = 0.0
     result[RESULT.ENTRIES] = 0.0
+    result[RESULT.PRICED_OUT] = 0.0
     linearize(model, work)
     mark_active(work, penalty)
     if max_iterations > 1:
@@ -325,23 +328,19 @@ def iterate(
             return FAILED
     for iteration in range(max_iterations):
         result[RESULT.ITERATIONS] = iteration + 1.0
-        settled = direction(model, work, penalty, sweeps, regularization)
+        settled = direction(model, work, penalty, work.settings.sweeps, regularization)
+        result[RESULT.SETTLED] = settled
         if settled < 0 or not result[RESULT.CHANGE] < 1e12:
             return FAILED
-        if iteration + 1 == max_iterations or clock() > deadline:
+        converged = settled == 1 and regularization == 0.0 and is_small(work, tolerance)
+        if converged or iteration + 1 == max_iterations or clock() > deadline:
             save(work)
             move(work, 1.0)
             take_multipliers(work, 1.0)
-            return OUT_OF_ITERATIONS
-        before, cost, violation = result[RESULT.INFEASIBILITY], result[RESULT.COST], result[RESULT.VIOLATION]
-        small = result[RESULT.DECREASE] <= tolerance * (1.0 + abs(cost)) and before <= np.sqrt(tolerance)
-        if settled == 1 and small and regularization == 0.0:
-            save(work)
-            move(work, 1.0)
-            take_multipliers(work, 1.0)
-            return CONVERGED
-        remember(work, before, cost)
-        scale = search(model, work, 1.0)
+            return CONVERGED if converged else OUT_OF_ITERATIONS
+        violation = result[RESULT.VIOLATION]
+        remember(work, result[RESULT.INFEASIBILITY], result[RESULT.COST])
+        scale = search(model, work)
         if scale == 0.0:
             regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
             result[RESULT.ENTRIES] -= 1.0
@@ -349,7 +348,17 @@ def iterate(
                 return STALLED
         else:
             regularization = 0.0 if regularization <= _FIRST_REGULARIZATION else 0.1 * regularization
-            if scale == 1.0 and settled == 1 and violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation:
+            slow = violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation
+            if scale == 1.0 and settled == 1 and slow and result[RESULT.PRICED_OUT] == 0.0:
                 penalty = min(4.0 * penalty, 1e7)
         mark_active(work, penalty)
     return OUT_OF_ITERATIONS
+
+
+@kernel
+def is_small(work: Workspace, tolerance: float) -> bool:
+    """Whether the step and what it started from are small enough to be the last."""
+    result = work.result
+    limit = np.sqrt(tolerance)
+    remains = result[RESULT.DEFECT] if result[RESULT.PRICED_OUT] > 0.0 else result[RESULT.INFEASIBILITY]
+    return bool(result[RESULT.DECREASE] <= tolerance * (1.0 + abs(result[RESULT.COST])) and remains <= limit)

@@ -23,8 +23,9 @@ Array = NDArray[np.float64]
 _ITERATIONS = 40
 """Largest number of augmented Lagrangian iterations before CDDP goes on."""
 
-_ENOUGH = 0.01
-"""A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost."""
+_ENOUGH = 0.003
+"""A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost, or the active
+set did not settle."""
 
 _EXTRA_ITERATIONS = 3
 """Largest number of these."""
@@ -54,7 +55,7 @@ class Hybrid(Cddp):
         if not self._start():
             return self._finish(PlanStatus.DIVERGED, iterations, started)
         close = abs(result[RESULT.COST] - expected) <= _AGREEMENT * (1.0 + abs(expected))
-        if code == kernels.CONVERGED and close:
+        if code == kernels.CONVERGED and (close or self._returns()):
             return self._finish(PlanStatus.CONVERGED, iterations, started)
         if iterations >= max_iterations or time.monotonic() >= deadline:
             return self._finish(PlanStatus.ITERATION_LIMIT, iterations, started)
@@ -63,18 +64,11 @@ class Hybrid(Cddp):
 
     def _iterate(self, max_iterations: int, deadline: float) -> int:
         """Augmented Lagrangian iterations from the nominal trajectory."""
-        options = self.options
-        return int(
-            kernels.iterate(
-                self._model,
-                self._memory,
-                options.penalty,
-                min(max_iterations, _ITERATIONS),
-                options.sweeps,
-                options.tolerance,
-                deadline,
-            )  # fmt: skip
-        )
+        return int(kernels.iterate(self._model, self._memory, min(max_iterations, _ITERATIONS), deadline))
+
+    def _returns(self) -> bool:
+        """Whether the nominal trajectory starts outside the constraints and ends inside."""
+        return 0 <= self._last_violated() < self.problem.horizon
 
     def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> Solution:
         """Solve from the last trajectory, and from the input goal where nothing comes of that.
@@ -115,10 +109,8 @@ class Hybrid(Cddp):
         """
         started = time.monotonic()
         work, options = self._work, self.options
-        code = follow(
-            self._model, self._memory, state, shift, limit, options.penalty, max_iterations, options.sweeps,
-            options.tolerance, started + time_limit, options.guess_active_sets,
-        )  # fmt: skip
+        deadline, guessing = started + time_limit, options.guess_active_sets
+        code = follow(self._model, self._memory, state, shift, limit, max_iterations, deadline, guessing)
         if code >= 0 and not self._resume(int(code)):
             return PlanStatus.DIVERGED
         if code < -1:
@@ -126,7 +118,7 @@ class Hybrid(Cddp):
         guess.accept_trial(self._memory)
         if work.result[RESULT.VIOLATION] <= options.feasibility:
             return PlanStatus.ITERATION_LIMIT
-        return PlanStatus.RECOVERING if self._last_violated() < self.problem.horizon else PlanStatus.INFEASIBLE
+        return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
 
     @property
     def iterations(self) -> int:
@@ -154,10 +146,15 @@ class Hybrid(Cddp):
 
     def _compile(self) -> None:
         super()._compile()
-        state = self.problem.cost.state_goal.copy()
+        kernels.iterate(self._model, self._memory, 1, 0.0)
         guess.accept_trial(self._memory)
-        follow(self._model, self._memory, state, -1.0, 2, self.options.penalty, 1, 1, self.options.tolerance, 0.0, True)
-        kernels.iterate(self._model, self._memory, self.options.penalty, 1, 1, self.options.tolerance, 0.0)
+        follow(self._model, self._memory, self.problem.cost.state_goal.copy(), -1.0, 2, 1, 0.0, True)
+
+
+@kernel
+def is_rough(work: Workspace) -> bool:
+    """Whether the last sweep changed so much that another iteration is worth its time."""
+    return bool(work.result[RESULT.CHANGE] > _ENOUGH or work.result[RESULT.SETTLED] == 0.0)
 
 
 @kernel
@@ -167,22 +164,19 @@ def follow(
     state: Array,
     shift: float,
     limit: int,
-    penalty: float,
     max_iterations: int,
-    sweeps: int,
-    tolerance: float,
     deadline: float,
     guessing: bool,
 ) -> int:
     """Shift, iterate and roll out in one call; the code of `roll_out`, or −9 if no sweep goes through."""
     guess.shift_guess(work, state, shift, limit)
     done, most = 0, max_iterations + _EXTRA_ITERATIONS
-    while done < most and (done < max_iterations or work.result[RESULT.CHANGE] > _ENOUGH):
-        if done >= max_iterations and clock() > deadline:
+    while done < most and (done < max_iterations or is_rough(work)):
+        if done > 0 and clock() > deadline:
             break
-        if kernels.iterate(model, work, penalty, 1, sweeps, tolerance, deadline) == kernels.FAILED:
+        if kernels.iterate(model, work, 1, deadline) == kernels.FAILED:
             return -9
         done += 1
     work.result[RESULT.ITERATIONS] = done
     guess.start_trial(work)
-    return roll_out(model, work, -1, 0.0, guessing, 0)
+    return int(roll_out(model, work, -1, 0.0, guessing, 0))

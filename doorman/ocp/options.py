@@ -11,13 +11,16 @@ from doorman.exceptions import SolverError
 class SolverOptions:
     """Settings of a solver; what one of them does not use, it passes over."""
 
-    tolerance: float = 1e-9
+    tolerance: float = 3e-8
     """Converged when the predicted decrease of the cost is below this, relative to 1 + |cost|."""
     feasibility: float = 1e-6
     """A trajectory counts as feasible up to this violation [the row's unit]."""
     penalty: float = 3e3
     """1/μ of the augmented Lagrangian, the same for all rows: cost by the row's unit squared."""
-    sweeps: int = 3
+    largest_multiplier: float = 1e6
+    """Rows cost no more than this by unit of violation: where they cannot hold, as after a start outside, the iterations settle
+    for the least violation that this price leaves worth while."""
+    sweeps: int = 2
     """Largest number of Riccati sweeps on one linearisation."""
     guess_active_sets: bool = True
     """Try a guess of a node's active set before ProxQP is asked; a guess counts only if it solves the node exactly."""

@@ -22,6 +22,9 @@ Array = NDArray[np.float64]
 COLD_ITERATIONS = 200
 """Largest number of iterations of a cold plan."""
 
+LARGEST_PRICE = 100.0
+"""Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
+
 _RECOVERY_ITERATIONS = 20
 """Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
 
@@ -82,7 +85,7 @@ class Planner:
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
         self._problem = self.planning.problem()
-        self.solver = Hybrid(self._problem, options)
+        self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
         self._started = False
 
     def update_door(self, *, friction: float | None = None, disturbance: float | None = None) -> None:

@@ -138,6 +138,24 @@ def fill_program(model: object, work: Workspace, k: int) -> None:
 
 
 @kernel
+def hopeless(work: Workspace, k: int) -> bool:
+    """Whether some row of the program stays violated for every input inside its bounds: a sign that it has no solution."""
+    if len(work.sizes.input_bounds) == 0:
+        return False
+    program, limits, u = work.program, work.limits, work.trial.inputs[k]
+    for i in range(program.constraints.shape[0]):
+        least = program.constraints[i]
+        if least > FEASIBILITY:
+            for a in range(u.shape[0]):
+                slope = program.jacobian[i, a]
+                if slope != 0.0:
+                    least += min(slope * (limits.input_lower[a] - u[a]), slope * (limits.input_upper[a] - u[a]))
+            if least > FEASIBILITY:
+                return True
+    return False
+
+
+@kernel
 def multiply_inputs(linear: np.ndarray, dynamics: np.ndarray, out: np.ndarray, first: int) -> None:
     """Rows C B from row `first` on, with B the right part of `dynamics`."""
     nx, nu = linear.shape[1], out.shape[1]
@@ -217,13 +235,17 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
         while worst > FEASIBILITY and done >= 0:
             if done < _CORRECTIONS:
                 fill_program(model, work, k)
-                if not (guess and solve_dual(work, k)):
+                if hopeless(work, k):
+                    apply_policy(work, k, scale)
+                    done = -1
+                elif not (guess and solve_dual(work, k)):
                     export_program(work, k, False)
                     work.result[RESULT.CORRECTIONS] = done
                     return k
-                substitute_step(work, k)
-                correct(work, k)
-                done += 1
+                else:
+                    substitute_step(work, k)
+                    correct(work, k)
+                    done += 1
             else:
                 apply_policy(work, k, scale)
                 done = -1

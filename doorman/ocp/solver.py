@@ -46,7 +46,7 @@ class Solver(ABC):
                 "the model's type has no kernel for 'step'", field="problem.model",
                 given=type(problem.model).__name__, allowed="a NamedTuple type with implement(functions.step, …)",
             )  # fmt: skip
-        self._work = Workspace.of(problem)
+        self._work = Workspace.of(problem, self.options)
         self._memory = held(self._work)
         self._model = Handle(problem.model)
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))

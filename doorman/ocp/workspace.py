@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.ocp import functions
 from doorman.ocp.node_elimination import factors_width
+from doorman.ocp.options import SolverOptions
 from doorman.ocp.problem import Problem
 
 Array = NDArray[np.float64]
@@ -54,6 +55,15 @@ class Weights(NamedTuple):
     input: Array
     state_goal: Array
     input_goal: Array
+
+
+class Settings(NamedTuple):
+    """Settings of the augmented Lagrangian's kernels, see `SolverOptions`."""
+
+    tolerance: float
+    penalty: float
+    largest_multiplier: float
+    sweeps: int
 
 
 class Limits(NamedTuple):
@@ -196,6 +206,7 @@ class Workspace(NamedTuple):
 
     sizes: Sizes
     weights: Weights
+    settings: Settings
     limits: Limits
     nominal: Trajectory
     trial: Trajectory
@@ -213,11 +224,12 @@ class Workspace(NamedTuple):
     """Scalars out, see `Result`."""
 
     @classmethod
-    def of(cls, problem: Problem) -> Workspace:
+    def of(cls, problem: Problem, options: SolverOptions | None = None) -> Workspace:
         """Allocate for a problem's sizes."""
         n, nx, nu = problem.horizon, problem.nx, problem.nu
         nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
         narrow, wide = padded(nx + 1), padded(nx + 1 + nu)
+        chosen = options or SolverOptions()
 
         def trajectory() -> Trajectory:
             return Trajectory(
@@ -230,6 +242,7 @@ class Workspace(NamedTuple):
         return cls(
             sizes=sizes_of(problem),
             weights=weights_of(problem),
+            settings=Settings(chosen.tolerance, chosen.penalty, chosen.largest_multiplier, chosen.sweeps),
             limits=Limits(*(np.array(each) for each in vars(problem.bounds).values())),
             nominal=trajectory(),
             trial=trajectory(),
@@ -280,6 +293,10 @@ class Result(NamedTuple):
     """Nodes at which no input was good enough for all rows."""
     CORRECTIONS: int = 12
     """Corrections that the node had had where a rollout stopped."""
+    PRICED_OUT: int = 13
+    """1 if a multiplier has reached its largest value."""
+    SETTLED: int = 14
+    """1 if the last step fits the active set that it was found with."""
 
 
 RESULT = Result()
