@@ -68,7 +68,7 @@ class PlanSchedule:
     def update(self, now: float, state: np.ndarray, door_disturbance: float) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
-        A plan that is not usable is recorded and dropped: the last usable one is followed to its end, where it rests.
+        A plan that is not flyable is recorded and dropped: the last usable one is followed to its end, where it rests.
 
         Args:
             now: Time of the state [s].
@@ -90,7 +90,7 @@ class PlanSchedule:
         first, self._started = not self._started, True
         plan = self.planner.plan(state) if first else self.planner.replan(state)
         available_at = now + (0.0 if first else self.latency_periods * self.period)
-        if plan.usable:
+        if plan.flyable:
             self._waiting.append(TimedPlan(plan, now, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)
         self.recorder.write(

@@ -94,8 +94,8 @@ def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
         except SingularityError as error:
             failure = str(error)
             break
-        unusable += not plan.usable
-        flown, ahead = (plan, 0) if plan.usable else (flown, ahead + 1)
+        unusable += not plan.flyable
+        flown, ahead = (plan, 0) if plan.flyable else (flown, ahead + 1)
         if flown is None or ahead >= len(flown.inputs):
             failure = f"no plan that may be flown ({plan.status.value})"
             break

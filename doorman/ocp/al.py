@@ -16,11 +16,14 @@ class AugmentedLagrangian(Solver):
     """
 
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
-        result = self._work.result
-        code = kernels.iterate(self._model, self._memory, max_iterations, deadline)
-        iterations = int(result[RESULT.ITERATIONS])
-        kernels.linearize(self._model, self._memory)
-        kernels.measure_nominal(self._memory)
+        result, iterations, code = self._work.result, 0, kernels.CONVERGED
+        violated = True
+        while violated and code == kernels.CONVERGED and iterations < max_iterations:
+            code = kernels.iterate(self._model, self._memory, max_iterations - iterations, deadline)
+            iterations += int(result[RESULT.ITERATIONS])
+            kernels.linearize(self._model, self._memory)
+            kernels.measure_nominal(self._memory)
+            violated = max(result[RESULT.VIOLATION], result[RESULT.DEFECT]) > self.options.feasibility
         result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
         status = {
             kernels.CONVERGED: PlanStatus.CONVERGED,

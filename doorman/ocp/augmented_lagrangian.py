@@ -35,6 +35,9 @@ STALLED = 3
 _MARGIN = 1e-5
 """A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
 _SMALLEST_SCALE = 1.0 / 128.0
+_PATIENCE = 4
+"""Iterations after which a set that has not settled gets twice as many sweeps, and twice again, up to"""
+_MOST_SWEEPS = 32
 _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
 
@@ -315,7 +318,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
         CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The policy is that around the last step.
     """
     result, regularization, penalty = work.result, 0.0, work.settings.penalty
-    tolerance = work.settings.tolerance
+    tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
     result[RESULT.ITERATIONS] = 0.0
     result[RESULT.ENTRIES] = 0.0
     result[RESULT.PRICED_OUT] = 0.0
@@ -328,7 +331,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             return FAILED
     for iteration in range(max_iterations):
         result[RESULT.ITERATIONS] = iteration + 1.0
-        settled = direction(model, work, penalty, work.settings.sweeps, regularization)
+        settled = direction(model, work, penalty, sweeps, regularization)
         result[RESULT.SETTLED] = settled
         if settled < 0 or not result[RESULT.CHANGE] < 1e12:
             return FAILED
@@ -351,6 +354,10 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             slow = violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation
             if scale == 1.0 and settled == 1 and slow and result[RESULT.PRICED_OUT] == 0.0:
                 penalty = min(4.0 * penalty, 1e7)
+        if settled == 1:
+            sweeps = work.settings.sweeps
+        elif scale < 1.0 or iteration >= _PATIENCE:
+            sweeps = min(2 * sweeps, _MOST_SWEEPS)
         mark_active(work, penalty)
     return OUT_OF_ITERATIONS
 

@@ -20,8 +20,11 @@ from doorman.ocp.workspace import RESULT, Workspace
 
 Array = NDArray[np.float64]
 
+_FIRST_ITERATIONS = 25
+"""Largest number of augmented Lagrangian iterations from the first guess,"""
+
 _ITERATIONS = 40
-"""Largest number of augmented Lagrangian iterations before CDDP goes on."""
+"""and from another one, before CDDP goes on."""
 
 _ENOUGH = 0.003
 """A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost, or the active
@@ -43,13 +46,12 @@ class Hybrid(Cddp):
 
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
         result = self._work.result
-        code = self._iterate(max_iterations, deadline)
+        straight = self._no_guess and bool(guess.choose_guess(self._model, self._memory))
+        code = self._iterate(min(max_iterations, _FIRST_ITERATIONS), deadline)
         iterations = int(result[RESULT.ITERATIONS])
-        if code in (kernels.FAILED, kernels.STALLED) and iterations < max_iterations:
-            guess.aim_straight(self._memory)
-            for array in self._work.multipliers:
-                array[:] = 0.0
-            code = self._iterate(max_iterations - iterations, deadline)
+        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
+            self._guess_otherwise(straight)
+            code = self._iterate(min(max_iterations - iterations, _ITERATIONS), deadline)
             iterations += int(result[RESULT.ITERATIONS])
         expected = kernels.nominal_cost(self._model, self._memory)
         if not self._start():
@@ -64,7 +66,17 @@ class Hybrid(Cddp):
 
     def _iterate(self, max_iterations: int, deadline: float) -> int:
         """Augmented Lagrangian iterations from the nominal trajectory."""
-        return int(kernels.iterate(self._model, self._memory, min(max_iterations, _ITERATIONS), deadline))
+        return int(kernels.iterate(self._model, self._memory, max_iterations, deadline))
+
+    def _guess_otherwise(self, straight: bool) -> None:
+        """Begin again: with a blind rollout after a straight line, else with a straight line."""
+        for array in self._work.multipliers:
+            array[:] = 0.0
+        self._work.nominal.inputs[:] = self.problem.cost.input_goal
+        if straight:
+            guess.roll_blindly(self._model, self._memory)
+        else:
+            guess.aim_straight(self._memory)
 
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
@@ -147,6 +159,7 @@ class Hybrid(Cddp):
     def _compile(self) -> None:
         super()._compile()
         kernels.iterate(self._model, self._memory, 1, 0.0)
+        guess.choose_guess(self._model, self._memory)
         guess.accept_trial(self._memory)
         follow(self._model, self._memory, self.problem.cost.state_goal.copy(), -1.0, 2, 1, 0.0, True)
 

@@ -51,6 +51,7 @@ class Solver(ABC):
         self._model = Handle(problem.model)
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time = 0.0
+        self._no_guess = True
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
         self._compile()
@@ -90,6 +91,7 @@ class Solver(ABC):
             )  # fmt: skip
         x = vector(state, self.problem.nx, "state")
         self._rollout_time = 0.0
+        self._no_guess = inputs is None and states is None
         self._set_guess(x, inputs, states, multipliers)
         if not self._evaluates(x):
             return self._finish(PlanStatus.INVALID_STATE, 0, started)
