@@ -2,9 +2,10 @@ r"""Semismooth augmented Lagrangian iterations on the multiple-shooting form, wi
 
 States and inputs are variables, defects :math:`e_k = f(x_k,u_k) - x_{k+1}` stay in the affine term of a Gauss-Newton model.
 After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step; if it
-changed, the sweep is repeated on the same linearisation. A step is accepted where it lowers the infeasibility
-θ = Σ|e| + Σ max(0, h) or the cost, compared with all pairs (θ, J) that the search has left; otherwise it is halved.
-Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets); Fletcher and Leyffer 2002.
+changed, the sweep is repeated on the same linearisation, from the best point on the way (`inner_search`). A step is accepted
+where it lowers the infeasibility θ = Σ|e| + Σ max(0, h) or the cost, compared with all pairs (θ, J) that the search has left;
+otherwise it is halved. Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets);
+Fletcher and Leyffer 2002 (filter).
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from doorman.ocp.functions import (
     linearize_input_constraints,
     stage_cost,
 )
+from doorman.ocp.inner_search import best_part, shorten
 from doorman.ocp.linear_algebra import copy_rows
-from doorman.ocp.sweep import step_along, sweep
-from doorman.ocp.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace
+from doorman.ocp.sweep import classify, step_along, sweep
+from doorman.ocp.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
@@ -35,9 +37,11 @@ STALLED = 3
 _MARGIN = 1e-5
 """A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
 _SMALLEST_SCALE = 1.0 / 128.0
-_PATIENCE = 4
+_PATIENCE = 3
 """Iterations after which a set that has not settled gets twice as many sweeps, and twice again, up to"""
 _MOST_SWEEPS = 32
+_FLIPS = 8
+"""Sweeps after which the active set does not flip as a whole any more."""
 _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
 
@@ -151,44 +155,6 @@ def measure_nominal(work: Workspace) -> None:
 
 
 @kernel
-def mark_active(work: Workspace, penalty: float) -> None:
-    """Active set {λ + h/μ > 0} of the nominal trajectory."""
-    nominal, active, multipliers = work.nominal, work.active, work.multipliers
-    n = nominal.inputs.shape[0]
-    for k in range(n):
-        count = 0
-        for i in range(len(work.sizes.rows)):
-            now = 1 if multipliers.rows[k, i] + penalty * nominal.rows[k, i] > 0.0 else 0
-            active.rows[k, i] = now
-            count += now
-        for i in range(len(work.sizes.state_bounds)):
-            x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
-            side = 1 if multiplier + penalty * (x - work.limits.state_upper[i]) > 0.0 else 0
-            if multiplier + penalty * (x - work.limits.state_lower[i]) < 0.0:
-                side = -1
-            active.states[k, i] = side
-            count += abs(side)
-        active.state_count[k] = count
-        count = 0
-        for i in range(len(work.sizes.input_rows)):
-            now = 1 if multipliers.input_rows[k, i] + penalty * nominal.input_rows[k, i] > 0.0 else 0
-            active.input_rows[k, i] = now
-            count += now
-        for i in range(len(work.sizes.input_bounds)):
-            u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
-            side = 1 if multiplier + penalty * (u - work.limits.input_upper[i]) > 0.0 else 0
-            if multiplier + penalty * (u - work.limits.input_lower[i]) < 0.0:
-                side = -1
-            active.inputs[k, i] = side
-            count += abs(side)
-        active.input_count[k] = count
-    for i in range(len(work.sizes.end_rows)):
-        now = 1 if multipliers.end_rows[i] + penalty * nominal.end_rows[i] > 0.0 else 0
-        active.end_rows[i] = now
-        active.state_count[n - 1] += now
-
-
-@kernel
 def move(work: Workspace, scale: float) -> None:
     """Nominal trajectory a part of the way from `saved` to `trial`."""
     nominal, trial, saved = work.nominal, work.trial, work.saved
@@ -267,14 +233,25 @@ def remember(work: Workspace, infeasibility: float, cost: float) -> None:
 
 @kernel
 def direction(model: object, work: Workspace, penalty: float, sweeps: int, regularization: float) -> int:
-    """Step into `trial` for the active set that fits it: 1 if the set settled, 0 if not, −1 if no sweep went through."""
-    for _ in range(sweeps):
+    """Step into `trial` for the active set that fits it: 1 if the set settled, 0 if not, −1 if no sweep went through.
+
+    The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
+    """
+    for turn in range(sweeps):
         while not sweep(model, work, penalty, regularization):
             regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
             if regularization > _LARGEST_REGULARIZATION:
                 return -1
-        if not step_along(work, penalty):
+        step_along(work)
+        if not classify(work, work.trial, penalty):
             return 1
+        if turn >= _FLIPS:
+            base = work.nominal if turn == _FLIPS else work.saved
+            part = best_part(model, work, base, penalty)
+            if part < 1.0:
+                shorten(work, base, part)
+                classify(work, work.trial, penalty)
+            copy_trajectory(work.trial, work.saved)
     return 0
 
 
@@ -323,7 +300,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     result[RESULT.ENTRIES] = 0.0
     result[RESULT.PRICED_OUT] = 0.0
     linearize(model, work)
-    mark_active(work, penalty)
+    classify(work, work.nominal, penalty)
     if max_iterations > 1:
         measure_nominal(work)
         result[RESULT.COST] = total_cost(model, work, work.nominal)
@@ -358,7 +335,6 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             sweeps = work.settings.sweeps
         elif scale < 1.0 or iteration >= _PATIENCE:
             sweeps = min(2 * sweeps, _MOST_SWEEPS)
-        mark_active(work, penalty)
     return OUT_OF_ITERATIONS
 
 

@@ -9,7 +9,7 @@ from doorman.compilation import kernel
 from doorman.ocp.augmented_lagrangian import measure, total_cost
 from doorman.ocp.functions import step
 from doorman.ocp.linear_algebra import copy_rows
-from doorman.ocp.workspace import Trajectory, Workspace
+from doorman.ocp.workspace import Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
@@ -184,17 +184,6 @@ def start_trial(work: Workspace) -> None:
 def accept_trial(work: Workspace) -> None:
     """The trial trajectory becomes the nominal one."""
     copy_trajectory(work.trial, work.nominal)
-
-
-@kernel
-def copy_trajectory(source: Trajectory, target: Trajectory) -> None:
-    """Copy a trajectory."""
-    copy_rows(source.states, target.states)
-    copy_rows(source.inputs, target.inputs)
-    copy_rows(source.rows, target.rows)
-    copy_rows(source.input_rows, target.input_rows)
-    for i in range(source.end_rows.shape[0]):
-        target.end_rows[i] = source.end_rows[i]
 
 
 @kernel

@@ -12,7 +12,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, multiply_rows, store
 from doorman.ocp.functions import expand_end_cost, expand_stage_cost
 from doorman.ocp.node_elimination import eliminate_inputs
-from doorman.ocp.workspace import RESULT, Workspace
+from doorman.ocp.workspace import RESULT, Trajectory, Workspace
 
 
 @kernel
@@ -175,18 +175,16 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float)
 
 
 @kernel
-def step_along(work: Workspace, penalty: float) -> bool:
-    """Newton step into `trial`, the rows linearised there into its constraints; whether the active set flipped.
-
-    A row is active where λ + r/μ > 0 with r the linearised row at the step; `proposal` gets max(0, λ + r/μ).
-    """
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nominal, trial, step, weights = work.nominal, work.trial, work.node.step, work.weights
-    flipped, largest = False, 0.0
+def step_along(work: Workspace) -> None:
+    """Newton step of the last sweep into `trial`, with the rows linearised there."""
+    nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.rows), len(work.sizes.input_rows)
+    nominal, trial, step, weights, linear = work.nominal, work.trial, work.node.step, work.weights, work.linear
+    n, largest = nominal.inputs.shape[0], 0.0
+    flat_rows, flat_input_rows = trial.rows.reshape(-1), trial.input_rows.reshape(-1)
     step[:] = 0.0
     for i in range(nx):
         trial.states[0, i] = nominal.states[0, i]
-    for k in range(nominal.inputs.shape[0]):
+    for k in range(n):
         step[nx] = 1.0
         for i in range(nu):
             step[nx + 1 + i] = 0.0
@@ -194,97 +192,98 @@ def step_along(work: Workspace, penalty: float) -> bool:
         for i in range(nu):
             largest = max(largest, weights.input[i] * abs(step[nx + 1 + i]))
             trial.inputs[k, i] = nominal.inputs[k, i] + step[nx + 1 + i]
-        active = update_inputs(work, k, penalty)
-        flipped |= active
-        multiply_rows(work.linear.jacobians, k, work.sizes.states, work.sizes.wide, step, step, 0)
+        if ng > 0:
+            step[nx] = 0.0
+            multiply_rows(
+                linear.input_row_jacobians, k, work.sizes.input_rows, work.sizes.wide, step, flat_input_rows, k * ng
+            )
+            step[nx] = 1.0
+            for i in range(ng):
+                trial.input_rows[k, i] += nominal.input_rows[k, i]
+        multiply_rows(linear.jacobians, k, work.sizes.states, work.sizes.wide, step, step, 0)
         for i in range(nx):
             trial.states[k + 1, i] = nominal.states[k + 1, i] + step[i]
-        active = update_states(work, k, penalty)
-        flipped |= active
+        if nh > 0:
+            multiply_rows(linear.row_jacobians, k, work.sizes.rows, work.sizes.narrow, step, flat_rows, k * nh)
+            for i in range(nh):
+                trial.rows[k, i] += nominal.rows[k, i]
+    for i in range(len(work.sizes.end_rows)):
+        value = nominal.end_rows[i]
+        for j in range(nx):
+            value += linear.end_row_jacobians[i, j] * step[j]
+        trial.end_rows[i] = value
     work.result[RESULT.CHANGE] = largest
+
+
+@kernel
+def classify(work: Workspace, at: Trajectory, penalty: float) -> bool:
+    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows; whether the set flipped."""
+    flipped = False
+    for k in range(at.inputs.shape[0]):
+        changed = classify_state(work, at, k, penalty)
+        flipped |= changed
+        changed = classify_input(work, at, k, penalty)
+        flipped |= changed
     return flipped
 
 
 @kernel
-def update_row(multiplier: float, value: float, penalty: float, active: int) -> tuple[float, int, bool]:
-    """Multiplier, activity and whether it flipped, of one row r = `value`."""
-    force = multiplier + penalty * value
-    now = 1 if force > 0.0 else 0
-    return max(force, 0.0), now, now != active
-
-
-@kernel
-def update_bound(
-    multiplier: float, value: float, lower: float, upper: float, penalty: float, side: int
-) -> tuple[float, int, bool]:
-    """Signed multiplier, side and whether it flipped, of one bounded number."""
-    above, below = multiplier + penalty * (value - upper), multiplier + penalty * (value - lower)
-    now = 1 if above > 0.0 else (-1 if below < 0.0 else 0)
-    return max(above, 0.0) + min(below, 0.0), now, now != side
-
-
-@kernel
-def update_inputs(work: Workspace, k: int, penalty: float) -> bool:
-    """Active set and proposed multipliers of the mixed rows and bounds of input k; whether any flipped."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    active, multipliers, proposal, step = work.active, work.multipliers, work.proposal, work.node.step
-    flipped, count = False, 0
-    for i in range(len(work.sizes.input_rows)):
-        value, row = work.nominal.input_rows[k, i], work.linear.input_row_jacobians[k, i]
-        for j in range(nx):
-            value += row[j] * step[j]
-        for j in range(nu):
-            value += row[nx + 1 + j] * step[nx + 1 + j]
-        proposal.input_rows[k, i], now, changed = update_row(
-            multipliers.input_rows[k, i], value, penalty, active.input_rows[k, i]
+def classify_state(work: Workspace, at: Trajectory, k: int, penalty: float) -> bool:
+    """The same of the rows and bounds of state k + 1."""
+    active, multipliers, proposal, limits = work.active, work.multipliers, work.proposal, work.limits
+    changed, count = False, 0
+    for i in range(len(work.sizes.rows)):
+        force = multipliers.rows[k, i] + penalty * at.rows[k, i]
+        now = 1 if force > 0.0 else 0
+        proposal.rows[k, i] = max(force, 0.0)
+        changed |= active.rows[k, i] != now
+        active.rows[k, i] = now
+        count += now
+    for i in range(len(work.sizes.state_bounds)):
+        x, multiplier = at.states[k + 1, i], multipliers.states[k, i]
+        above, below = (
+            multiplier + penalty * (x - limits.state_upper[i]),
+            multiplier + penalty * (x - limits.state_lower[i]),
         )
+        now = 1 if above > 0.0 else (-1 if below < 0.0 else 0)
+        proposal.states[k, i] = max(above, 0.0) + min(below, 0.0)
+        changed |= active.states[k, i] != now
+        active.states[k, i] = now
+        count += abs(now)
+    if k == at.inputs.shape[0] - 1:
+        for i in range(len(work.sizes.end_rows)):
+            force = multipliers.end_rows[i] + penalty * at.end_rows[i]
+            now = 1 if force > 0.0 else 0
+            proposal.end_rows[i] = max(force, 0.0)
+            changed |= active.end_rows[i] != now
+            active.end_rows[i] = now
+            count += now
+    active.state_count[k] = count
+    return changed
+
+
+@kernel
+def classify_input(work: Workspace, at: Trajectory, k: int, penalty: float) -> bool:
+    """The same of the mixed rows and bounds of input k."""
+    active, multipliers, proposal, limits = work.active, work.multipliers, work.proposal, work.limits
+    changed, count = False, 0
+    for i in range(len(work.sizes.input_rows)):
+        force = multipliers.input_rows[k, i] + penalty * at.input_rows[k, i]
+        now = 1 if force > 0.0 else 0
+        proposal.input_rows[k, i] = max(force, 0.0)
+        changed |= active.input_rows[k, i] != now
         active.input_rows[k, i] = now
-        flipped |= changed
         count += now
     for i in range(len(work.sizes.input_bounds)):
-        proposal.inputs[k, i], now, changed = update_bound(
-            multipliers.inputs[k, i], work.trial.inputs[k, i], work.limits.input_lower[i], work.limits.input_upper[i],
-            penalty, active.inputs[k, i],
-        )  # fmt: skip
+        u, multiplier = at.inputs[k, i], multipliers.inputs[k, i]
+        above, below = (
+            multiplier + penalty * (u - limits.input_upper[i]),
+            multiplier + penalty * (u - limits.input_lower[i]),
+        )
+        now = 1 if above > 0.0 else (-1 if below < 0.0 else 0)
+        proposal.inputs[k, i] = max(above, 0.0) + min(below, 0.0)
+        changed |= active.inputs[k, i] != now
         active.inputs[k, i] = now
-        flipped |= changed
         count += abs(now)
     active.input_count[k] = count
-    return flipped
-
-
-@kernel
-def update_states(work: Workspace, k: int, penalty: float) -> bool:
-    """Active set and proposed multipliers of the rows and bounds of state k + 1; whether any flipped."""
-    nx, nh, last = len(work.sizes.states), len(work.sizes.rows), k == work.nominal.inputs.shape[0] - 1
-    active, multipliers, proposal, step = work.active, work.multipliers, work.proposal, work.node.step
-    flipped, count = False, 0
-    if nh > 0:
-        multiply_rows(
-            work.linear.row_jacobians, k, work.sizes.rows, work.sizes.narrow, step, work.trial.rows.reshape(-1), k * nh
-        )
-    for i in range(nh):
-        value = work.nominal.rows[k, i] + work.trial.rows[k, i]
-        proposal.rows[k, i], now, changed = update_row(multipliers.rows[k, i], value, penalty, active.rows[k, i])
-        active.rows[k, i] = now
-        flipped |= changed
-        count += now
-    if last:
-        for i in range(len(work.sizes.end_rows)):
-            value = work.nominal.end_rows[i]
-            for j in range(nx):
-                value += work.linear.end_row_jacobians[i, j] * step[j]
-            proposal.end_rows[i], now, changed = update_row(multipliers.end_rows[i], value, penalty, active.end_rows[i])
-            active.end_rows[i] = now
-            flipped |= changed
-            count += now
-    for i in range(len(work.sizes.state_bounds)):
-        proposal.states[k, i], now, changed = update_bound(
-            multipliers.states[k, i], work.trial.states[k + 1, i], work.limits.state_lower[i],
-            work.limits.state_upper[i], penalty, active.states[k, i],
-        )  # fmt: skip
-        active.states[k, i] = now
-        flipped |= changed
-        count += abs(now)
-    active.state_count[k] = count
-    return flipped
+    return changed

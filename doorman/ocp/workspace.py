@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.compilation import kernel
 from doorman.ocp import functions
+from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.node_elimination import factors_width
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.problem import Problem
@@ -378,3 +380,14 @@ def program_of(problem: Problem, wide: int) -> Program:
         dual=np.zeros((most, wide)),
         scratch=np.zeros(max(problem.n_constraints, problem.n_end_constraints) * nx),
     )
+
+
+@kernel
+def copy_trajectory(source: Trajectory, target: Trajectory) -> None:
+    """Copy a trajectory."""
+    copy_rows(source.states, target.states)
+    copy_rows(source.inputs, target.inputs)
+    copy_rows(source.rows, target.rows)
+    copy_rows(source.input_rows, target.input_rows)
+    for i in range(source.end_rows.shape[0]):
+        target.end_rows[i] = source.end_rows[i]
