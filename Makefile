@@ -1,5 +1,6 @@
 # make demo    opens the door in simulation
 # make test    runs every check and every test
+# make bench   measures the planner against other solvers and writes docs/benchmarks.md: about 20 minutes
 # make clean   removes the virtual environment and everything that tools left behind
 #
 # Both install what they need into .venv first. Another interpreter or place: make test PYTHON=python3.12 VENV=/tmp/doorman
@@ -12,7 +13,7 @@ BIN := $(VENV)/bin
 CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
 
 .DELETE_ON_ERROR:
-.PHONY: demo test lint clean
+.PHONY: demo test lint bench clean
 
 demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman open $(SCENARIO)
@@ -26,6 +27,10 @@ lint: $(VENV)/.installed-for-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# The peers get an environment of their own under build/.
+bench: $(VENV)/.installed-for-test
+	$(BIN)/python benchmarks/run.py --write-docs
+
 $(BIN)/python:
 	$(PYTHON) -c '$(CHECK_PYTHON)'
 	$(PYTHON) -m venv $(VENV) || { echo "no virtual environment: on Debian and Ubuntu, apt install python3-venv"; exit 1; }
@@ -38,7 +43,7 @@ $(VENV)/.installed-for-demo: pyproject.toml | $(BIN)/python
 # Includes what the demo needs: its stamp is set too, so that `make demo` does not install again.
 $(VENV)/.installed-for-test: pyproject.toml | $(BIN)/python
 	@echo 'Installing into $(VENV): a few minutes the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware,test]'
 	touch $(VENV)/.installed-for-demo $@
 
 clean:

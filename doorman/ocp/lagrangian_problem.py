@@ -25,6 +25,7 @@ from doorman.dynamics.lagrangian_reduction import reduce_state
 from doorman.model import Model
 from doorman.ocp import functions
 from doorman.ocp.costs import QuadraticCost
+from doorman.ocp.limits import lagrangian_bounds
 from doorman.ocp.problem import Problem
 from doorman.ocp.weights import chosen_weights
 
@@ -90,7 +91,7 @@ def lagrangian_problem(model: Model, disturbance: float = 0.0) -> Problem:
         disturbance: τ_d, torque in the sense of damping, beyond damping, friction and spring [N m].
 
     Returns:
-        The problem, whose constraints are h(x) + planner.margin ≤ 0.
+        The problem, whose constraints are h(x) + planner.margin ≤ 0 and the bounds of `[limits]`.
 
     Raises:
         ScenarioError: if a vector of weights does not fit the arm.
@@ -108,6 +109,8 @@ def lagrangian_problem(model: Model, disturbance: float = 0.0) -> Problem:
         horizon=planner.horizon_steps,
         time_step=planner.time_step,
         cost=lagrangian_cost(model),
+        bounds=lagrangian_bounds(model),
+        constraint_names=model.constraint_names,
     )
 
 

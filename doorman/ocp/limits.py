@@ -33,6 +33,28 @@ def reduced_bounds(model: Model) -> Bounds:
     )
 
 
+def lagrangian_bounds(model: Model) -> Bounds:
+    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]: the body rates' limits hold for Φ̇, the tilt's for roll and pitch each.
+
+    Args:
+        model: Model of the scenario.
+    """
+    if not model.scenario.limits.enabled:
+        return Bounds()
+    reduced, limits = reduced_bounds(model), model.scenario.limits
+    lower, upper = np.asarray(reduced.input_lower).copy(), np.asarray(reduced.input_upper).copy()
+    lower[1:4], upper[1:4] = -np.inf, np.inf
+    arm = np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]
+    tilt, free = np.full(2, limits.tilt), np.full(2, np.inf)
+    moving = np.concatenate([tilt, free, limits.body_rates, free[:1]])
+    return Bounds(
+        state_lower=np.concatenate([-moving, arm[0]]),
+        state_upper=np.concatenate([moving, arm[1]]),
+        input_lower=lower,
+        input_upper=upper,
+    )
+
+
 def least_cosine(model: Model) -> float:
     """Least cosine of the tilt, the angle between the body's z axis and the world's; −1 where it is free."""
     limits = model.scenario.limits

@@ -1,0 +1,94 @@
+r"""Position limits for servos in velocity mode, which knows none: a rate is cut so that the joint can still stop.
+
+.. math::
+    r\,t + \frac{r^2}{2a} \le d \quad\Rightarrow\quad r \le a\left(\sqrt{t^2 + 2d/a} - t\right)
+
+d is the distance to the limit, a the deceleration, t the time before the servo reacts. At and beyond the limit only the way
+back is open.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+
+Array = NDArray[np.float64]
+
+
+def stopping_rate(distance: float, deceleration: float, delay: float) -> float:
+    """Largest rate from which a joint still stops within a distance.
+
+    Args:
+        distance: To the limit; nothing is left where it is negative [rad].
+        deceleration: a [rad/s²].
+        delay: t [s].
+
+    Returns:
+        [rad/s].
+    """
+    if not distance > 0.0:
+        return 0.0
+    return deceleration * (math.sqrt(delay * delay + 2.0 * distance / deceleration) - delay)
+
+
+def allowed_rate(
+    asked: float, angle: float, lower: float, upper: float, largest: float, deceleration: float, delay: float
+) -> float:
+    """Rate that a joint may have: what is asked, inside its rate limit, and so that it can stop at its limits.
+
+    Args:
+        asked: Rate that is asked for [rad/s].
+        angle: Of the joint, when it was measured [rad].
+        lower: Where it must stop at the latest on its way down [rad].
+        upper: Where it must stop at the latest on its way up [rad].
+        largest: Rate limit [rad/s].
+        deceleration: With which it can brake [rad/s²].
+        delay: From the measurement to the servo's reaction [s].
+
+    Returns:
+        [rad/s]; 0 if anything is not finite.
+    """
+    if not (math.isfinite(asked) and math.isfinite(angle)):
+        return 0.0
+    up = min(stopping_rate(upper - angle, deceleration, delay), largest)
+    down = min(stopping_rate(angle - lower, deceleration, delay), largest)
+    return max(min(asked, up), -down)
+
+
+class RateRounder:
+    """Rounds rates to the servo's counts of 0.024 rad/s and carries the rest over to the next cycle.
+
+    So a slow joint moves at its mean rate instead of standing still or running too fast. Nothing is carried over a stop.
+
+    Args:
+        n: Number of joints.
+    """
+
+    def __init__(self, n: int) -> None:
+        self._rests = [0.0] * n
+
+    def round(self, joint: int, rate: float) -> int:
+        """Counts to command.
+
+        Args:
+            joint: Index of the joint.
+            rate: Allowed rate [rad/s].
+
+        Returns:
+            Goal velocity; 0 exactly where the rate is 0.
+        """
+        if rate == 0.0:
+            self._rests[joint] = 0.0
+            return 0
+        wanted = rate / VELOCITY_UNIT + self._rests[joint]
+        counts = round(wanted)
+        self._rests[joint] = max(min(wanted - counts, 0.5), -0.5)
+        return counts if counts * rate > 0.0 else 0
+
+    def clear(self) -> None:
+        """Forget all rests."""
+        self._rests = [0.0] * len(self._rests)

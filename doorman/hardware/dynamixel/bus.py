@@ -1,0 +1,189 @@
+"""Servo bus: what a backend holds to move an arm of DYNAMIXEL servos."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from numpy.typing import ArrayLike
+
+from doorman.checks import vector
+from doorman.exceptions import BackendError, DimensionError
+from doorman.hardware.dynamixel.commissioning import ReadyServo
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.connection import Connection
+from doorman.hardware.dynamixel.cycle import RateCommand, ServoCycle
+from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
+from doorman.hardware.dynamixel.sample import BusState, ServoSample
+from doorman.hardware.dynamixel.settings import SettingFinding
+from doorman.hardware.dynamixel.worker import BusStatistics, BusWorker, RecoveryRequest
+
+FIRST_READS = 10
+"""Attempts to hear all servos before the thread starts."""
+STOP_TIMEOUT = 3.0
+"""How long `stop` waits for the thread [s]."""
+
+
+class ServoBus:
+    """An arm's servos on one serial bus, in velocity mode, served by a thread of their own.
+
+    `read` and `command` exchange the newest values and return at once: the bus never holds up its user. The constructor touches
+    no device. Whatever happens on the bus shows in the samples and events; every fault that matters ends at zero velocity.
+
+    Args:
+        config: Servos, joints and limits.
+    """
+
+    def __init__(self, config: ServoConfig) -> None:
+        self.config = config
+        self._log = EventLog()
+        self._worker: BusWorker | None = None
+        self._ready: tuple[ReadyServo, ...] = ()
+
+    def inspect(self) -> tuple[SettingFinding, ...]:
+        """Open the port, compare every servo's settings with what is relied on, and close it; changes no setting.
+
+        Returns:
+            Settings that differ.
+
+        Raises:
+            BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
+        """
+        self._require_closed()
+        connection = Connection.open(self.config)
+        try:
+            return tuple(connection.inspect(self.config))
+        finally:
+            connection.port.close()
+
+    def open(self) -> None:
+        """Open the port, make every servo ready and start the thread; the arm stands still with torque on.
+
+        Raises:
+            BackendError: if the port cannot be opened, or a servo does not answer, is another model, has settings that are not
+                relied on, has shut down or refuses.
+        """
+        self._require_closed()
+        connection = Connection.open(self.config)
+        try:
+            self._ready = connection.commission(self.config)
+            self._worker = self._hear_all(connection)
+            self._worker.start()
+        except BaseException:
+            self._worker = None
+            connection.port.close()
+            raise
+
+    def read(self) -> ServoSample:
+        """Newest state of the servos, at once. Look at `fresh` before use.
+
+        Raises:
+            BackendError: if the bus was never opened.
+        """
+        return self._opened().latest.at(time.monotonic(), self.config.stale_after)
+
+    def wait(self, sample: ServoSample, timeout: float) -> ServoSample:
+        """Wait for a sample that is newer than another.
+
+        Args:
+            sample: The other.
+            timeout: How long to wait [s].
+
+        Raises:
+            BackendError: if none comes in time, or the bus was never opened.
+        """
+        return self._opened().wait(sample.cycle, timeout).at(time.monotonic(), self.config.stale_after)
+
+    def command(self, rates: ArrayLike) -> None:
+        """Ask for joint rates, at once; they hold until the next call, but no longer than `command_timeout`.
+
+        Args:
+            rates: Ḣ_d, shape (n,) [rad/s].
+
+        Raises:
+            BackendError: if they are of wrong shape or not finite (the arm then stops), or the bus is not open.
+        """
+        worker = self._opened()
+        now = time.monotonic()
+        try:
+            wanted = vector(rates, self.config.n, "rates")
+        except DimensionError as error:
+            worker.command = RateCommand((0.0,) * self.config.n, now)
+            raise BackendError(f"not rates: {error}", field="rates") from error
+        if worker.latest.state is BusState.STOPPED:
+            raise BackendError("the servo bus is stopped", allowed="open() before command()")
+        worker.command = RateCommand(tuple(float(rate) for rate in wanted), now)
+
+    def recover(self, timeout: float = 10.0) -> tuple[str, ...]:
+        """Set up again every servo that is missing or has a latched fault; one that has shut down is rebooted.
+
+        A rebooted servo gives way meanwhile. It blocks, so it is not for the controller's thread; the bus goes on.
+
+        Args:
+            timeout: How long it may take [s].
+
+        Returns:
+            What failed, in words; nothing if all servos are well.
+
+        Raises:
+            BackendError: if the bus is not open.
+        """
+        worker = self._opened()
+        request = RecoveryRequest(time.monotonic() + timeout)
+        worker.request = request
+        if not request.done.wait(timeout + self.config.boot_timeout):
+            return (f"no recovery within {timeout:g} s",)
+        return tuple(request.failures)
+
+    def events(self) -> list[ServoEvent]:
+        """Take what has happened since the last call, oldest first."""
+        return self._log.take()
+
+    @property
+    def servos(self) -> tuple[ReadyServo, ...]:
+        """What is known of every servo since `open`: model, firmware, limits, settings that differ."""
+        return self._ready
+
+    @property
+    def statistics(self) -> BusStatistics:
+        """How the cycles ran.
+
+        Raises:
+            BackendError: if the bus was never opened.
+        """
+        return self._opened().statistics()
+
+    def stop(self) -> None:
+        """Command zero velocity, leave the servos at rest with torque on, and close the port; may be called twice."""
+        worker, self._worker = self._worker, None
+        if worker is not None and not worker.stop(STOP_TIMEOUT):
+            raise BackendError("the servo bus does not stop", field="servos.port", given=self.config.port,
+                               allowed="a device that answers; the servos' watchdogs stop the arm")  # fmt: skip
+
+    def __enter__(self) -> ServoBus:
+        self.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def _hear_all(self, connection: Connection) -> BusWorker:
+        """Worker with a first sample of all servos."""
+        cycle = ServoCycle(connection.quick, self._ready, self.config, self._log)
+        for _ in range(FIRST_READS):
+            if cycle.listen():
+                return BusWorker(connection, cycle, self.config, self._log, cycle.sample(BusState.FOLLOWING))
+        connection.rest(self.config)
+        raise BackendError("not every servo answers a sync read in time", field="servos.latency",
+                           given=self.config.latency, allowed="longer than adapter and computer take")  # fmt: skip
+
+    def _require_closed(self) -> None:
+        if self._worker is not None:
+            raise BackendError("the servo bus is open already", allowed="stop() before another open()")
+
+    def _opened(self) -> BusWorker:
+        if self._worker is None:
+            raise BackendError("the servo bus is not open", allowed="open() before read() and command()")
+        return self._worker

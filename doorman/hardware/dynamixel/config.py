@@ -1,0 +1,178 @@
+"""What the adapter is told about servos, joints and limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel.registers import BAUD_CODES, MODELS, WATCHDOG_LONGEST
+from doorman.hardware.dynamixel.units import CENTRE, TICKS_PER_TURN, WATCHDOG_UNIT
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ServoConfig:
+    """Servos of an arm, joint by joint from the base to the tip.
+
+    The limits are those of the URDF: `model.vehicle.lower_limits`, `upper_limits` and `rate_limits`.
+
+    Raises:
+        BackendError: if a value is out of range.
+        DimensionError: if an array has another length than `ids` or is not finite.
+    """
+
+    port: str
+    """Serial device, best as its link in /dev/serial/by-id."""
+    lower_limits: ArrayLike
+    """Of the joints, shape (n,) [rad]."""
+    upper_limits: ArrayLike
+    """Of the joints, shape (n,) [rad]."""
+    rate_limits: ArrayLike
+    """Of the joints, shape (n,) [rad/s]."""
+    ids: tuple[int, ...] = (1, 2, 3, 4)
+    """Servo of every joint."""
+    directions: tuple[int, ...] | None = None
+    """+1 where the servo's positive direction (counter-clockwise, seen onto its horn) is the joint's, else −1."""
+    zero_positions: tuple[int, ...] | None = None
+    """Present position at the joint's zero [tick]; by default the middle of the turn, 2048."""
+    homing_offsets: tuple[int, ...] | None = None
+    """Homing offset that every servo must hold in its EEPROM [tick]; by default 0."""
+    models: tuple[int, ...] = tuple(MODELS)
+    """Model numbers that are accepted."""
+    baud_rate: int = 1_000_000
+    """[bit/s]."""
+    rate: float = 200.0
+    """Cycles per second; each reads all servos and commands them [1/s]."""
+    latency: float = 0.004
+    """What USB adapter and computer may add to an answer's time on the wire [s]."""
+    setup_latency: float = 0.03
+    """The same while servos are set up, when nothing is urgent [s]."""
+    open_timeout: float = 10.0
+    """`open` gives up after this [s]."""
+    boot_timeout: float = 3.0
+    """A rebooted servo must answer within this [s]."""
+    command_timeout: float = 0.1
+    """Without a new command for this long, the arm stops [s]."""
+    watchdog: float = 0.1
+    """A servo that hears nothing for this long stops by itself; multiples of 0.02 up to 2.54 [s]."""
+    stale_after: float = 0.03
+    """A servo without a fresh answer for this long stops the arm [s]."""
+    missing_after: float = 0.25
+    """A servo without a fresh answer for this long counts as missing [s]."""
+    warm_temperature: float = 60.0
+    """Reported above this [°C]."""
+    hot_temperature: float = 70.0
+    """The arm stops above this, until it is 5 °C colder [°C]; a servo shuts down at its own limit, 80 by default."""
+    strain_current: float = 1.4
+    """Reported as strained above this current [A] …"""
+    strain_time: float = 0.3
+    """… for this long [s]."""
+    deceleration: float = 10.0
+    """With which the joints can brake ahead of a limit [rad/s²]."""
+    reaction_time: float = 0.03
+    """Between a command and the servo's motion; the braking law reckons with it [s]."""
+    limit_margin: float = 0.01
+    """The joints stop this far before their limits [rad]."""
+    limit_tolerance: float = 0.03
+    """A joint this far outside its limits is reported [rad]."""
+    write_eeprom: bool = False
+    """Whether `open` may change EEPROM settings; the arm goes limp for that."""
+    reboot_at_open: bool = True
+    """Whether `open` reboots servos that have shut down."""
+    reconnect: bool = True
+    """Whether the device is opened again after it was unplugged."""
+    torque_off_at_stop: bool = False
+    """Whether `stop` lets the arm go limp after it has stopped it."""
+    limits: tuple[Array, Array, Array] = field(init=False, repr=False)
+    """Lower [rad], upper [rad] and rate limits [rad/s] as read-only arrays."""
+
+    def __post_init__(self) -> None:
+        self._check_ids()
+        arrays = tuple(
+            vector(getattr(self, name), self.n, f"servos.{name}")
+            for name in ("lower_limits", "upper_limits", "rate_limits")
+        )
+        for array in arrays:
+            array.flags.writeable = False
+        object.__setattr__(self, "limits", arrays)
+        lower, upper, rates = arrays
+        self._require(bool((upper > lower).all()), "upper_limits", "above the lower limits")
+        self._require(bool((rates > 0.0).all()), "rate_limits", "> 0 rad/s")
+        self._check_mounting()
+        self._check_times()
+
+    @property
+    def n(self) -> int:
+        """Number of joints."""
+        return len(self.ids)
+
+    @property
+    def period(self) -> float:
+        """Of a cycle [s]."""
+        return 1.0 / self.rate
+
+    @property
+    def signs(self) -> tuple[int, ...]:
+        """Direction of every servo."""
+        return self.directions or (1,) * self.n
+
+    @property
+    def zeros(self) -> tuple[int, ...]:
+        """Present position at every joint's zero [tick]."""
+        return self.zero_positions or (CENTRE,) * self.n
+
+    @property
+    def offsets(self) -> tuple[int, ...]:
+        """Homing offset that every servo must hold [tick]."""
+        return self.homing_offsets or (0,) * self.n
+
+    @property
+    def watchdog_counts(self) -> int:
+        """Content of the bus watchdog's register."""
+        return round(self.watchdog / WATCHDOG_UNIT)
+
+    def _check_ids(self) -> None:
+        self._require(len(self.ids) >= 1 and len(set(self.ids)) == self.n, "ids", "distinct ids, at least one")
+        self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
+        self._require(len(self.models) >= 1, "models", "at least one model number")
+        self._require(self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(str(rate) for rate in BAUD_CODES))
+
+    def _check_mounting(self) -> None:
+        for name in ("directions", "zero_positions", "homing_offsets"):
+            values = getattr(self, name)
+            self._require(values is None or len(values) == self.n, name, f"{self.n} values")
+        self._require(all(sign in (1, -1) for sign in self.signs), "directions", "1 or -1")
+        bound = 255 * TICKS_PER_TURN
+        self._require(all(abs(zero) <= bound for zero in self.zeros), "zero_positions", f"up to {bound}")
+        self._require(all(abs(offset) < bound for offset in self.offsets), "homing_offsets", f"below {bound}")
+
+    def _check_times(self) -> None:
+        positive = (
+            "rate", "latency", "setup_latency", "open_timeout", "boot_timeout", "command_timeout", "stale_after",
+            "missing_after", "strain_current", "strain_time", "deceleration",
+        )  # fmt: skip
+        for name in positive:
+            self._require(math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0, name, "> 0")
+        for name in ("reaction_time", "limit_margin", "limit_tolerance"):
+            self._require(math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0, name, ">= 0")
+        self._require(self.rate <= 1000.0, "rate", "up to 1000 1/s")
+        self._require(
+            self.missing_after > self.stale_after > self.period, "stale_after", "between period and missing_after"
+        )
+        counts = self.watchdog / WATCHDOG_UNIT if math.isfinite(self.watchdog) else 0.0
+        self._require(1 <= round(counts) <= WATCHDOG_LONGEST and abs(counts - round(counts)) < 1e-6, "watchdog",
+                      f"multiples of {WATCHDOG_UNIT} up to {WATCHDOG_LONGEST * WATCHDOG_UNIT} s")  # fmt: skip
+        self._require(self.watchdog > 4.0 * self.period, "watchdog", "more than four periods")
+        self._require(self.hot_temperature > self.warm_temperature, "hot_temperature", "above warm_temperature")
+        room = float(np.min(self.limits[1] - self.limits[0]))
+        self._require(2.0 * self.limit_margin < room, "limit_margin", f"below {room / 2.0:g} rad")
+
+    def _require(self, good: bool, name: str, allowed: str) -> None:
+        if not good:
+            raise BackendError("out of range", field=f"servos.{name}", given=getattr(self, name), allowed=allowed)

@@ -1,0 +1,216 @@
+"""One cycle on the bus: read all servos, judge them, command them, and revive watchdogs that fired."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from doorman.hardware.dynamixel.commissioning import ReadyServo
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, EventLog, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.governor import RateGovernor
+from doorman.hardware.dynamixel.link import Link
+from doorman.hardware.dynamixel.monitor import ServoMonitor
+from doorman.hardware.dynamixel.reader import ServoReader
+from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, GOAL_VELOCITY, WATCHDOG_OFF
+from doorman.hardware.dynamixel.sample import BusState, ServoSample
+from doorman.hardware.dynamixel.telemetry import Telemetry
+from doorman.hardware.dynamixel.units import CURRENT_UNIT, VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+
+_UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
+
+
+@dataclass(frozen=True)
+class RateCommand:
+    """Rates that the controller asked for."""
+
+    rates: tuple[float, ...]
+    """Shape (n,) [rad/s]."""
+    time: float
+    """When it did [s]."""
+
+
+class ServoCycle:
+    """What the adapter knows of its servos, and what it does with them once in a period.
+
+    Args:
+        link: To the bus.
+        ready: What commissioning learnt, in the order of the joints.
+        config: Joints, limits and thresholds.
+        log: Gets every fault that begins or ends.
+    """
+
+    def __init__(self, link: Link, ready: tuple[ReadyServo, ...], config: ServoConfig, log: EventLog) -> None:
+        self._config = config
+        self._log = log
+        self._ready = list(ready)
+        self._governor = RateGovernor(config, [servo.velocity_limit for servo in ready])
+        self._goals = [0.0] * config.n
+        self._logged = [ServoFault.NONE] * config.n
+        self._logged_bus = ServoFault.NONE
+        self.monitors = [ServoMonitor(config, link.now()) for _ in ready]
+        self.bus_fault = ServoFault.NONE
+        """What is wrong with the bus itself."""
+        self.count = 0
+        """Cycles until now."""
+        self.use(link)
+
+    @property
+    def ready(self) -> tuple[ReadyServo, ...]:
+        """What is known of every servo, in the order of the joints."""
+        return tuple(self._ready)
+
+    def use(self, link: Link) -> None:
+        """Go on over another link, as after the device was plugged in again.
+
+        Args:
+            link: To the same servos.
+        """
+        self._link = link
+        self.reader = ServoReader(link, self._config)
+
+    def replace(self, joint: int, ready: ReadyServo) -> None:
+        """Take note that a servo was set up afresh: it is well until it says otherwise.
+
+        Args:
+            joint: Index of its joint.
+            ready: What commissioning learnt.
+        """
+        self._ready[joint] = ready
+        self._governor = RateGovernor(self._config, [servo.velocity_limit for servo in self._ready])
+        self.monitors[joint].recovered(self._link.now())
+        self.reader.absent.discard(joint)
+
+    def listen(self) -> bool:
+        """Read all servos without commanding them.
+
+        Returns:
+            Whether every servo has been heard since it was set up.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
+        for joint, reply in self.reader.read().items():
+            self.monitors[joint].take(reply)
+            if reply.ok and joint in self.reader.absent:
+                self._welcome_back(joint)
+        return all(monitor.telemetry is not None for monitor in self.monitors)
+
+    def step(self, command: RateCommand | None) -> ServoSample:
+        """Read, judge, command.
+
+        Args:
+            command: Newest; None before the first.
+
+        Returns:
+            State of all servos.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
+        self.count += 1
+        self.listen()
+        now = self._link.now()
+        self.bus_fault &= ~ServoFault.COMMAND_STALE
+        if command is not None and any(command.rates) and now - command.time > self._config.command_timeout:
+            self.bus_fault |= ServoFault.COMMAND_STALE
+        faults = self._faults()
+        self._report(now, faults)
+        holding = any(fault & (STOPPING | LATCHED) for fault in (self.bus_fault, *faults))
+        if holding or command is None:
+            counts = self._governor.halt()
+        else:
+            ages = [now - monitor.time for monitor in self.monitors]
+            counts = self._governor.counts(command.rates, self._angles(), ages)
+        self._send(counts)
+        sample = self.sample(BusState.HOLDING if holding else BusState.FOLLOWING)
+        self._revive_one()
+        return sample
+
+    def halt(self) -> None:
+        """Command zero velocity to all servos.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
+        self._send(self._governor.halt())
+
+    def sample(self, state: BusState) -> ServoSample:
+        """What is known of all servos, each entry with the time of its own measurement.
+
+        Args:
+            state: What the adapter does with commands.
+        """
+        rows, signs = self._rows(), self._config.signs
+        times = np.array([monitor.time for monitor in self.monitors])
+        angles = np.array(self._angles())
+        rates = np.array([sign * row.velocity * VELOCITY_UNIT for sign, row in zip(signs, rows, strict=True)])
+        currents = np.array([sign * row.current * CURRENT_UNIT for sign, row in zip(signs, rows, strict=True)])
+        temperatures = np.array([float(row.temperature) for row in rows])
+        voltages = np.array([row.voltage * VOLTAGE_UNIT for row in rows])
+        goals = np.array(self._goals)
+        for array in (times, angles, rates, currents, temperatures, voltages, goals):
+            array.flags.writeable = False
+        return ServoSample(
+            time=float(times.min()), angles=angles, rates=rates, currents=currents, temperatures=temperatures,
+            voltages=voltages, errors=tuple(row.hardware_error for row in rows), times=times,
+            faults=tuple(self._faults()), bus_fault=self.bus_fault, state=state, goals=goals, cycle=self.count,
+            age=0.0, fresh=False,
+        )  # fmt: skip
+
+    def _rows(self) -> list[Telemetry]:
+        rows = [monitor.telemetry for monitor in self.monitors if monitor.telemetry is not None]
+        assert len(rows) == self._config.n, "a cycle begins after every servo was heard"
+        return rows
+
+    def _angles(self) -> list[float]:
+        config = self._config
+        return [
+            joint_angle(row.position, zero, sign) + ready.turns
+            for row, zero, sign, ready in zip(self._rows(), config.zeros, config.signs, self._ready, strict=True)
+        ]
+
+    def _faults(self) -> list[ServoFault]:
+        lower, upper, _ = self._config.limits
+        faults = []
+        for joint, angle in enumerate(self._angles()):
+            outside = max(lower[joint] - angle, angle - upper[joint]) > self._config.limit_tolerance
+            fault = self.monitors[joint].fault
+            faults.append(fault | ServoFault.OUT_OF_LIMITS if outside else fault)
+        return faults
+
+    def _report(self, now: float, faults: list[ServoFault]) -> None:
+        for joint, fault in enumerate(faults):
+            if fault != self._logged[joint]:
+                self._log.changes(now, self._config.ids[joint], self._logged[joint], fault)
+                self._logged[joint] = fault
+            if fault & ServoFault.MISSING:
+                self.reader.absent.add(joint)
+        if self.bus_fault != self._logged_bus:
+            self._log.changes(now, None, self._logged_bus, self.bus_fault)
+            self._logged_bus = self.bus_fault
+
+    def _send(self, counts: list[int]) -> None:
+        self._link.sync_write(GOAL_VELOCITY, dict(zip(self._config.ids, counts, strict=True)))
+        self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs, counts, strict=True)]
+
+    def _welcome_back(self, joint: int) -> None:
+        """Read a servo together with the others again, unless another model answers in its place."""
+        answer = self._link.ping(self._config.ids[joint])
+        if answer.ok and int.from_bytes(answer.data[:2], "little") == self._ready[joint].model:
+            self.reader.absent.discard(joint)
+        elif answer.ok:
+            self.monitors[joint].condemn(ServoFault.WRONG_MODEL)
+
+    def _revive_one(self) -> None:
+        """Set the watchdog of one servo again whose watchdog has fired; the goal is zero by now."""
+        for joint, monitor in enumerate(self.monitors):
+            if not monitor.fault & ServoFault.WATCHDOG or monitor.fault & _UNHEARD or joint == self.reader.excluded:
+                continue
+            servo_id, counts = self._config.ids[joint], self._config.watchdog_counts
+            cleared = self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(WATCHDOG_OFF)).ok
+            if cleared and self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(counts)).ok:
+                text = "bus watchdog cleared and set again"
+                self._log.write(ServoEvent(self._link.now(), servo_id, ServoFault.NONE, True, text))
+            return

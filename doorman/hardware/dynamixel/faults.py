@@ -1,0 +1,162 @@
+"""What can be wrong with servos and their bus, what follows from it, and the log of it."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from enum import Flag, auto
+
+
+class ServoFault(Flag):
+    """What is wrong with one servo or with the bus; several may hold at once."""
+
+    NONE = 0
+
+    TIMEOUT = auto()
+    """No answer in this cycle."""
+    CORRUPT = auto()
+    """A damaged answer in this cycle, or nothing but noise."""
+    LATE = auto()
+    """The servo's clock says that the answer is older than the question."""
+    REFUSED = auto()
+    """The servo answered with an error number."""
+    STALE = auto()
+    """No fresh answer for `stale_after`."""
+    MISSING = auto()
+    """No fresh answer for `missing_after`."""
+    WATCHDOG = auto()
+    """The servo's bus watchdog fired: it heard nothing for too long and stopped."""
+    RESTARTED = auto()
+    """The servo restarted and forgot its set-up, as after a dip of its supply."""
+    TORQUE_OFF = auto()
+    """Torque is off though it was switched on."""
+    VOLTAGE = auto()
+    """The servo reports its supply out of bounds."""
+    OVERHEATING = auto()
+    """The servo shut down by heat."""
+    ENCODER = auto()
+    """The servo reports a broken encoder."""
+    SHOCK = auto()
+    """The servo reports an electrical shock or too weak a supply."""
+    OVERLOAD = auto()
+    """The servo shut down by overload."""
+    WARM = auto()
+    """Above `warm_temperature`."""
+    HOT = auto()
+    """Above `hot_temperature`: stopped before the servo shuts itself down."""
+    STRAINED = auto()
+    """Above `strain_current` for `strain_time`: an overload is near."""
+    OUT_OF_LIMITS = auto()
+    """The joint is outside its limits; it can only move back."""
+    WRONG_MODEL = auto()
+    """Another model answers than before."""
+
+    UNPLUGGED = auto()
+    """Bus: the serial device is gone."""
+    COMMAND_STALE = auto()
+    """Bus: no new command for `command_timeout`."""
+    INTERNAL = auto()
+    """Bus: the adapter itself failed."""
+
+
+WARNINGS = (
+    ServoFault.TIMEOUT
+    | ServoFault.CORRUPT
+    | ServoFault.LATE
+    | ServoFault.REFUSED
+    | ServoFault.VOLTAGE
+    | ServoFault.WARM
+    | ServoFault.STRAINED
+    | ServoFault.OUT_OF_LIMITS
+)
+"""Reported, but the arm goes on; a lasting one of the first four becomes `STALE`."""
+STOPPING = (
+    ServoFault.STALE
+    | ServoFault.MISSING
+    | ServoFault.WATCHDOG
+    | ServoFault.HOT
+    | ServoFault.UNPLUGGED
+    | ServoFault.COMMAND_STALE
+)
+"""Every servo is commanded to zero velocity until they have passed."""
+LATCHED = (
+    ServoFault.RESTARTED
+    | ServoFault.TORQUE_OFF
+    | ServoFault.OVERHEATING
+    | ServoFault.ENCODER
+    | ServoFault.SHOCK
+    | ServoFault.OVERLOAD
+    | ServoFault.WRONG_MODEL
+    | ServoFault.INTERNAL
+)
+"""Every servo is commanded to zero velocity until `ServoBus.recover` succeeds."""
+
+
+@dataclass(frozen=True)
+class ServoEvent:
+    """A fault that began or ended, or something that was done about it."""
+
+    time: float
+    """Of `time.monotonic` [s]."""
+    servo_id: int | None
+    """None where the whole bus is meant."""
+    fault: ServoFault
+    """Which; `NONE` where something was done."""
+    began: bool
+    """False where it ended."""
+    text: str
+    """What happened, in words."""
+
+    def __str__(self) -> str:
+        """Render `servo 3: overload began`."""
+        who = "servo bus" if self.servo_id is None else f"servo {self.servo_id}"
+        return f"{who}: {self.text}"
+
+
+class EventLog:
+    """Newest events, written by one thread and taken by another.
+
+    Args:
+        size: Number of events that are kept; older ones are dropped and counted.
+    """
+
+    def __init__(self, size: int = 4096) -> None:
+        self._events: deque[ServoEvent] = deque(maxlen=size)
+        self._written = 0
+        self._taken = 0
+
+    def write(self, event: ServoEvent) -> None:
+        """Append an event.
+
+        Args:
+            event: What happened.
+        """
+        self._events.append(event)
+        self._written += 1
+
+    def changes(self, time: float, servo_id: int | None, before: ServoFault, after: ServoFault) -> None:
+        """Append one event for every fault that began or ended.
+
+        Args:
+            time: Of `time.monotonic` [s].
+            servo_id: Whose; None for the bus.
+            before: Faults until now.
+            after: Faults from now on.
+        """
+        for fault in before ^ after:
+            began = bool(fault & after)
+            name = (fault.name or "").lower().replace("_", " ")
+            self.write(ServoEvent(time, servo_id, fault, began, f"{name} {'began' if began else 'ended'}"))
+
+    def take(self) -> list[ServoEvent]:
+        """Remove and return all events, oldest first."""
+        taken = []
+        while self._events:
+            taken.append(self._events.popleft())
+        self._taken += len(taken)
+        return taken
+
+    @property
+    def dropped(self) -> int:
+        """Number of events that were lost since nobody took them."""
+        return self._written - self._taken - len(self._events)

@@ -1,0 +1,60 @@
+"""From the controller's rates to goal velocities: limits of rate and angle, then whole counts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+
+
+class RateGovernor:
+    """Decides how fast every joint may turn.
+
+    Args:
+        config: Joints and limits.
+        velocity_limits: Largest goal velocity that each servo accepts, as counts.
+    """
+
+    def __init__(self, config: ServoConfig, velocity_limits: Sequence[int]) -> None:
+        lower, upper, rates = config.limits
+        self._lower = [float(value) + config.limit_margin for value in lower]
+        self._upper = [float(value) - config.limit_margin for value in upper]
+        self._largest_counts = [
+            min(math.floor(float(rate) / VELOCITY_UNIT), limit)
+            for rate, limit in zip(rates, velocity_limits, strict=True)
+        ]
+        self._config = config
+        self._rounder = RateRounder(config.n)
+
+    def counts(self, rates: Sequence[float], angles: Sequence[float], ages: Sequence[float]) -> list[int]:
+        """Goal velocities in the servos' directions.
+
+        Args:
+            rates: What the controller asked for, shape (n,) [rad/s].
+            angles: As measured, shape (n,) [rad].
+            ages: Of these measurements, shape (n,) [s].
+
+        Returns:
+            Shape (n,).
+        """
+        counts = []
+        for joint, sign in enumerate(self._config.signs):
+            largest = self._largest_counts[joint]
+            rate = allowed_rate(
+                rates[joint], angles[joint], self._lower[joint], self._upper[joint], largest * VELOCITY_UNIT,
+                self._config.deceleration, self._config.reaction_time + ages[joint],
+            )  # fmt: skip
+            counts.append(sign * max(min(self._rounder.round(joint, rate), largest), -largest))
+        return counts
+
+    def halt(self) -> list[int]:
+        """Goal velocities of a stop; nothing is carried over it.
+
+        Returns:
+            Zeros, shape (n,).
+        """
+        self._rounder.clear()
+        return [0] * self._config.n

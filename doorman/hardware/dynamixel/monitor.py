@@ -1,0 +1,139 @@
+"""From answers to faults: what one servo's replies say about its health."""
+
+from __future__ import annotations
+
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
+from doorman.hardware.dynamixel.link import Outcome, Reply
+from doorman.hardware.dynamixel.registers import HardwareError
+from doorman.hardware.dynamixel.servo_clock import ServoClock
+from doorman.hardware.dynamixel.telemetry import Telemetry
+from doorman.hardware.dynamixel.units import CURRENT_UNIT
+
+HYSTERESIS = 5.0
+"""By which a hot servo must cool down [°C]."""
+_OUTCOMES = {
+    Outcome.TIMEOUT: ServoFault.TIMEOUT,
+    Outcome.CORRUPT: ServoFault.CORRUPT,
+    Outcome.REFUSED: ServoFault.REFUSED,
+}
+_HARDWARE = {
+    HardwareError.VOLTAGE: ServoFault.VOLTAGE,
+    HardwareError.OVERHEATING: ServoFault.OVERHEATING,
+    HardwareError.ENCODER: ServoFault.ENCODER,
+    HardwareError.SHOCK: ServoFault.SHOCK,
+    HardwareError.OVERLOAD: ServoFault.OVERLOAD,
+}
+
+
+class ServoMonitor:
+    """Memory of one servo's health.
+
+    Args:
+        config: Thresholds.
+        now: When the servo was last known to be well [s].
+    """
+
+    def __init__(self, config: ServoConfig, now: float) -> None:
+        self._config = config
+        self.clock = ServoClock()
+        self.telemetry: Telemetry | None = None
+        """Newest that is fresh and believed."""
+        self.time = now
+        """When it was measured [s]."""
+        self.fault = ServoFault.NONE
+        """What is wrong now."""
+        self._latched = ServoFault.NONE
+        self._suspected = ServoFault.NONE
+        self._strained_since: float | None = None
+
+    def take(self, reply: Reply) -> Telemetry | None:
+        """Judge the reply of a cycle.
+
+        Args:
+            reply: To the read of the telemetry block.
+
+        Returns:
+            Telemetry if it is whole, fresh and of a servo that is set up, else None.
+        """
+        fault = _OUTCOMES.get(reply.outcome, ServoFault.NONE)
+        telemetry = Telemetry.decode(reply.data) if reply.ok else None
+        if telemetry is not None and not telemetry.is_ours(self._config.watchdog_counts):
+            telemetry = None
+            fault |= self._latch(ServoFault.RESTARTED)
+        elif telemetry is not None and self.clock.lateness(reply.sent, reply.received, telemetry.tick) > 0.0:
+            telemetry = None
+            fault |= ServoFault.LATE
+        if telemetry is not None:
+            self.telemetry, self.time = telemetry, reply.sent
+            fault |= self._health(telemetry, reply.sent)
+        else:
+            fault |= self._lasting(reply.received)
+        self.fault = fault | self._latched
+        return telemetry
+
+    def recovered(self, now: float) -> None:
+        """Forget latched faults: the servo was set up again.
+
+        Args:
+            now: When that was done [s].
+        """
+        self._latched = self._suspected = self.fault = ServoFault.NONE
+        self._strained_since = None
+        self.clock.restart()
+        self.time = now
+
+    def condemn(self, fault: ServoFault) -> None:
+        """Latch a fault that was found in another way than by telemetry.
+
+        Args:
+            fault: One of `LATCHED`.
+        """
+        self._latched |= fault
+        self.fault |= fault
+
+    def _lasting(self, now: float) -> ServoFault:
+        """Faults of a servo without a fresh answer; what was known of it before stands."""
+        kept = self.fault & (ServoFault.HOT | ServoFault.WARM | ServoFault.WATCHDOG)
+        age = now - self.time
+        if age > self._config.missing_after:
+            return kept | ServoFault.STALE | ServoFault.MISSING
+        return kept | (ServoFault.STALE if age > self._config.stale_after else ServoFault.NONE)
+
+    def _latch(self, fault: ServoFault) -> ServoFault:
+        """Latch what two answers in a row say: one damaged answer in 65536 has the right CRC."""
+        self._latched |= fault & self._suspected
+        self._suspected = fault
+        return fault
+
+    def _health(self, telemetry: Telemetry, now: float) -> ServoFault:
+        fault = ServoFault.NONE
+        if telemetry.hardware_error:
+            for bit, meaning in _HARDWARE.items():
+                if telemetry.hardware_error & bit:
+                    fault |= meaning
+        if not telemetry.torque_enable:
+            fault |= ServoFault.TORQUE_OFF
+        self._latch(fault & LATCHED)
+        if telemetry.bus_watchdog != self._config.watchdog_counts:  # it fired, or was cleared and not set again
+            fault |= ServoFault.WATCHDOG
+        return fault | self._heat(telemetry.temperature) | self._strain(telemetry.current, now)
+
+    def _heat(self, temperature: int) -> ServoFault:
+        fault = ServoFault.NONE
+        for limit, meaning in (
+            (self._config.warm_temperature, ServoFault.WARM),
+            (self._config.hot_temperature, ServoFault.HOT),
+        ):
+            if temperature >= limit - (HYSTERESIS if self.fault & meaning else 0.0):
+                fault |= meaning
+        return fault
+
+    def _strain(self, current: int, now: float) -> ServoFault:
+        if abs(current) * CURRENT_UNIT < self._config.strain_current:
+            self._strained_since = None
+            return ServoFault.NONE
+        if self._strained_since is None:
+            self._strained_since = now
+        lasted = now - self._strained_since >= self._config.strain_time
+        return ServoFault.STRAINED if lasted else ServoFault.NONE

@@ -1,0 +1,165 @@
+"""Serial port with deadlines: bytes out, bytes in, and a clear word when the device is gone.
+
+The port is opened by dynamixel-sdk's `PortHandler`, which knows the baud rates. Its own reading is not used: it polls without
+sleeping, which holds up every other thread of the process, and checks its time-out only while bytes are missing.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import math
+import os
+import select
+import time
+from pathlib import Path
+from typing import Any, Protocol
+
+from doorman.exceptions import BackendError
+
+CHUNK = 4096
+"""Most bytes taken at once."""
+LATENCY_TIMERS = Path("/sys/bus/usb-serial/devices")
+
+
+class PortLost(BackendError):
+    """The serial device is gone: unplugged, or closed under the adapter."""
+
+
+class Port(Protocol):
+    """Where packets go and come from."""
+
+    def send(self, data: bytes, deadline: float) -> bool:
+        """Send bytes.
+
+        Args:
+            data: All of them.
+            deadline: Of `time.monotonic` [s].
+
+        Returns:
+            Whether all went out in time.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
+
+    def receive(self, deadline: float) -> bytes:
+        """Wait for bytes.
+
+        Args:
+            deadline: Of `time.monotonic` [s].
+
+        Returns:
+            What arrived first; nothing if nothing arrived in time.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
+
+    def close(self) -> None:
+        """Let go of the device; may be called twice."""
+
+
+class SerialPort:
+    """A serial device, or a pseudo-terminal that stands for one.
+
+    Args:
+        path: Of the device.
+        baud_rate: [bit/s].
+    """
+
+    def __init__(self, path: str, baud_rate: int) -> None:
+        self._path = path
+        self._baud_rate = baud_rate
+        self._handler: Any = None
+        self._descriptor = -1
+        self._events = select.poll()
+
+    def open(self) -> None:
+        """Open the device for this process alone.
+
+        Raises:
+            BackendError: if dynamixel-sdk is missing, or the device does not exist, is in use or has no such baud rate.
+        """
+        try:
+            sdk = importlib.import_module("dynamixel_sdk")
+        except ImportError as error:
+            raise BackendError(
+                "the servos need dynamixel-sdk; install it with: pip install 'doorman[hardware]'", field="dynamixel_sdk"
+            ) from error
+        if not os.path.exists(self._path):
+            raise BackendError("no such serial device", field="servos.port", given=self._path,
+                               allowed="a device such as /dev/ttyUSB0, or better its link in /dev/serial/by-id")  # fmt: skip
+        handler = sdk.PortHandler(self._path)
+        try:
+            opened = handler.setBaudRate(self._baud_rate)
+            if opened:
+                handler.ser.exclusive = True
+        except Exception as error:  # pyserial lets through errors of termios, fcntl and its own
+            with contextlib.suppress(Exception):
+                handler.closePort()
+            raise BackendError(f"the serial device cannot be opened: {error}", field="servos.port", given=self._path,
+                               allowed="a device that may be read and written, used by no other program") from error  # fmt: skip
+        if not opened:
+            raise BackendError("no such baud rate", field="servos.baud_rate", given=self._baud_rate,
+                               allowed="9600, 57600, 115200, 1000000, 2000000, 3000000 or 4000000")  # fmt: skip
+        with contextlib.suppress(Exception):  # a pseudo-terminal has none; what the kernel made of it is checked below
+            handler.ser.set_low_latency_mode(True)
+        self._handler = handler
+        self._descriptor = handler.ser.fileno()
+        self._events = select.poll()
+        self._events.register(self._descriptor, select.POLLIN)
+
+    @property
+    def latency_timer(self) -> float | None:
+        """Time for which a USB adapter keeps bytes back [s]; None where the kernel does not say."""
+        timer = LATENCY_TIMERS / Path(os.path.realpath(self._path)).name / "latency_timer"
+        try:
+            return int(timer.read_text(encoding="ascii")) * 1e-3
+        except (OSError, ValueError):
+            return None
+
+    def send(self, data: bytes, deadline: float) -> bool:
+        """Send bytes; see `Port`."""
+        while data:
+            try:
+                data = data[os.write(self._descriptor, data) :]
+            except BlockingIOError:
+                if time.monotonic() >= deadline:
+                    return False
+                writable = select.poll()
+                writable.register(self._descriptor, select.POLLOUT)
+                writable.poll(_milliseconds(deadline))
+            except OSError as error:
+                raise self._lost(error) from error
+        return True
+
+    def receive(self, deadline: float) -> bytes:
+        """Wait for bytes; see `Port`."""
+        try:
+            if not self._events.poll(_milliseconds(deadline)):
+                return b""
+            data = os.read(self._descriptor, CHUNK)
+        except BlockingIOError:
+            return b""
+        except (OSError, ValueError) as error:
+            raise self._lost(error) from error
+        if not data:
+            raise self._lost("end of file")
+        return data
+
+    def close(self) -> None:
+        """Let go of the device; may be called twice."""
+        if self._handler is not None:
+            with contextlib.suppress(Exception):  # the device may be gone
+                self._handler.closePort()
+        self._handler = None
+        self._descriptor = -1
+
+    def _lost(self, why: object) -> PortLost:
+        return PortLost(f"the serial device is gone: {why}", field="servos.port", given=self._path)
+
+
+def _milliseconds(deadline: float) -> int:
+    """What is left until a deadline, as `poll` wants it: rounded up, and never negative, which would mean for ever."""
+    return max(math.ceil((deadline - time.monotonic()) * 1e3), 0)

@@ -1,0 +1,128 @@
+"""Registers of the DYNAMIXEL XH430 that the adapter uses, as data.
+
+Source: ROBOTIS e-Manual, XH430-W350-T/R, control table. Numbers are little endian, negative ones in two's complement.
+Registers below 64 are EEPROM: they survive power-off and are locked while torque is on. All others forget at power-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Register:
+    """A row of the control table."""
+
+    name: str
+    address: int
+    size: int
+    """In bytes."""
+    signed: bool = False
+
+    def encode(self, value: int) -> bytes:
+        """Bytes that stand for a value.
+
+        Args:
+            value: Integer that fits.
+
+        Raises:
+            OverflowError: if it does not.
+        """
+        return value.to_bytes(self.size, "little", signed=self.signed)
+
+    def decode(self, data: bytes) -> int:
+        """Value that bytes stand for.
+
+        Args:
+            data: `size` bytes.
+        """
+        return int.from_bytes(data, "little", signed=self.signed)
+
+
+MODEL_NUMBER = Register("model number", 0, 2)
+FIRMWARE = Register("firmware version", 6, 1)
+ID = Register("id", 7, 1)
+BAUD_RATE = Register("baud rate", 8, 1)
+RETURN_DELAY = Register("return delay time", 9, 1)
+DRIVE_MODE = Register("drive mode", 10, 1)
+OPERATING_MODE = Register("operating mode", 11, 1)
+SECONDARY_ID = Register("secondary id", 12, 1)
+HOMING_OFFSET = Register("homing offset", 20, 4, signed=True)
+TEMPERATURE_LIMIT = Register("temperature limit", 31, 1)
+PWM_LIMIT = Register("pwm limit", 36, 2)
+CURRENT_LIMIT = Register("current limit", 38, 2)
+VELOCITY_LIMIT = Register("velocity limit", 44, 4)
+STARTUP_CONFIGURATION = Register("startup configuration", 60, 1)
+SHUTDOWN = Register("shutdown", 63, 1)
+
+TORQUE_ENABLE = Register("torque enable", 64, 1)
+STATUS_RETURN_LEVEL = Register("status return level", 68, 1)
+HARDWARE_ERROR = Register("hardware error status", 70, 1)
+BUS_WATCHDOG = Register("bus watchdog", 98, 1)
+GOAL_PWM = Register("goal pwm", 100, 2, signed=True)
+GOAL_VELOCITY = Register("goal velocity", 104, 4, signed=True)
+PROFILE_ACCELERATION = Register("profile acceleration", 108, 4)
+REALTIME_TICK = Register("realtime tick", 120, 2)
+PRESENT_CURRENT = Register("present current", 126, 2, signed=True)
+PRESENT_VELOCITY = Register("present velocity", 128, 4, signed=True)
+PRESENT_POSITION = Register("present position", 132, 4, signed=True)
+PRESENT_VOLTAGE = Register("present input voltage", 144, 2)
+PRESENT_TEMPERATURE = Register("present temperature", 146, 1)
+
+REGISTERS = MappingProxyType({register.name: register for register in list(globals().values())
+                              if isinstance(register, Register)})  # fmt: skip
+"""All of them by name."""
+
+INDIRECT_ADDRESS = 168
+"""First of 28 two-byte addresses that choose what the indirect data show."""
+INDIRECT_DATA = 224
+"""First of 28 bytes, each showing the byte that its indirect address names."""
+INDIRECT_COUNT = 28
+
+MODELS = MappingProxyType({1000: "XH430-W350", 1010: "XH430-W210", 1040: "XH430-V350", 1050: "XH430-V210"})
+"""Name by model number."""
+BAUD_CODES = MappingProxyType({9600: 0, 57_600: 1, 115_200: 2, 1_000_000: 3, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6})
+"""Content of `baud rate` by bit/s."""
+OLDEST_FIRMWARE = 38
+"""First with bus watchdog and drive mode."""
+STARTUP_FIRMWARE = 45
+"""First with startup configuration."""
+
+VELOCITY_MODE = 1
+"""Operating mode in which the goal is a velocity; position limits are ignored there."""
+TORQUE_ON, TORQUE_OFF = 1, 0
+ANSWER_ALL = 2
+"""Status return level at which every instruction is answered."""
+WATCHDOG_OFF = 0
+WATCHDOG_FIRED = 0xFF
+"""−1 as one byte: the motor stopped, and goals are refused until `WATCHDOG_OFF` is written."""
+WATCHDOG_LONGEST = 127
+
+
+class Instruction(IntEnum):
+    """Instruction codes that the adapter sends, and the one that it receives."""
+
+    PING = 0x01
+    READ = 0x02
+    WRITE = 0x03
+    REBOOT = 0x08
+    STATUS = 0x55
+    SYNC_READ = 0x82
+    SYNC_WRITE = 0x83
+
+
+class HardwareError(IntFlag):
+    """Bits of hardware error status and of shutdown."""
+
+    NONE = 0
+    VOLTAGE = 0x01
+    OVERHEATING = 0x04
+    ENCODER = 0x08
+    SHOCK = 0x10
+    OVERLOAD = 0x20
+
+
+SHUTDOWN_NEEDED = HardwareError.OVERLOAD | HardwareError.SHOCK | HardwareError.OVERHEATING
+"""Errors that must take the torque: the factory's choice."""

@@ -1,0 +1,137 @@
+"""EEPROM settings that the adapter relies on: read, compared, and changed only on request."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.registers import (
+    BAUD_CODES,
+    BAUD_RATE,
+    DRIVE_MODE,
+    HOMING_OFFSET,
+    OPERATING_MODE,
+    RETURN_DELAY,
+    SECONDARY_ID,
+    SHUTDOWN,
+    SHUTDOWN_NEEDED,
+    STARTUP_CONFIGURATION,
+    STARTUP_FIRMWARE,
+    TEMPERATURE_LIMIT,
+    TORQUE_ENABLE,
+    TORQUE_OFF,
+    VELOCITY_LIMIT,
+    VELOCITY_MODE,
+    Register,
+)
+from doorman.hardware.dynamixel.talk import Servo
+from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+
+TOLERATED_RETURN_DELAY = 25
+"""Largest return delay time that the cycle has room for [2 µs]."""
+
+
+SETTINGS = {
+    register.name: register
+    for register in (
+        BAUD_RATE, RETURN_DELAY, DRIVE_MODE, OPERATING_MODE, SECONDARY_ID, HOMING_OFFSET, TEMPERATURE_LIMIT,
+        VELOCITY_LIMIT, STARTUP_CONFIGURATION, SHUTDOWN,
+    )
+}  # fmt: skip
+"""EEPROM registers that are verified, by name."""
+
+
+@dataclass(frozen=True)
+class SettingFinding:
+    """A setting of a servo that is not what the adapter relies on."""
+
+    servo_id: int
+    register: str
+    given: int
+    wanted: int
+    why: str
+    """What goes wrong otherwise."""
+    blocking: bool
+    """Whether the arm must not be used like this."""
+    writable: bool = True
+    """Whether `write_eeprom` may change it: not if that would cut the servo off."""
+
+    def __str__(self) -> str:
+        """Render `servo 2: operating mode is 3, should be 1: …`."""
+        return f"servo {self.servo_id}: {self.register} is {self.given}, should be {self.wanted}: {self.why}"
+
+
+def check_settings(servo: Servo, index: int, config: ServoConfig) -> list[SettingFinding]:
+    """Compare a servo's EEPROM with what the adapter relies on; changes nothing.
+
+    Args:
+        servo: The servo.
+        index: Of its joint.
+        config: What is relied on.
+
+    Returns:
+        One finding for every setting that differs.
+
+    Raises:
+        BackendError: if the servo does not answer.
+    """
+    return [finding for finding in _findings(servo, index, config) if finding.given != finding.wanted]
+
+
+def write_settings(servo: Servo, findings: list[SettingFinding]) -> None:
+    """Change settings to what is wanted. Torque goes off for that, since it locks the EEPROM.
+
+    Args:
+        servo: The servo that the findings are about.
+        findings: Those that are not writable are left alone.
+
+    Raises:
+        BackendError: if the servo refuses, or holds another value afterwards.
+    """
+    due = [finding for finding in findings if finding.writable]
+    if not due:
+        return
+    servo.write(TORQUE_ENABLE, TORQUE_OFF)
+    for finding in due:
+        register = SETTINGS[finding.register]
+        servo.write(register, finding.wanted)
+        if (now := servo.read(register)) != finding.wanted:
+            raise BackendError("the servo did not keep a setting", field=f"servo {servo.id}: {register.name}",
+                               given=now, allowed=str(finding.wanted))  # fmt: skip
+
+
+def _findings(servo: Servo, index: int, config: ServoConfig) -> Iterator[SettingFinding]:
+    """Every setting with what is wanted, whether it differs or not."""
+    read = servo.read
+
+    def setting(
+        register: Register, wanted: int, why: str, blocking: bool = True, writable: bool = True
+    ) -> SettingFinding:
+        return SettingFinding(servo.id, register.name, given[register], wanted, why, blocking, writable)
+
+    given = {register: read(register) for register in SETTINGS.values() if register is not STARTUP_CONFIGURATION}
+    yield setting(
+        BAUD_RATE, BAUD_CODES[config.baud_rate], "the bus runs at another speed", blocking=False, writable=False
+    )
+    yield setting(
+        RETURN_DELAY, 0, "every answer comes that much later", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY
+    )
+    yield setting(DRIVE_MODE, 0, "direction, profile and torque switch differ")
+    yield setting(OPERATING_MODE, VELOCITY_MODE, "the servo does not follow velocities")
+    yield setting(HOMING_OFFSET, config.offsets[index], "every joint angle is wrong by the difference")
+    if given[SECONDARY_ID] in config.ids and given[SECONDARY_ID] != servo.id:
+        yield setting(SECONDARY_ID, 255, "it also obeys what is meant for another servo")
+    needed = math.floor(float(config.limits[2][index]) / VELOCITY_UNIT)
+    yield setting(VELOCITY_LIMIT, max(given[VELOCITY_LIMIT], needed), "it cannot turn as fast as the URDF's joint",
+                  blocking=False)  # fmt: skip
+    shutdown = given[SHUTDOWN] | int(SHUTDOWN_NEEDED)
+    yield setting(SHUTDOWN, shutdown, "it does not protect itself against overload, shock or heat")
+    hot = math.ceil(config.hot_temperature) + 1
+    yield setting(TEMPERATURE_LIMIT, max(given[TEMPERATURE_LIMIT], hot), "it shuts down before the arm is stopped by heat",
+                  blocking=False, writable=False)  # fmt: skip
+    if servo.firmware >= STARTUP_FIRMWARE:
+        given[STARTUP_CONFIGURATION] = read(STARTUP_CONFIGURATION)
+        yield setting(STARTUP_CONFIGURATION, 0, "torque or goals come back by themselves after power-on")

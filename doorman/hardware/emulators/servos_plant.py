@@ -1,0 +1,104 @@
+r"""What emulated servos move: an interface, and joints that follow their goal with a first-order lag.
+
+.. math::
+    \dot r = (g - r)/\tau, \qquad \dot\eta = r
+
+g is the goal rate of a powered joint; without power it is zero, since the gears do not turn freely.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+
+Array = NDArray[np.float64]
+
+CURRENT_PER_ACCELERATION = 0.005
+"""Current that the default plant draws to speed up [A s²/rad]."""
+
+
+@dataclass(frozen=True)
+class ServoMotion:
+    """Motion of all joints at one time, in the URDF's signs and zeros."""
+
+    angles: Array
+    """Shape (n,) [rad]."""
+    rates: Array
+    """Shape (n,) [rad/s]."""
+    currents: Array
+    """Positive where they push the angle up, shape (n,) [A]."""
+
+
+class ServoPlant(Protocol):
+    """Mechanics behind emulated servos; called from the emulator's thread."""
+
+    def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
+        """Take goal rates; they hold until the next call.
+
+        Args:
+            time: Of a monotonic clock [s].
+            rates: Goal rates, shape (n,) [rad/s].
+            powered: Whether each joint's torque is on, shape (n,).
+        """
+
+    def motion(self, time: float) -> ServoMotion:
+        """Motion at a time not before that of the last call.
+
+        Args:
+            time: Of the same clock [s].
+        """
+
+
+class LaggingJoints:
+    """Joints that follow their goal rate with a first-order lag, whatever loads them.
+
+    Args:
+        angles: At the start, shape (n,) [rad].
+        time_constant: τ [s].
+
+    Raises:
+        DimensionError: if the angles are not a vector of finite numbers.
+    """
+
+    def __init__(self, angles: ArrayLike, time_constant: float = 0.02) -> None:
+        self._angles = vector(angles, np.size(angles), "angles")
+        self._rates = np.zeros_like(self._angles)
+        self._goals = np.zeros_like(self._angles)
+        self._time_constant = time_constant
+        self._time: float | None = None
+
+    def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
+        """Take goal rates; they hold until the next call.
+
+        Args:
+            time: Of a monotonic clock [s].
+            rates: Goal rates, shape (n,) [rad/s].
+            powered: Whether each joint's torque is on, shape (n,).
+        """
+        self._advance(time)
+        self._goals = np.where(powered, rates, 0.0)
+
+    def motion(self, time: float) -> ServoMotion:
+        """Motion at a time not before that of the last call.
+
+        Args:
+            time: Of the same clock [s].
+        """
+        self._advance(time)
+        accelerations = (self._goals - self._rates) / self._time_constant
+        return ServoMotion(self._angles.copy(), self._rates.copy(), CURRENT_PER_ACCELERATION * accelerations)
+
+    def _advance(self, time: float) -> None:
+        """Solve the lag exactly up to a time."""
+        step = 0.0 if self._time is None else max(time - self._time, 0.0)
+        self._time = time
+        decay = math.exp(-step / self._time_constant)
+        difference = self._rates - self._goals
+        self._angles = self._angles + self._goals * step + difference * self._time_constant * (1.0 - decay)
+        self._rates = self._goals + difference * decay

@@ -1,0 +1,118 @@
+"""Control table of an emulated XH430-W350: what its e-manual lists, as data.
+
+Source: ROBOTIS e-Manual, XH430-W350-T/R, "Control Table of EEPROM Area" and "Control Table of RAM Area".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+EEPROM_END = 64
+"""Below this address, values survive power-off and are locked while torque is on."""
+TABLE_END = 662
+
+
+@dataclass(frozen=True)
+class Item:
+    """A row of the control table."""
+
+    name: str
+    address: int
+    size: int
+    initial: int
+    """Value of a new servo (EEPROM) or after power-on (RAM)."""
+    low: int | None = None
+    """Smallest value that may be written; None where the row is read-only."""
+    high: int | None = None
+    limited_by: str | None = None
+    """Row that bounds the absolute value."""
+
+    @property
+    def writable(self) -> bool:
+        """Whether the row is RW."""
+        return self.low is not None
+
+
+_EEPROM = [
+    Item("model number", 0, 2, 1000),
+    Item("model information", 2, 4, 0),
+    Item("firmware version", 6, 1, 45),
+    Item("id", 7, 1, 1, 0, 252),
+    Item("baud rate", 8, 1, 1, 0, 7),
+    Item("return delay time", 9, 1, 250, 0, 254),
+    Item("drive mode", 10, 1, 0, 0, 13),
+    Item("operating mode", 11, 1, 3, 0, 16),
+    Item("secondary id", 12, 1, 255, 0, 255),
+    Item("protocol type", 13, 1, 2, 1, 2),
+    Item("homing offset", 20, 4, 0, -1_044_479, 1_044_479),
+    Item("moving threshold", 24, 4, 10, 0, 1023),
+    Item("temperature limit", 31, 1, 80, 0, 100),
+    Item("max voltage limit", 32, 2, 160, 95, 160),
+    Item("min voltage limit", 34, 2, 95, 95, 160),
+    Item("pwm limit", 36, 2, 885, 0, 885),
+    Item("current limit", 38, 2, 648, 0, 648),
+    Item("velocity limit", 44, 4, 130, 0, 1023),
+    Item("max position limit", 48, 4, 4095, 0, 4095),
+    Item("min position limit", 52, 4, 0, 0, 4095),
+    Item("startup configuration", 60, 1, 0, 0, 3),
+    Item("shutdown", 63, 1, 52, 0, 63),
+]
+
+_RAM = [
+    Item("torque enable", 64, 1, 0, 0, 1),
+    Item("led", 65, 1, 0, 0, 1),
+    Item("status return level", 68, 1, 2, 0, 2),
+    Item("registered instruction", 69, 1, 0),
+    Item("hardware error status", 70, 1, 0),
+    Item("velocity i gain", 76, 2, 1920, 0, 16383),
+    Item("velocity p gain", 78, 2, 100, 0, 16383),
+    Item("position d gain", 80, 2, 0, 0, 16383),
+    Item("position i gain", 82, 2, 0, 0, 16383),
+    Item("position p gain", 84, 2, 900, 0, 16383),
+    Item("feedforward 2nd gain", 88, 2, 0, 0, 16383),
+    Item("feedforward 1st gain", 90, 2, 0, 0, 16383),
+    Item("bus watchdog", 98, 1, 0, 0, 127),
+    Item("goal pwm", 100, 2, 885, -885, 885, "pwm limit"),
+    Item("goal current", 102, 2, 648, -648, 648, "current limit"),
+    Item("goal velocity", 104, 4, 0, -1023, 1023, "velocity limit"),
+    Item("profile acceleration", 108, 4, 0, 0, 32767),
+    Item("profile velocity", 112, 4, 0, 0, 32767),
+    Item("goal position", 116, 4, 0, -1_048_575, 1_048_575),
+    Item("realtime tick", 120, 2, 0),
+    Item("moving", 122, 1, 0),
+    Item("moving status", 123, 1, 0),
+    Item("present pwm", 124, 2, 0),
+    Item("present current", 126, 2, 0),
+    Item("present velocity", 128, 4, 0),
+    Item("present position", 132, 4, 0),
+    Item("velocity trajectory", 136, 4, 0),
+    Item("position trajectory", 140, 4, 0),
+    Item("present input voltage", 144, 2, 120),
+    Item("present temperature", 146, 1, 30),
+    Item("backup ready", 147, 1, 0),
+]
+
+INDIRECT_BLOCKS = ((168, 224, 28), (578, 634, 28))
+"""First indirect address, first indirect data and number of each of the two blocks."""
+INDIRECT_LOW, INDIRECT_HIGH = 64, 661
+"""Addresses that an indirect address may hold: the RAM area."""
+
+_INDIRECT = [
+    item
+    for addresses, data, count in INDIRECT_BLOCKS
+    for index in range(count)
+    for item in (
+        Item(f"indirect address {addresses + 2 * index}", addresses + 2 * index, 2, data + index,
+             INDIRECT_LOW, INDIRECT_HIGH),
+        Item(f"indirect data {data + index}", data + index, 1, 0, 0, 255),
+    )
+]  # fmt: skip
+
+ITEMS: dict[str, Item] = {item.name: item for item in (*_EEPROM, *_RAM, *_INDIRECT)}
+"""Rows by name."""
+ITEM_AT: dict[int, Item] = {item.address + offset: item for item in ITEMS.values() for offset in range(item.size)}
+"""Row that a byte belongs to."""
+GOALS = frozenset(("goal pwm", "goal current", "goal velocity", "goal position"))
+"""Rows that a bus watchdog error makes read-only."""
+BAUD_RATES = (9600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000)
+"""By the content of `baud rate`."""

@@ -1,0 +1,276 @@
+"""Hostile bytes for the servo bus: what cycles do with answers that are damaged, torn, repeated, late or invented.
+
+A scripted line takes the place of the serial port, with a clock of its own, so that time-outs cost nothing. Every input is one
+cycle of the bus, and what earlier inputs left behind stays. After each one it is checked that nothing was believed that was not
+on the line, that nothing old was passed on as fresh, and that the arm was stopped if anything that matters was wrong.
+
+Run many by hand: python tests/hardware/dynamixel/fuzz_servo_answers.py [inputs] [seed]
+"""
+
+from __future__ import annotations
+
+import random
+import struct
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from doorman.hardware.dynamixel.commissioning import ReadyServo
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.cycle import RateCommand, ServoCycle
+from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, EventLog
+from doorman.hardware.dynamixel.link import Link
+from doorman.hardware.dynamixel.telemetry import BLOCK_SIZE
+from doorman.hardware.emulators.servos_packets import HEADER, Instruction, InstructionStream, checksum, status_packet
+
+IDS = (1, 2, 3, 4)
+CONFIG = ServoConfig("nowhere", [-3.1] * 4, [3.1] * 4, [3.1] * 4, ids=IDS)
+BLOCK = struct.Struct("<iihBBHBBH")
+WATCHDOG = CONFIG.watchdog_counts
+STEPS_ALLOWED = 400
+"""Calls of the port that one cycle may make: far more than any honest cycle needs."""
+TOLERANCE = 0.004
+"""By which the servo's clock of whole milliseconds and its drift may hide that an answer is old [s]."""
+
+
+class HostileLine:
+    """A port whose servos answer, and whose wire does what it likes."""
+
+    def __init__(self, seed: int) -> None:
+        self.random = random.Random(seed)
+        self.now = 1000.0
+        self.calls = 0
+        self.kind = "honest"
+        self.packets: dict[bytes, float] = {}
+        """When the content of every honest answer was measured."""
+        self.said: dict[int, set[bytes]] = {}
+        """What whole packets with a right CRC have held in this cycle, by id."""
+        self._history: list[bytes] = []
+        self._chunks: list[bytes] = []
+        self._later: list[bytes] = []
+
+    def clock(self) -> float:
+        """Time of this line [s]."""
+        return self.now
+
+    def send(self, data: bytes, deadline: float) -> bool:
+        self.calls += 1
+        for instruction in InstructionStream().feed(data):
+            if answers := self._answers(instruction):
+                self._put(answers)
+        return True
+
+    def receive(self, deadline: float) -> bytes:
+        self.calls += 1
+        if self._chunks:
+            self.now += self.random.uniform(0.0, 3e-4)
+            return self._chunks.pop(0)
+        self.now = max(self.now, deadline)
+        return b""
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+    def begin(self, kind: str) -> None:
+        """Begin a new cycle, with what was late until now at the front."""
+        self.kind = kind
+        self.calls = 0
+        self.said = {servo_id: set() for servo_id in IDS}
+        self.now += self.random.uniform(0.001, 0.004)
+        late, self._later = self._later, []
+        for packet in late:
+            self._note(packet)
+        self._chunks += late
+
+    def _answers(self, instruction: Instruction) -> list[bytes]:
+        if instruction.code == 0x82:
+            return [self._telemetry(servo_id) for servo_id in instruction.parameters[4:]]
+        if instruction.code == 0x02:
+            return [self._telemetry(instruction.servo_id)]
+        if instruction.code == 0x01:
+            return [status_packet(instruction.servo_id, 0, b"\xe8\x03\x2d")]
+        return [] if instruction.code == 0x83 else [status_packet(instruction.servo_id, 0)]
+
+    def _telemetry(self, servo_id: int) -> bytes:
+        draw = self.random
+        position = draw.choice((2048, draw.randrange(0, 4096), -1, -3, 0xFDFFFF))
+        velocity, current = (
+            draw.choice((-1, 0, draw.randrange(-130, 130))),
+            draw.choice((-1, 0, draw.randrange(-648, 648))),
+        )
+        tick = int((self.now + servo_id) * 1000.0) % 32768
+        block = BLOCK.pack(position, velocity, current, 0, draw.choice((30, 0xFD)) if self.kind == "heat" else 30,
+                           draw.choice((120, 0xFFFF)), 1, WATCHDOG, tick)  # fmt: skip
+        self.packets[bytes((servo_id,)) + block] = self.now
+        return status_packet(servo_id, 0, block)
+
+    def _put(self, answers: list[bytes]) -> None:
+        spoilt = _KINDS[self.kind](self, answers)
+        self._history = (self._history + answers)[-40:]
+        stream = b"".join(spoilt)
+        for packet in spoilt:
+            self._note(packet)
+        self._note(stream)
+        while stream:
+            size = self.random.choice((1, 3, 16, 64, 4096))
+            self._chunks.append(stream[:size])
+            stream = stream[size:]
+
+    def _note(self, stream: bytes) -> None:
+        """Note every whole packet with a right CRC in a stream, wherever it begins: an oracle without a parser's cunning."""
+        start = stream.find(HEADER)
+        while start >= 0:
+            end = start + 7 + int.from_bytes(stream[start + 5 : start + 7], "little")
+            packet = stream[start:end]
+            if (
+                len(packet) >= 11
+                and end <= len(stream)
+                and checksum(packet[:-2]) == int.from_bytes(packet[-2:], "little")
+            ):
+                body = packet[9:-2].replace(b"\xff\xff\xfd\xfd", b"\xff\xff\xfd")
+                self.said.setdefault(packet[4], set()).add(body)
+            start = stream.find(HEADER, start + 1)
+
+    def noise(self, longest: int = 40) -> bytes:
+        """Random bytes, or bytes that look like beginnings of packets."""
+        draw = self.random
+        alphabet = draw.choice((range(256), (0xFF, 0xFD, 0x00, 0x55, 0x01, 0x16), HEADER))
+        return bytes(draw.choice(alphabet) for _ in range(draw.randrange(longest)))
+
+
+def _flip(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    spoilt = [bytearray(packet) for packet in packets]
+    for _ in range(line.random.randint(1, 6)):
+        packet = line.random.choice(spoilt)
+        packet[line.random.randrange(len(packet))] ^= 1 << line.random.randrange(8)
+    return [bytes(packet) for packet in spoilt]
+
+
+def _tear(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    return [packet[line.random.choice((0, 0, line.random.randrange(len(packet)))) :] for packet in packets]
+
+
+def _cut(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    return [packet[: line.random.choice((len(packet), line.random.randrange(len(packet))))] for packet in packets]
+
+
+def _lose(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    return [packet for packet in packets if line.random.random() < 0.6]
+
+
+def _repeat(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    old = [line.random.choice(line._history) for _ in range(line.random.randint(1, 4))] if line._history else []
+    return line.random.choice((old, old + packets, packets + old))
+
+
+def _delay(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    kept = line.random.randrange(len(packets))
+    line._later += packets[kept:]
+    return packets[:kept]
+
+
+def _shuffle(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    return line.random.sample(packets, len(packets))
+
+
+def _lie(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    """Lengths that promise too much or too little."""
+    spoilt = [bytearray(packet) for packet in packets]
+    packet = line.random.choice(spoilt)
+    packet[5:7] = line.random.choice((0, 1, 3, 4, 60, 200, 0xFFFF, line.random.randrange(65536))).to_bytes(2, "little")
+    return [bytes(packet) for packet in spoilt]
+
+
+def _invent(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    """Whole packets with a right CRC that no honest servo would send."""
+    draw = line.random
+    size = draw.choice((0, 1, BLOCK_SIZE - 1, BLOCK_SIZE + 1, 60))
+    invented = status_packet(draw.choice((*IDS, 0, 9, 252)), draw.randrange(1, 256), draw.randbytes(size))
+    return line.random.sample([*packets, invented], len(packets) + 1)
+
+
+def _surround(line: HostileLine, packets: list[bytes]) -> list[bytes]:
+    return [part for packet in packets for part in (line.noise(), packet)] + [line.noise()]
+
+
+_KINDS: dict[str, Callable[[HostileLine, list[bytes]], list[bytes]]] = {
+    "honest": lambda line, packets: packets,
+    "heat": lambda line, packets: packets,
+    "flip": _flip,
+    "tear": _tear,
+    "cut": _cut,
+    "lose": _lose,
+    "repeat": _repeat,
+    "delay": _delay,
+    "shuffle": _shuffle,
+    "lie": _lie,
+    "invent": _invent,
+    "surround": _surround,
+    "noise": lambda line, packets: [line.noise(400)],
+    "silence": lambda line, packets: [],
+}
+
+
+def fuzz(inputs: int, seed: int) -> dict[str, int]:
+    """Run cycles on hostile lines and check each of them.
+
+    Args:
+        inputs: Number of cycles.
+        seed: Of everything that is drawn.
+
+    Returns:
+        How often samples were fresh, and how often the arm was held.
+    """
+    counts = {"fresh": 0, "held": 0}
+    for start in range(0, inputs, 500):  # afresh now and then: what is latched would stay for ever
+        line = HostileLine(seed + start)
+        link = Link(line, 1_000_000, CONFIG.latency, clock=line.clock)
+        ready = tuple(ReadyServo(servo_id, 1000, 45, 130, 0.0, ()) for servo_id in IDS)
+        cycle = ServoCycle(link, ready, CONFIG, EventLog(100))
+        for _ in range(5):
+            line.begin("honest")
+            cycle.listen()
+        for _ in range(min(500, inputs - start)):
+            line.begin(line.random.choice(("honest", *_KINDS)))
+            _check(line, cycle, counts)
+    return counts
+
+
+def _check(line: HostileLine, cycle: ServoCycle, counts: dict[str, int]) -> None:
+    before = [monitor.time for monitor in cycle.monitors]
+    began = line.now
+    sample = cycle.step(RateCommand((0.5, -0.5, 0.3, -0.3), line.now))
+    assert line.calls < STEPS_ALLOWED, f"{line.kind}: {line.calls} calls of the port"
+    assert line.now - began < 0.2, f"{line.kind}: a cycle of {line.now - began:.3f} s"
+    for servo_id, monitor, previous in zip(IDS, cycle.monitors, before, strict=True):
+        if monitor.time == previous:
+            continue
+        assert monitor.telemetry is not None
+        row = monitor.telemetry
+        block = BLOCK.pack(row.position, row.velocity, row.current, row.hardware_error, row.temperature, row.voltage,
+                           row.torque_enable, row.bus_watchdog, row.tick)  # fmt: skip
+        assert block in line.said[servo_id], f"{line.kind}: believed what nobody said"
+        measured = line.packets.get(bytes((servo_id,)) + block)
+        assert measured is None or measured >= monitor.time - TOLERANCE, (
+            f"{line.kind}: {monitor.time - measured:.4f} s old"
+        )
+    fresh = sample.at(line.now, CONFIG.stale_after).fresh
+    assert fresh == bool(np.min(sample.times) >= line.now - CONFIG.stale_after)
+    if sample.fault & (STOPPING | LATCHED):
+        assert not sample.goals.any(), f"{line.kind}: {sample.fault} and the arm moves"
+        counts["held"] += 1
+    counts["fresh"] += fresh
+
+
+def main() -> None:
+    inputs = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
+    seed = int(sys.argv[2]) if len(sys.argv) > 2 else 0
+    start = time.monotonic()
+    counts = fuzz(inputs, seed)
+    print(f"{inputs} inputs in {time.monotonic() - start:.1f} s: {counts}")
+
+
+if __name__ == "__main__":
+    main()

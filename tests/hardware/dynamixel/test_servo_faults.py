@@ -1,0 +1,172 @@
+"""Faults of the servos themselves, from docs/hardware/servos.md: injected, told, and brought to their end state."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from servo_rig import SLOW, assert_moving, assert_stopped, follows, has, holds
+
+from doorman.hardware.dynamixel import ServoFault
+from doorman.hardware.emulators.servos import ServoEmulator
+from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
+from doorman.hardware.emulators.servos_unit import ENCODER, OVERLOAD, SHOCK
+
+
+def test_warm_servo(rig):
+    rig.set_row(1, "present temperature", 62)
+    sample = rig.until(has(ServoFault.WARM), rates=SLOW)
+    assert follows(sample)
+    assert_moving(rig)
+
+
+def test_hot_servo(rig):
+    rig.fly(SLOW, 0.05)
+    rig.set_row(2, "present temperature", 71)
+    sample = rig.until(has(ServoFault.HOT), rates=SLOW)
+    assert holds(sample)
+    assert_stopped(rig)
+    rig.set_row(2, "present temperature", 67)
+    assert holds(rig.fly(SLOW, 0.05)[-1]), "not yet cold enough"
+    rig.set_row(2, "present temperature", 64)
+    rig.until(follows, rates=SLOW)
+    assert rig.row(2, "torque enable") == 1, "it never gave way"
+
+
+@pytest.mark.parametrize(
+    ("bits", "fault"), [(OVERLOAD, ServoFault.OVERLOAD), (SHOCK, ServoFault.SHOCK), (ENCODER, ServoFault.ENCODER)]
+)
+def test_servo_that_shuts_down(rig, bits, fault):
+    rig.fly(SLOW, 0.05)
+    with rig.emulator.lock:
+        rig.servo(3).trip(bits)
+    sample = rig.until(has(fault), rates=SLOW)
+    assert holds(sample)
+    sample = rig.until(lambda sample: bool(sample.errors[2] & bits))
+    assert_stopped(rig)
+    assert rig.bus.recover() == ()
+    assert rig.row(3, "hardware error status") == 0
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+    assert rig.began(fault, servo_id=3)
+    assert any(event.text == "set up again" for event in rig.events())
+
+
+def test_recovery_keeps_the_other_servos_alive(rig):
+    with rig.emulator.lock:
+        rig.servo(3).trip(OVERLOAD)
+        rig.servo(3).setup.boot_time = 0.5
+    rig.until(has(ServoFault.OVERLOAD))
+    assert rig.bus.recover() == ()
+    sample = rig.until(follows, rates=SLOW)
+    assert sample.fresh
+    assert not [event for event in rig.events() if "cleared and set again" in event.text], "a watchdog fired meanwhile"
+
+
+def test_servo_that_shuts_down_by_heat(rig):
+    rig.set_row(4, "present temperature", 85)
+    rig.until(has(ServoFault.OVERHEATING), rates=SLOW)
+    (failure,) = rig.bus.recover()
+    assert "servo 4: the servo is too hot to be rebooted" in failure
+    assert holds(rig.fly(SLOW, 0.05)[-1])
+    rig.set_row(4, "present temperature", 50)
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+
+
+def test_servo_that_does_not_recover(rig):
+    with rig.emulator.lock:
+        rig.servo(1).lasting_errors = ENCODER
+    rig.until(has(ServoFault.ENCODER), rates=SLOW)
+    (failure,) = rig.bus.recover()
+    assert "servo 1: a hardware error persists after a reboot" in failure
+    assert_stopped(rig)
+
+
+def test_supply_out_of_bounds(rig):
+    rig.set_row(2, "present input voltage", 92)
+    sample = rig.until(has(ServoFault.VOLTAGE), rates=SLOW)
+    assert follows(sample)
+    assert sample.voltages[1] == pytest.approx(9.2)
+    assert_moving(rig)
+
+
+def test_strained_servo(make_rig):
+    class Strained(LaggingJoints):
+        def motion(self, time: float) -> ServoMotion:
+            motion = super().motion(time)
+            return ServoMotion(motion.angles, motion.rates, np.array([0.0, -1.5, 0.0, 0.0]))
+
+    with ServoEmulator((1, 2, 3, 4), Strained(np.zeros(4))) as emulator:
+        rig = make_rig(emulator)
+        rig.bus.open()
+        sample = rig.until(has(ServoFault.STRAINED), rates=SLOW)
+        assert sample.faults[1] & ServoFault.STRAINED
+        assert sample.currents[1] == pytest.approx(-1.5, abs=0.002)
+        assert follows(sample)
+        rig.bus.stop()
+
+
+def test_bus_watchdog_fired(rig):
+    rig.fly(SLOW, 0.05)
+    rig.set_row(1, "goal velocity", 0)
+    rig.set_row(1, "bus watchdog", 0xFF)
+    rig.until(lambda sample: bool(rig.began(ServoFault.WATCHDOG, servo_id=1)), rates=SLOW)
+    rig.until(follows, rates=SLOW)
+    assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
+    assert_moving(rig)
+
+
+def test_restarted_servo(rig):
+    """A dip of the supply: it forgets its set-up and shows zeros, which are not taken for a position."""
+    rig.fly(SLOW, 0.2)
+    angle = rig.true_angles()[1]
+    with rig.emulator.lock:
+        rig.servo(2).setup.boot_time = 0.02
+        rig.servo(2).reboot(time.monotonic())
+    sample = rig.until(has(ServoFault.RESTARTED), rates=SLOW)
+    assert holds(sample)
+    assert sample.angles[1] == pytest.approx(angle, abs=0.02)
+    assert_stopped(rig)
+    assert not rig.bus.read().fresh
+    assert rig.bus.recover() == ()
+    sample = rig.until(follows, rates=SLOW)
+    assert sample.angles[1] == pytest.approx(rig.true_angles()[1], abs=0.02)
+    assert_moving(rig)
+
+
+def test_torque_switched_off(rig):
+    rig.fly(SLOW, 0.05)
+    rig.set_row(4, "torque enable", 0)
+    sample = rig.until(has(ServoFault.TORQUE_OFF), rates=SLOW)
+    assert holds(sample)
+    assert_stopped(rig)
+    rig.set_row(4, "torque enable", 1)
+    assert holds(rig.fly(SLOW, 0.05)[-1]), "latched"
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+
+
+def test_another_model_in_the_place_of_a_servo(rig):
+    rig.emulator.faults.silent.add(2)
+    rig.until(has(ServoFault.MISSING))
+    rig.set_row(2, "model number", 1020)
+    rig.emulator.faults.silent.clear()
+    sample = rig.until(has(ServoFault.WRONG_MODEL), rates=SLOW)
+    assert holds(sample)
+    (failure,) = rig.bus.recover()
+    assert "servo 2: wrong model" in failure
+    assert_stopped(rig)
+
+
+def test_joint_outside_its_limits(make_rig, make_emulator):
+    rig = make_rig(make_emulator(angles=[0.0, 1.75, 0.0, 0.0]))
+    rig.bus.open()
+    sample = rig.until(has(ServoFault.OUT_OF_LIMITS))
+    assert sample.faults[1] & ServoFault.OUT_OF_LIMITS
+    rig.fly([0.2, 0.5, 0.0, 0.0], 0.2)
+    assert rig.true_angles()[1] == pytest.approx(1.75, abs=1e-6)
+    rig.fly([0.0, -1.0, 0.0, 0.0], 0.3)
+    assert rig.true_angles()[1] < 1.65
+    assert not rig.bus.read().fault & ServoFault.OUT_OF_LIMITS

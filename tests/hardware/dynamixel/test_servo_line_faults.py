@@ -1,0 +1,304 @@
+"""Faults of line, device, user and program, from docs/hardware/servos.md: injected, told, and brought to their end state."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from servo_rig import FASTEST, LOWER, SLOW, UPPER, assert_moving, assert_stopped, follows, has, holds
+
+from doorman.hardware.dynamixel import LATCHED, STOPPING, BusState, ServoFault
+
+# ---------------------------------------------------------------- answers
+
+
+@pytest.mark.parametrize(
+    ("kind", "fault"), [("drop", ServoFault.TIMEOUT), ("corrupt", ServoFault.CORRUPT), ("truncate", ServoFault.CORRUPT)]
+)
+def test_single_answers_lost_or_damaged(rig, kind, fault):
+    setattr(rig.emulator.faults, kind, 0.05)
+    start = rig.true_angles()
+    rig.fly(SLOW, 0.4)
+    setattr(rig.emulator.faults, kind, 0.0)
+    assert rig.began(fault)
+    assert (rig.true_angles() - start > 0.04).all(), "the arm went on"
+    rig.until(lambda sample: sample.fault is ServoFault.NONE, rates=SLOW)
+
+
+def test_noise_before_answers(rig):
+    rig.emulator.faults.noise = 0.5
+    start = rig.true_angles()
+    rig.fly(SLOW, 0.2)
+    assert (rig.true_angles() - start > 0.02).all()
+
+
+def test_instructions_damaged(rig):
+    rig.emulator.faults.deafness = 0.1
+    start = rig.true_angles()
+    rig.fly(SLOW, 0.3)
+    assert (rig.true_angles() - start > 0.02).all()
+    assert not any(event.fault in LATCHED for event in rig.events())
+
+
+def test_echo_of_the_adapter(rig):
+    rig.emulator.faults.echo = True
+    rig.until(lambda sample: sample.fault is ServoFault.NONE, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_flooded_bus(rig):
+    rig.fly(SLOW, 0.05)
+    rig.emulator.faults.mute.update({1, 2, 3, 4})
+    rig.emulator.faults.babble = True
+    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
+    assert holds(sample)
+    assert_stopped(rig)
+    rig.emulator.faults.babble = False
+    rig.emulator.faults.mute.clear()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_servo_that_hears_but_does_not_answer(rig):
+    """The first of the chain, which silences all others in a sync read."""
+    joint = 0
+    rig.fly(SLOW, 0.05)
+    rig.emulator.faults.mute.add(joint + 1)
+    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
+    assert holds(sample)
+    assert not sample.goals.any()
+    sample = rig.until(has(ServoFault.MISSING), rates=SLOW)
+    assert not sample.fresh
+    sample = rig.until(lambda sample: sum(bool(f & STOPPING) for f in sample.faults) == 1, rates=SLOW)
+    assert sample.faults[joint] & ServoFault.MISSING, "the silent one and none of those that it silenced"
+    assert sample.times[joint] < sample.times.max() - 0.2
+    assert_stopped(rig)
+    rig.emulator.faults.mute.clear()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_missing_servo(rig):
+    """A broken cable: the servo hears nothing, so its own watchdog fires; it is set again when the servo is back."""
+    rig.fly(SLOW, 0.05)
+    rig.emulator.faults.silent.add(2)
+    rig.until(has(ServoFault.MISSING), rates=SLOW)
+    assert_stopped(rig)
+    assert rig.row(2, "bus watchdog") == 0xFF
+    assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
+    rig.emulator.faults.silent.clear()
+    rig.until(follows, rates=SLOW)
+    assert rig.row(2, "bus watchdog") == rig.config.watchdog_counts
+    assert [event.servo_id for event in rig.events() if "cleared and set again" in event.text] == [2]
+    assert_moving(rig)
+
+
+def test_all_servos_missing(rig):
+    rig.fly(SLOW, 0.05)
+    rig.emulator.faults.silent.update({1, 2, 3, 4})
+    rig.until(lambda sample: all(fault & ServoFault.MISSING for fault in sample.faults), rates=SLOW)
+    rig.emulator.faults.silent.clear()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_answers_that_come_too_late(rig):
+    rig.fly(SLOW, 0.05)
+    rig.emulator.faults.delay = 0.03
+    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
+    assert holds(sample)
+    rig.emulator.faults.delay = 0.0
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_frozen_servo(rig):
+    """It repeats its last answer: right in every byte but old."""
+    rig.fly(SLOW, 0.05)
+    rig.emulator.faults.frozen.add(3)
+    sample = rig.until(has(ServoFault.STALE), rates=SLOW)
+    assert sample.faults[2] & ServoFault.LATE
+    assert holds(sample)
+    sample = rig.until(has(ServoFault.MISSING), rates=SLOW)
+    assert not sample.fresh
+    rig.emulator.faults.frozen.clear()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_nothing_old_is_passed_on_as_fresh(rig):
+    """Whatever the wire does, an entry is where the joint was at the entry's time."""
+    faults = rig.emulator.faults
+    truth: list[tuple[float, np.ndarray]] = []
+    said: list[dict[float, float]] = [{}, {}, {}, {}]
+    for cycle in range(60):
+        faults.delay = (0.0, 0.007, 0.015)[cycle // 10 % 3]
+        faults.drop = faults.corrupt = 0.1 * (cycle // 30 % 2)
+        rig.bus.command([1.0 if cycle // 30 % 2 else -1.0] * 4)
+        sample = rig.bus.wait(rig.bus.read(), 1.0)
+        with rig.emulator.lock:
+            now = time.monotonic()
+            truth.append((now, rig.emulator.plant.motion(now).angles))
+        for joint in range(4):
+            said[joint][float(sample.times[joint])] = float(sample.angles[joint])
+    times = np.array([when for when, _ in truth])
+    for joint in range(4):
+        angles = np.array([angles[joint] for _, angles in truth])
+        inside = {when: angle for when, angle in said[joint].items() if times[0] < when < times[-1]}
+        assert len(inside) > 10
+        for when, angle in inside.items():
+            after = int(np.searchsorted(times, when))
+            near = angles[max(after - 2, 0) : after + 2]
+            assert near.min() - 0.008 <= angle <= near.max() + 0.008
+
+
+# ---------------------------------------------------------------- device, user, program
+
+
+def test_unplugged_and_plugged_in_again(make_rig, make_emulator, tmp_path):
+    rig = make_rig(make_emulator(link=tmp_path / "servos"))
+    rig.bus.open()
+    rig.fly(SLOW, 0.05)
+    rig.emulator.unplug()
+    sample = rig.until(has(ServoFault.UNPLUGGED), rates=SLOW)
+    assert sample.state is BusState.DISCONNECTED
+    time.sleep(0.35)
+    assert not rig.bus.read().fresh
+    assert rig.true_rates() == pytest.approx(0.0, abs=1e-3), "the servos' own watchdogs"
+    rig.emulator.plug_in()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+    assert {event.servo_id for event in rig.events() if "cleared and set again" in event.text} == {1, 2, 3, 4}
+
+
+def test_unplugged_for_good(make_rig, make_emulator, tmp_path):
+    rig = make_rig(make_emulator(link=tmp_path / "servos"), reconnect=False)
+    rig.bus.open()
+    rig.emulator.unplug()
+    rig.until(has(ServoFault.UNPLUGGED))
+    rig.emulator.plug_in()
+    time.sleep(0.3)
+    assert rig.bus.read().state is BusState.DISCONNECTED
+    assert rig.bus.recover(0.2) != ()
+    rig.bus.stop()
+
+
+def test_unplugged_and_another_arm_plugged_in(make_rig, make_emulator, tmp_path):
+    rig = make_rig(make_emulator(link=tmp_path / "servos"))
+    rig.bus.open()
+    rig.emulator.unplug()
+    rig.until(has(ServoFault.UNPLUGGED))
+    rig.set_row(3, "model number", 1010)
+    rig.emulator.plug_in()
+    time.sleep(0.25)
+    assert rig.bus.read().state is BusState.DISCONNECTED
+
+
+def test_power_lost_while_unplugged(make_rig, make_emulator, tmp_path):
+    """The arm went limp: torque does not come back by itself."""
+    rig = make_rig(make_emulator(link=tmp_path / "servos"))
+    rig.bus.open()
+    rig.emulator.unplug()
+    rig.until(has(ServoFault.UNPLUGGED))
+    with rig.emulator.lock:
+        for servo_id in (1, 2, 3, 4):
+            rig.servo(servo_id).reboot(time.monotonic())
+    time.sleep(0.15)
+    rig.emulator.plug_in()
+    sample = rig.until(has(ServoFault.RESTARTED), rates=SLOW)
+    assert holds(sample)
+    assert [rig.row(servo_id, "torque enable") for servo_id in (1, 2, 3, 4)] == [0, 0, 0, 0]
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+
+
+def test_user_that_falls_silent(make_rig):
+    rig = make_rig(command_timeout=0.1)
+    rig.bus.open()
+    rig.fly(SLOW, 0.2)
+    sample = rig.until(has(ServoFault.COMMAND_STALE))
+    assert holds(sample)
+    assert not sample.goals.any()
+    time.sleep(0.15)
+    assert rig.true_rates() == pytest.approx(0.0, abs=1e-3)
+    rig.until(follows, rates=SLOW)
+
+
+def test_user_that_has_stopped_the_arm_may_fall_silent(make_rig):
+    rig = make_rig(command_timeout=0.05)
+    rig.bus.open()
+    rig.bus.command([0.0] * 4)
+    time.sleep(0.2)
+    assert rig.bus.read().fault is ServoFault.NONE
+
+
+@pytest.mark.parametrize("place", ["_faults", "_send"])
+def test_adapter_that_fails_in_itself(rig, monkeypatch, place):
+    """Before it has commanded anything, or after: questions alone keep the servos' watchdogs quiet."""
+    rig.fly(SLOW, 0.2)
+    cycle = rig.bus._worker._cycle
+    broken = [True]
+    whole = getattr(cycle, place)
+
+    def failing(*arguments):
+        result = whole(*arguments)
+        if broken and sys._getframe(1).f_code.co_name == "step":
+            raise RuntimeError("a mistake of ours")
+        return result
+
+    monkeypatch.setattr(cycle, place, failing)
+    end = time.monotonic() + 2.0
+    while not rig.began(ServoFault.INTERNAL):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert "RuntimeError: a mistake of ours" in rig.began(ServoFault.INTERNAL)[0].text
+    time.sleep(0.2)
+    assert rig.true_rates() == pytest.approx(0.0, abs=1e-3)
+    assert rig.bus.read().state is BusState.HOLDING
+    assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
+    broken.clear()
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+
+
+FLIGHT = """
+import sys, time
+from doorman.hardware.dynamixel import ServoBus, ServoConfig
+with ServoBus(ServoConfig(sys.argv[1], {lower}, {upper}, {fastest}, stale_after=0.06, latency=0.012)) as bus:
+    print("flying", flush=True)
+    while True:
+        bus.command([0.2] * 4)
+        time.sleep(0.005)
+"""
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_program_killed_or_frozen(make_emulator, how):
+    """Nobody is left to command zero velocity: the servos' bus watchdogs do it."""
+    emulator = make_emulator()
+    code = FLIGHT.format(lower=LOWER, upper=UPPER, fastest=FASTEST)
+    root = Path(__file__).parents[3]
+    program = subprocess.Popen(
+        [sys.executable, "-c", code, emulator.port], stdout=subprocess.PIPE, env={**os.environ, "PYTHONPATH": str(root)}
+    )
+    try:
+        assert program.stdout is not None
+        assert program.stdout.readline() == b"flying\n"
+        time.sleep(0.3)
+        assert (emulator.plant.motion(time.monotonic()).rates > 0.1).all()
+        program.send_signal(how)
+        time.sleep(0.3)
+        assert emulator.plant.motion(time.monotonic()).rates == pytest.approx(0.0, abs=1e-3)
+        for servo_id in (1, 2, 3, 4):
+            assert emulator.servo(servo_id).memory.get("bus watchdog") == 0xFF
+            assert emulator.servo(servo_id).memory.get("torque enable") == 1
+    finally:
+        program.kill()
+        program.wait(5.0)
+        program.stdout.close()

@@ -1,0 +1,313 @@
+"""Parts of the servo adapter that need no bus: registers, units, braking law, clock, configuration, log, samples."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from doorman.exceptions import BackendError, DimensionError
+from doorman.hardware.dynamixel import LATCHED, STOPPING, WARNINGS, ServoBus, ServoConfig, ServoFault, zero_position
+from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate, stopping_rate
+from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
+from doorman.hardware.dynamixel.governor import RateGovernor
+from doorman.hardware.dynamixel.registers import BAUD_CODES, REGISTERS
+from doorman.hardware.dynamixel.servo_clock import DRIFT, ServoClock
+from doorman.hardware.dynamixel.telemetry import BLOCK, BLOCK_SIZE, MAPPING, Telemetry
+from doorman.hardware.dynamixel.units import RADIANS_PER_TICK, VELOCITY_UNIT, joint_angle, whole_turns
+from doorman.hardware.emulators.servos_table import BAUD_RATES, ITEMS, TABLE_END
+
+LIMITS = {"lower_limits": [-1.0, -2.0], "upper_limits": [1.0, 2.0], "rate_limits": [3.1, 3.1], "ids": (1, 2)}
+
+
+def config(**fields):
+    return ServoConfig("nowhere", **(LIMITS | fields))
+
+
+# ---------------------------------------------------------------- registers
+
+
+def test_registers_are_those_of_the_emulated_table():
+    for register in REGISTERS.values():
+        item = ITEMS[register.name]
+        assert (register.address, register.size) == (item.address, item.size)
+        if item.writable:
+            assert register.signed == (item.low < 0)
+    assert [BAUD_RATES[code] for code in BAUD_CODES.values()] == list(BAUD_CODES)
+    assert max(item.address + item.size for item in ITEMS.values()) == TABLE_END
+
+
+@pytest.mark.parametrize(
+    ("name", "address", "size"),
+    [("goal velocity", 104, 4), ("present position", 132, 4), ("present velocity", 128, 4), ("present current", 126, 2),
+     ("hardware error status", 70, 1), ("bus watchdog", 98, 1), ("present input voltage", 144, 2),
+     ("present temperature", 146, 1), ("homing offset", 20, 4), ("velocity limit", 44, 4), ("shutdown", 63, 1)],
+)  # fmt: skip
+def test_addresses_of_the_manual(name, address, size):
+    assert (REGISTERS[name].address, REGISTERS[name].size) == (address, size)
+
+
+def test_the_block_is_what_its_mapping_gathers():
+    assert len(MAPPING) == 2 * BLOCK_SIZE
+    addresses = [int.from_bytes(MAPPING[i : i + 2], "little") for i in range(0, len(MAPPING), 2)]
+    assert addresses == [r.address + k for r in BLOCK for k in range(r.size)]
+    values = (-7, -3, -5, 0x24, 55, 118, 1, 5, 32767)
+    row = Telemetry.decode(b"".join(r.encode(v) for r, v in zip(BLOCK, values, strict=True)))
+    assert (row.position, row.velocity, row.current, row.hardware_error, row.temperature, row.voltage) == values[:6]
+    assert (row.torque_enable, row.bus_watchdog, row.tick) == values[6:]
+
+
+def test_a_restarted_servo_shows_zeros_and_is_told_from_one_that_is_set_up():
+    assert not Telemetry.decode(bytes(BLOCK_SIZE)).is_ours(5)
+    healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, 5, 77)
+    assert healthy.is_ours(5)
+    assert not healthy.is_ours(6)
+    for watchdog in (0, 0xFF):
+        assert replace(healthy, bus_watchdog=watchdog).is_ours(5)
+    assert not replace(healthy, bus_watchdog=0, torque_enable=0).is_ours(5)
+
+
+# ---------------------------------------------------------------- units
+
+
+@given(st.integers(-4096, 8192), st.integers(-3000, 5000), st.sampled_from([1, -1]))
+def test_zero_position_inverts_the_joint_angle(position, zero, direction):
+    angle = joint_angle(position, zero, direction)
+    assert zero_position(position, angle, direction) == zero
+    assert joint_angle(position + 1, zero, direction) - angle == pytest.approx(direction * RADIANS_PER_TICK)
+
+
+@given(st.floats(-1.6, 1.6), st.integers(-3, 3))
+def test_the_joints_limits_tell_the_turn(angle, turns):
+    read = angle + turns * 2.0 * math.pi
+    assert read + whole_turns(read, -1.65, 1.65) == pytest.approx(angle, abs=1e-9)
+
+
+def test_at_the_border_of_a_full_turn_the_reading_stands():
+    assert whole_turns(math.pi, -math.pi, math.pi) == 0.0
+    assert whole_turns(-math.pi, -math.pi, math.pi) == 0.0
+    assert whole_turns(0.2, 0.5, 1.0) == 0.0, "outside the limits either way"
+
+
+# ---------------------------------------------------------------- braking
+
+
+@given(st.floats(0.0, 3.0), st.floats(0.5, 30.0), st.floats(0.0, 0.2))
+def test_the_stopping_rate_uses_the_whole_distance(distance, deceleration, delay):
+    rate = stopping_rate(distance, deceleration, delay)
+    assert rate * delay + rate**2 / (2.0 * deceleration) == pytest.approx(distance, rel=1e-6, abs=1e-9)
+
+
+@given(st.floats(-5.0, 5.0), st.floats(-1.5, 1.5))
+def test_rates_are_only_cut(asked, angle):
+    rate = allowed_rate(asked, angle, -1.0, 1.0, 3.0, 10.0, 0.03)
+    assert abs(rate) <= min(abs(asked), 3.0)
+    assert rate * asked >= 0.0
+    if angle >= 1.0:
+        assert rate <= 0.0
+    if angle <= -1.0:
+        assert rate >= 0.0
+    if abs(angle) >= 1.0 and asked * angle < 0.0:
+        assert abs(rate) == pytest.approx(min(abs(asked), 3.0)), "the way back is open"
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_stops(bad):
+    assert allowed_rate(bad, 0.0, -1.0, 1.0, 3.0, 10.0, 0.03) == 0.0
+    assert allowed_rate(1.0, bad, -1.0, 1.0, 3.0, 10.0, 0.03) == 0.0
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02])
+def test_a_joint_at_full_speed_stops_before_its_limit(lag):
+    """A servo with a lag and an old measurement, which brakes no harder than it can."""
+    angle, rate, delay, step = -1.0, 0.0, 0.03, 0.005
+    history = [angle] * (1 + round((delay - lag) / step))
+    for _ in range(2000):
+        goal = allowed_rate(3.1, history[0], -1.0, 1.0, 3.1, 10.0, delay)
+        wanted = goal if lag == 0.0 else rate + (goal - rate) * step / lag
+        rate += max(min(wanted - rate, 11.0 * step), -11.0 * step)
+        angle += rate * step
+        history = [*history[1:], angle]
+        assert angle < 1.0 + config().limit_margin, "that is what the margin is for"
+    assert angle > 0.97
+
+
+@given(st.floats(-3.0, 3.0), st.integers(50, 400))
+def test_rounding_keeps_the_mean(rate, cycles):
+    rounder = RateRounder(1)
+    total = sum(rounder.round(0, rate) for _ in range(cycles)) * VELOCITY_UNIT
+    assert total == pytest.approx(rate * cycles, abs=VELOCITY_UNIT)
+
+
+def test_rounding_carries_nothing_over_a_stop():
+    rounder = RateRounder(1)
+    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 0
+    assert rounder.round(0, 0.0) == 0
+    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 0
+    assert rounder.round(0, 0.4 * VELOCITY_UNIT) == 1
+    rounder.clear()
+    assert rounder.round(0, -0.4 * VELOCITY_UNIT) == 0
+
+
+def test_the_governor_knows_directions_and_the_servos_own_limit():
+    governor = RateGovernor(config(directions=(1, -1)), [130, 20])
+    counts = governor.counts([9.0, 9.0], [0.0, 0.0], [0.0, 0.0])
+    assert counts == [129, -20]
+    assert governor.counts([1.0, 1.0], [0.995, -2.5], [0.0, 0.0])[0] == 0
+    assert governor.halt() == [0, 0]
+
+
+# ---------------------------------------------------------------- freshness
+
+
+def answers(clock, offset, rate=1.0, start=100.0, cycles=400, period=0.005, delay=0.0):
+    """Lateness of regular answers that take 1.5 ms, measured 1 ms after the question, `delay` before it in truth."""
+    late = []
+    for cycle in range(cycles):
+        sent = start + cycle * period
+        tick = int(((sent + 1e-3 - delay) * rate + offset) * 1e3) % 32768
+        late.append(clock.lateness(sent, sent + 1.5e-3, tick))
+    return np.array(late)
+
+
+@pytest.mark.parametrize("rate", [1.0, 1.005, 0.995])
+@pytest.mark.parametrize("offset", [0.0, 12.345, 32.0])
+def test_answers_in_time_are_never_late(rate, offset):
+    assert not answers(ServoClock(), offset, rate, cycles=8000).any(), "the servo's clock starts again on the way"
+
+
+@pytest.mark.parametrize("delay", [0.006, 0.02, 5.0, 16.0])
+def test_answers_from_before_the_question_are_told(delay):
+    clock = ServoClock()
+    answers(clock, 7.0)
+    late = answers(clock, 7.0, start=102.0, delay=delay, cycles=10)
+    assert (late > 0.0).all()
+    assert late[0] == pytest.approx(delay - 1e-3, abs=0.004)
+
+
+def test_a_clock_that_stands_still_while_it_ran_is_late_for_ever():
+    clock = ServoClock()
+    answers(clock, 7.0)
+    last = int((101.995 + 1e-3 + 7.0) * 1e3) % 32768
+    late = [clock.lateness(102.0 + t, 102.0 + t + 1e-3, last) for t in np.arange(0.1, 40.0, 0.1)]
+    assert min(late) > 0.0
+
+
+def test_a_clock_that_never_ran_proves_nothing():
+    clock = ServoClock()
+    assert not any(clock.lateness(100.0 + t, 100.001 + t, 0) for t in range(10))
+    assert not clock.runs
+
+
+@pytest.mark.parametrize("pause", [3.0, 20.0, 40.0, 100.0])
+def test_a_pause_does_not_confuse_the_clock(pause):
+    clock = ServoClock()
+    answers(clock, 3.0)
+    assert not answers(clock, 3.0, start=102.0 + pause).any()
+    late = answers(clock, 3.0, start=105.0 + pause, delay=0.5 + DRIFT * pause, cycles=5)
+    assert (late > 0.0).all()
+
+
+def test_a_restart_begins_afresh():
+    clock = ServoClock()
+    answers(clock, 20.0)
+    clock.restart()
+    assert not answers(clock, 1.0, start=103.0).any()
+
+
+# ---------------------------------------------------------------- configuration
+
+
+@pytest.mark.parametrize(
+    ("fields", "error", "field"),
+    [
+        ({"ids": (1, 1)}, BackendError, "servos.ids"),
+        ({"ids": (1, 253)}, BackendError, "servos.ids"),
+        ({"ids": ()}, BackendError, "servos.ids"),
+        ({"ids": (1, 2, 3)}, DimensionError, "servos.lower_limits"),
+        ({"lower_limits": [0.0, math.nan]}, DimensionError, "servos.lower_limits"),
+        ({"lower_limits": [2.0, 0.0]}, BackendError, "servos.upper_limits"),
+        ({"rate_limits": [1.0, 0.0]}, BackendError, "servos.rate_limits"),
+        ({"directions": (1, 2)}, BackendError, "servos.directions"),
+        ({"directions": (1,)}, BackendError, "servos.directions"),
+        ({"zero_positions": (0, 10**7)}, BackendError, "servos.zero_positions"),
+        ({"homing_offsets": (0, 1_044_480)}, BackendError, "servos.homing_offsets"),
+        ({"models": ()}, BackendError, "servos.models"),
+        ({"baud_rate": 12345}, BackendError, "servos.baud_rate"),
+        ({"rate": 0.0}, BackendError, "servos.rate"),
+        ({"rate": 5000.0}, BackendError, "servos.rate"),
+        ({"latency": math.inf}, BackendError, "servos.latency"),
+        ({"stale_after": 0.004}, BackendError, "servos.stale_after"),
+        ({"stale_after": 0.5}, BackendError, "servos.stale_after"),
+        ({"watchdog": 0.05}, BackendError, "servos.watchdog"),
+        ({"watchdog": 2.56}, BackendError, "servos.watchdog"),
+        ({"watchdog": math.nan}, BackendError, "servos.watchdog"),
+        ({"watchdog": 0.02}, BackendError, "servos.watchdog"),
+        ({"hot_temperature": 50.0}, BackendError, "servos.hot_temperature"),
+        ({"limit_margin": 1.0}, BackendError, "servos.limit_margin"),
+        ({"limit_margin": -0.1}, BackendError, "servos.limit_margin"),
+    ],
+)
+def test_values_out_of_range_are_named(fields, error, field):
+    with pytest.raises(error) as caught:
+        config(**fields)
+    assert caught.value.field == field or caught.value.field.startswith(f"{field}[")
+
+
+def test_configuration_is_frozen():
+    made = config()
+    assert made.watchdog_counts == 5
+    assert (made.signs, made.zeros, made.offsets) == ((1, 1), (2048, 2048), (0, 0))
+    with pytest.raises(ValueError, match="read-only"):
+        made.limits[0][0] = 7.0
+
+
+def test_limits_come_from_the_urdf(model):
+    vehicle = model.vehicle
+    made = ServoConfig("nowhere", vehicle.lower_limits, vehicle.upper_limits, vehicle.rate_limits)
+    assert made.n == vehicle.n_arm
+    assert np.array_equal(made.limits[1], vehicle.upper_limits)
+
+
+def test_the_constructor_touches_no_device(tmp_path):
+    bus = ServoBus(ServoConfig(str(tmp_path / "missing"), **LIMITS))
+    for misuse in (bus.read, lambda: bus.command([0.0, 0.0]), bus.recover, lambda: bus.statistics):
+        with pytest.raises(BackendError, match="not open"):
+            misuse()
+    with pytest.raises(BackendError, match="no such serial device"):
+        bus.open()
+    bus.stop()
+    bus.stop()
+
+
+# ---------------------------------------------------------------- faults
+
+
+def test_every_fault_has_one_consequence():
+    for fault in ServoFault:
+        assert sum(fault in group for group in (WARNINGS, STOPPING, LATCHED)) == 1, fault
+
+
+def test_the_log_tells_what_began_and_ended():
+    log = EventLog()
+    log.changes(1.0, 3, ServoFault.NONE, ServoFault.HOT | ServoFault.WARM)
+    log.changes(2.0, 3, ServoFault.HOT | ServoFault.WARM, ServoFault.WARM)
+    told = [(event.fault, event.began, str(event)) for event in log.take()]
+    assert sorted(told[:2], key=str) == sorted(
+        [(ServoFault.WARM, True, "servo 3: warm began"), (ServoFault.HOT, True, "servo 3: hot began")], key=str
+    )
+    assert told[2:] == [(ServoFault.HOT, False, "servo 3: hot ended")]
+    assert log.take() == []
+
+
+def test_a_full_log_counts_what_it_drops():
+    log = EventLog(size=3)
+    for number in range(5):
+        log.write(ServoEvent(float(number), None, ServoFault.NONE, True, "something"))
+    assert log.dropped == 2
+    assert [event.time for event in log.take()] == [2.0, 3.0, 4.0]
+    assert log.dropped == 2

@@ -1,0 +1,191 @@
+"""EEPROM settings: found, named, changed only on request."""
+
+from __future__ import annotations
+
+import pytest
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import ServoFault
+from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD, READY, ServoSetup
+
+WRONG = [
+    ("operating mode", 3, 1),
+    ("drive mode", 1, 0),
+    ("drive mode", 8, 0),
+    ("return delay time", 250, 0),
+    ("homing offset", -17, 0),
+    ("shutdown", 4, 52),
+    ("secondary id", 2, 255),
+    ("startup configuration", 1, 0),
+]
+"""Register, what it holds, what is wanted: each keeps the arm from being used."""
+QUESTIONABLE = [
+    ("return delay time", 5, 0),
+    ("velocity limit", 100, 129),
+    ("temperature limit", 70, 71),
+    ("baud rate", 1, 3),
+]
+"""The same, but the arm may be used."""
+
+
+@pytest.fixture
+def with_setting(make_rig, make_emulator):
+    """Two servos, the first with one odd setting."""
+
+    def make(name, value, **fields):
+        servos = [ServoSetup(1, READY | {name: value}), ServoSetup(2)]
+        return make_rig(make_emulator(servos), ids=(1, 2), **fields)
+
+    return make
+
+
+@pytest.mark.parametrize(("name", "given", "wanted"), WRONG)
+def test_wrong_settings_are_refused_and_not_changed(with_setting, name, given, wanted):
+    rig = with_setting(name, given)
+    (finding,) = rig.bus.inspect()
+    assert (finding.servo_id, finding.register, finding.given, finding.wanted) == (1, name, given, wanted)
+    assert finding.blocking
+    with pytest.raises(BackendError, match=f"servo 1: {name} is {given}, should be {wanted}: ") as caught:
+        rig.bus.open()
+    assert "write_eeprom" in caught.value.allowed
+    assert rig.row(1, name) == given
+    assert rig.row(2, "torque enable") == 0
+
+
+@pytest.mark.parametrize(("name", "given", "wanted"), WRONG)
+def test_settings_are_changed_on_request(with_setting, name, given, wanted):
+    rig = with_setting(name, given, write_eeprom=True)
+    rig.set_row(1, "torque enable", 1)  # as an earlier program left it; EEPROM is locked then
+    rig.bus.open()
+    assert rig.row(1, name) == wanted
+    assert rig.bus.servos[0].findings == ()
+    assert rig.row(1, "torque enable") == 1
+
+
+@pytest.mark.parametrize(("name", "given", "wanted"), QUESTIONABLE)
+def test_questionable_settings_are_reported(with_setting, name, given, wanted):
+    rig = with_setting(name, given)
+    rig.bus.open()
+    (finding,) = rig.bus.servos[0].findings
+    assert (finding.register, finding.given, finding.wanted, finding.blocking) == (name, given, wanted, False)
+    assert str(finding).startswith(f"servo 1: {name} is {given}, should be {wanted}: ")
+    assert rig.row(1, name) == given
+
+
+def test_what_would_cut_the_servo_off_is_never_written(with_setting):
+    rig = with_setting("baud rate", 1, write_eeprom=True)
+    rig.bus.open()
+    assert rig.row(1, "baud rate") == 1
+    assert [finding.register for finding in rig.bus.servos[0].findings] == ["baud rate"]
+
+
+def test_inspection_changes_nothing(with_setting):
+    rig = with_setting("operating mode", 3)
+    with rig.emulator.lock:
+        before = bytes(rig.servo(1).memory.read(0, 14)[1])
+    rig.bus.inspect()
+    with rig.emulator.lock:
+        assert bytes(rig.servo(1).memory.read(0, 14)[1]) == before
+    assert [rig.row(1, name) for name in ("torque enable", "bus watchdog", "goal velocity")] == [0, 0, 0]
+
+
+def test_a_new_servo_needs_all_of_its_settings(make_rig, make_emulator):
+    """As it comes out of the box, but for its baud rate."""
+    new = ServoSetup(1, {"baud rate": 3})
+    rig = make_rig(make_emulator([new]), ids=(1,))
+    assert [finding.register for finding in rig.bus.inspect()] == ["return delay time", "operating mode"]
+    rig.bus.stop()
+    again = make_rig(rig.emulator, ids=(1,), write_eeprom=True)
+    again.bus.open()
+    assert again.bus.servos[0].findings == ()
+
+
+def test_old_firmware_has_no_startup_configuration(with_setting):
+    rig = with_setting("firmware version", 44)
+    assert rig.bus.inspect() == ()
+    rig.bus.open()
+
+
+# ---------------------------------------------------------------- who answers
+
+
+def test_wrong_model_is_refused_before_anything_is_written(with_setting):
+    rig = with_setting("model number", 1020)
+    with pytest.raises(BackendError, match="servo 1: wrong model .given 1020; allowed: 1000 XH430-W350"):
+        rig.bus.open()
+    with pytest.raises(BackendError, match="wrong model"):
+        rig.bus.inspect()
+    for servo_id in (1, 2):
+        assert rig.row(servo_id, "torque enable") == 0
+        assert rig.row(servo_id, "indirect address 168") == 224
+
+
+def test_too_old_firmware_is_refused(with_setting):
+    rig = with_setting("firmware version", 37)
+    with pytest.raises(
+        BackendError, match="servo 1: the firmware is too old for the bus watchdog .given 37; allowed: >= 38"
+    ):
+        rig.bus.open()
+
+
+def test_a_missing_servo_is_named(make_rig, make_emulator):
+    rig = make_rig(make_emulator([1, 2, 4]))
+    with pytest.raises(BackendError, match="servo 3: no answer to ping"):
+        rig.bus.open()
+    assert rig.row(1, "torque enable") == 0
+
+
+def test_a_noisy_bus_is_opened_all_the_same(make_rig):
+    rig = make_rig()
+    rig.emulator.faults.corrupt = 0.05
+    rig.emulator.faults.noise = 0.1
+    rig.emulator.faults.deafness = 0.05
+    rig.bus.open()
+    assert [servo.model for servo in rig.bus.servos] == [1000] * 4
+
+
+def test_a_servo_that_shut_down_is_rebooted_at_open(make_rig):
+    rig = make_rig()
+    with rig.emulator.lock:
+        rig.servo(2).trip(OVERLOAD)
+    rig.bus.open()
+    assert rig.row(2, "hardware error status") == 0
+    assert rig.row(2, "torque enable") == 1
+    assert rig.bus.read().fault is ServoFault.NONE
+
+
+def test_a_servo_that_shut_down_is_left_alone_if_told_so(make_rig):
+    rig = make_rig(reboot_at_open=False)
+    with rig.emulator.lock:
+        rig.servo(2).trip(OVERLOAD)
+    with pytest.raises(
+        BackendError, match=r"servo 2: the servo has shut down .given 'hardware error 32 \(OVERLOAD\), 30 °C'"
+    ):
+        rig.bus.open()
+    assert rig.row(2, "hardware error status") == OVERLOAD
+
+
+def test_a_hot_servo_is_not_rebooted(make_rig):
+    rig = make_rig()
+    rig.set_row(3, "present temperature", 85)
+    with pytest.raises(
+        BackendError, match="servo 3: the servo is too hot to be rebooted .given '85 °C'; allowed: below 70 °C"
+    ):
+        rig.bus.open()
+
+
+def test_an_error_that_comes_back_is_reported(make_rig):
+    rig = make_rig()
+    with rig.emulator.lock:
+        rig.servo(3).lasting_errors = OVERHEATING
+    with pytest.raises(BackendError, match="servo 3: a hardware error persists after a reboot"):
+        rig.bus.open()
+
+
+def test_a_servo_that_does_not_come_back_is_reported(make_rig, make_emulator):
+    servos = [ServoSetup(1, boot_time=60.0)]
+    rig = make_rig(make_emulator(servos), ids=(1,), boot_timeout=0.2)
+    with rig.emulator.lock:
+        rig.servo(1).trip(OVERLOAD)
+    with pytest.raises(BackendError, match="servo 1: the servo did not come back after a reboot"):
+        rig.bus.open()
