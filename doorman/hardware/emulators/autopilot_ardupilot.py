@@ -1,0 +1,219 @@
+"""ArduCopter's rules: guided needs no stream, lifts off by command, and takes thrust for a climb rate unless told otherwise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.emulators.autopilot_brain import (
+    ACCEPTED,
+    DENIED,
+    FAILED,
+    AttitudeTarget,
+    Brain,
+    PositionTarget,
+    Surroundings,
+)
+from doorman.hardware.emulators.autopilot_control import Demand, Task
+from doorman.hardware.emulators.autopilot_parameters import ParameterStore
+from doorman.hardware.emulators.autopilot_plant import thrust_axis, yaw_of
+
+STABILIZE, ALTITUDE_HOLD, GUIDED, LOITER, RETURN, LAND = 0, 2, 4, 5, 6, 9
+_NAMES = {"stabilize": STABILIZE, "altitude": ALTITUDE_HOLD, "guided": GUIDED, "loiter": LOITER, "position": LOITER,
+          "return": RETURN, "land": LAND}  # fmt: skip
+_NEED_POSITION = (GUIDED, LOITER, RETURN)
+_CLIMB_SPEED, _DESCENT_SPEED = 2.5, 1.5
+_UNIT_TOLERANCE = 1e-3
+_FAILSAFE_ACTIONS = {1: RETURN, 3: RETURN, 4: LAND, 5: LAND, 7: LAND}
+"""Of FS_GCS_ENABLE."""
+
+
+class ArduPilotBrain(Brain):
+    """ArduCopter.
+
+    Args:
+        parameters: Its parameters.
+        start_up: Until the gyros are calibrated [s].
+    """
+
+    vendor = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+
+    def __init__(self, parameters: ParameterStore, start_up: float) -> None:
+        super().__init__(parameters)
+        self.mode = STABILIZE
+        self._start_up = start_up
+        self._target = Demand(Task.VELOCITY)
+        self._target_time = 0.0
+        self._taking_off_to: float | None = None
+
+    @property
+    def refused_result(self) -> int:
+        """ArduPilot says "failed"."""
+        return FAILED
+
+    @property
+    def disarm_delay(self) -> float:
+        """The land detector's."""
+        return 1.0
+
+    @property
+    def taking_off(self) -> bool:
+        """Between NAV_TAKEOFF and whatever comes next."""
+        return self._taking_off_to is not None
+
+    def request_mode(self, parameters: tuple[float, float, float]) -> int:
+        """Refused where the mode needs a position that is not known."""
+        if not int(parameters[0]) & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+            return DENIED
+        mode = int(parameters[1])
+        valid = self.around is not None and self.around.estimate.position_valid
+        if mode not in _NAMES.values() or (mode in _NEED_POSITION and not valid):
+            self.say(mavlink.MAV_SEVERITY_WARNING, "Mode change failed: requires position")
+            return FAILED
+        self._enter(mode)
+        return ACCEPTED
+
+    def request_take_off(self, height: float) -> int:
+        """Only from the ground, armed, in guided."""
+        if self.mode != GUIDED or not self.armed or not self.landed or height <= 0.0:
+            return FAILED
+        self._taking_off_to = self.home_height + height
+        self._hold = None
+        return ACCEPTED
+
+    def request_land(self) -> int:
+        """Land here."""
+        self._enter(LAND)
+        return ACCEPTED
+
+    def attitude_target(self, target: AttitudeTarget) -> None:
+        """Obeyed in guided only; a quaternion off unit length stops the vehicle."""
+        if self.mode != GUIDED or not self.armed or self.around is None:
+            return
+        norm = float(np.linalg.norm(target.quaternion))
+        rates_ignored = target.mask & 7 == 7
+        if target.mask & 0x40 or not rates_ignored or not abs(norm - 1.0) <= _UNIT_TOLERANCE:
+            self._stop()
+            return
+        if int(self.parameters["GUID_OPTIONS"]) & 8:
+            demand = Demand(Task.ATTITUDE, quaternion=target.quaternion, thrust=self._boosted(target))
+            lifts = target.thrust > 0.0
+        else:
+            share = 2.0 * (min(max(target.thrust, 0.0), 1.0) - 0.5)
+            rate = share * (_CLIMB_SPEED if share > 0.0 else _DESCENT_SPEED)
+            demand = Demand(Task.CLIMB_RATE, quaternion=target.quaternion, climb_rate=rate)
+            lifts = rate > 0.0
+        if self.landed and lifts:
+            self.landed = False
+        self._aim(demand)
+
+    def position_target(self, target: PositionTarget) -> None:
+        """Obeyed in guided only; it also ends a take-off."""
+        if self.mode != GUIDED or not self.armed:
+            return
+        used = [target.position] * target.has_position + [target.velocity] * target.has_velocity
+        allowed = target.has_velocity or (target.has_position and not target.has_acceleration)
+        if target.frame != mavlink.MAV_FRAME_LOCAL_NED or not allowed or not np.isfinite(np.concatenate(used)).all():
+            self._stop()
+            return
+        zero = np.zeros(3)
+        demand = Demand(
+            Task.POSITION if target.has_position else Task.VELOCITY,
+            position=target.position if target.has_position else zero,
+            velocity=target.velocity if target.has_velocity else zero,
+            acceleration=target.acceleration if target.has_acceleration and target.has_velocity else zero,
+            yaw=None if target.mask & 0x400 else target.yaw,
+        )
+        self._aim(demand)
+
+    def pilot_mode(self, name: str) -> None:
+        """The pilot turns the mode switch: it always wins."""
+        if name not in _NAMES:
+            raise ValueError(f"unknown mode {name}: {', '.join(_NAMES)}")
+        self._enter(_NAMES[name])
+
+    def _enter(self, mode: int) -> None:
+        super()._enter(mode)
+        self._taking_off_to = None
+        self._stop()
+
+    def _stop(self) -> None:
+        self._aim(Demand(Task.VELOCITY))
+
+    def _aim(self, demand: Demand) -> None:
+        self._target, self._taking_off_to = demand, None
+        self._target_time = 0.0 if self.around is None else self.around.now
+
+    def _boosted(self, target: AttitudeTarget) -> float:
+        """Thrust over the cosine of the commanded tilt, unless that is switched off."""
+        thrust = min(max(target.thrust, 0.0), 1.0)
+        if not self.parameters["ATC_ANGLE_BOOST"]:
+            return thrust
+        return min(1.0, thrust / min(max(float(thrust_axis(target.quaternion)[2]), 0.1), 1.0))
+
+    def _arming_refused(self) -> tuple[int, str] | None:
+        around = self.around
+        assert around is not None
+        if around.now < self._start_up:
+            return FAILED, "PreArm: Gyros not calibrated"
+        if not around.estimate.position_valid:
+            return FAILED, "PreArm: Need Position Estimate"
+        if self.mode in (RETURN, LAND):
+            return FAILED, "Arm: Mode not armable"
+        return None
+
+    def _decide(self, around: Surroundings) -> Demand:
+        if self.armed:
+            self._watch_links(around)
+        if self.mode == LAND:
+            return Demand(Task.LAND)
+        if self.mode == RETURN:
+            place = around.estimate.position.copy()
+            place[2] = self.home_height + 0.01 * self.parameters["RTL_ALT"]
+            return Demand(Task.POSITION, position=place)
+        if self.mode == GUIDED:
+            return self._guided(around)
+        return self._on_ground(around) if self.landed else self.hold_here(around)
+
+    def _guided(self, around: Surroundings) -> Demand:
+        if self._taking_off_to is not None:
+            self.landed = False
+            hold = self.hold_here(around)
+            place = hold.position.copy()
+            place[2] = self._taking_off_to
+            return Demand(Task.POSITION, position=place, yaw=hold.yaw)
+        if self.landed:
+            return self._on_ground(around)
+        target, age = self._target, around.now - self._target_time
+        if age <= self.parameters["GUID_TIMEOUT"] or target.task is Task.POSITION:
+            return target
+        if target.task is Task.VELOCITY:
+            return Demand(Task.VELOCITY)
+        yaw = yaw_of(target.quaternion)
+        level = np.array([math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)])
+        return Demand(Task.CLIMB_RATE, quaternion=level)
+
+    def _on_ground(self, around: Surroundings) -> Demand:
+        if self.armed and around.now - self._armed_at > self.parameters["DISARM_DELAY"]:
+            self._disarm()
+        return Demand(Task.IDLE)
+
+    def _watch_links(self, around: Surroundings) -> None:
+        action = int(self.parameters["FS_GCS_ENABLE"])
+        heard_once = around.ground_station_age < float("inf")
+        lost = heard_once and around.ground_station_age > self.parameters["FS_GCS_TIMEOUT"]
+        if action in _FAILSAFE_ACTIONS and lost and self.mode not in (LAND, RETURN):
+            self._fail("GCS Failsafe", _FAILSAFE_ACTIONS[action])
+        if not around.estimate.position_valid and self.mode in _NEED_POSITION:
+            self._fail("EKF Failsafe: changed to LAND Mode", LAND)
+
+    def _fail(self, text: str, mode: int) -> None:
+        self.failsafe = True
+        self.say(mavlink.MAV_SEVERITY_CRITICAL, text)
+        self._enter(mode)
+
+    def _disarm(self) -> None:
+        super()._disarm()
+        self.failsafe = False

@@ -1,0 +1,232 @@
+"""What PX4 and ArduPilot have in common: mode, arming, demand of the moment, landing and what they say about it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.emulators.autopilot_control import Demand, Task
+from doorman.hardware.emulators.autopilot_estimator import Estimate
+from doorman.hardware.emulators.autopilot_parameters import ParameterStore
+from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
+
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
+"""MAV_RESULT."""
+
+
+@dataclass(frozen=True)
+class AttitudeTarget:
+    """A decoded SET_ATTITUDE_TARGET, world frame."""
+
+    mask: int
+    quaternion: Array
+    thrust: float
+
+
+@dataclass(frozen=True)
+class PositionTarget:
+    """A decoded SET_POSITION_TARGET_LOCAL_NED, world frame."""
+
+    mask: int
+    frame: int
+    position: Array
+    velocity: Array
+    acceleration: Array
+    yaw: float
+
+    @property
+    def has_position(self) -> bool:
+        """Whether the position counts."""
+        return not self.mask & 7
+
+    @property
+    def has_velocity(self) -> bool:
+        """Whether the velocity counts."""
+        return not self.mask & 0x38
+
+    @property
+    def has_acceleration(self) -> bool:
+        """Whether the acceleration counts."""
+        return not self.mask & 0x1C0
+
+
+@dataclass
+class Surroundings:
+    """What a brain knows at an instant of its own clock."""
+
+    now: float
+    estimate: Estimate
+    on_ground: bool
+    ground_station_age: float
+    """Since the last heartbeat of a ground station [s]; infinity before the first."""
+
+
+@dataclass
+class Refusal:
+    """How the next requests to arm are refused."""
+
+    active: bool = False
+    text: str = ""
+    """Said by STATUSTEXT; empty for a silent refusal, as PX4 gives at times."""
+
+
+class Brain(ABC):
+    """Modes and rules of one autopilot.
+
+    Args:
+        parameters: Its parameters.
+    """
+
+    vendor: int
+    """MAV_AUTOPILOT."""
+
+    def __init__(self, parameters: ParameterStore) -> None:
+        self.parameters = parameters
+        self.mode = 0
+        self.armed = False
+        self.failsafe = False
+        self.landed = True
+        self.refusal = Refusal()
+        self.texts: list[tuple[int, str]] = []
+        """Severity and words, waiting to be sent."""
+        self.demand = Demand(Task.IDLE)
+        self.home_height = 0.0
+        self.around: Surroundings | None = None
+        self._hold: Demand | None = None
+        self._grounded_since: float | None = None
+        self._armed_at = 0.0
+
+    # ------------------------------------------------------------ requests
+
+    @abstractmethod
+    def request_mode(self, parameters: tuple[float, float, float]) -> int:
+        """DO_SET_MODE; returns a MAV_RESULT."""
+
+    @abstractmethod
+    def request_take_off(self, height: float) -> int:
+        """NAV_TAKEOFF to a height above home [m]; returns a MAV_RESULT."""
+
+    @abstractmethod
+    def request_land(self) -> int:
+        """NAV_LAND; returns a MAV_RESULT."""
+
+    @abstractmethod
+    def attitude_target(self, target: AttitudeTarget) -> None:
+        """SET_ATTITUDE_TARGET."""
+
+    @abstractmethod
+    def position_target(self, target: PositionTarget) -> None:
+        """SET_POSITION_TARGET_LOCAL_NED."""
+
+    @abstractmethod
+    def pilot_mode(self, name: str) -> None:
+        """The pilot turns the mode switch of the radio."""
+
+    @abstractmethod
+    def _arming_refused(self) -> tuple[int, str] | None:
+        """Result and words of a refusal, None if it may arm."""
+
+    @abstractmethod
+    def _decide(self, around: Surroundings) -> Demand:
+        """Failsafes, and what to do now."""
+
+    def request_arming(self, arm: bool, forced: bool) -> int:
+        """COMPONENT_ARM_DISARM; returns a MAV_RESULT."""
+        assert self.around is not None
+        if arm == self.armed:
+            return ACCEPTED
+        if not arm:
+            if not self.landed and not forced:
+                return self.refused_result
+            self._disarm()
+            return ACCEPTED
+        refusal = (self.refused_result, self.refusal.text) if self.refusal.active else self._arming_refused()
+        if refusal is not None:
+            if refusal[1]:
+                self.say(mavlink.MAV_SEVERITY_CRITICAL, refusal[1])
+            return refusal[0]
+        self.armed, self._armed_at = True, self.around.now
+        self.home_height = float(self.around.estimate.position[2])
+        return ACCEPTED
+
+    @property
+    @abstractmethod
+    def refused_result(self) -> int:
+        """MAV_RESULT of a refused arming."""
+
+    # ------------------------------------------------------------ every step
+
+    def update(self, around: Surroundings) -> Demand:
+        """Think once.
+
+        Args:
+            around: What is known now.
+
+        Returns:
+            What the vehicle is to do.
+        """
+        self.around = around
+        self._watch_ground(around)
+        demand = self._decide(around)
+        self.demand = demand if self.armed else Demand(Task.IDLE)
+        return self.demand
+
+    def say(self, severity: int, text: str) -> None:
+        """Queue a STATUSTEXT."""
+        self.texts.append((severity, text))
+
+    def hold_here(self, around: Surroundings) -> Demand:
+        """Stay at the place where this was first asked for."""
+        if self._hold is None:
+            self._hold = Demand(
+                Task.POSITION, position=around.estimate.position.copy(), yaw=yaw_of(around.estimate.quaternion)
+            )
+        return self._hold
+
+    def _enter(self, mode: int) -> None:
+        if mode != self.mode:
+            self._hold = None
+        self.mode = mode
+
+    def _disarm(self) -> None:
+        self.armed = False
+        self._grounded_since = None
+
+    def _watch_ground(self, around: Surroundings) -> None:
+        """Landed while on the ground and not about to leave it; long enough while landing, it disarms."""
+        idle = self.demand.task in (Task.IDLE, Task.LAND)
+        self.landed = around.on_ground and (idle or not self.armed or self.landed)
+        if not (self.armed and self.landed and self.demand.task is Task.LAND):
+            self._grounded_since = None
+            return
+        self._grounded_since = around.now if self._grounded_since is None else self._grounded_since
+        if around.now - self._grounded_since > self.disarm_delay:
+            self._disarm()
+
+    @property
+    def taking_off(self) -> bool:
+        """Whether it lifts off by its own controller."""
+        return False
+
+    @property
+    @abstractmethod
+    def disarm_delay(self) -> float:
+        """Between touching the ground in a landing and disarming [s]."""
+
+
+@dataclass
+class StreamMemory:
+    """When setpoints came, on the autopilot's clock [s]."""
+
+    last: float = float("-inf")
+    since: float = float("inf")
+    """Start of the present stream without gaps."""
+    needs_position: bool = field(default=False)
+
+    def heard(self, now: float, gap: float) -> None:
+        """Note a setpoint; a longer gap than this [s] starts a new stream."""
+        if now - self.last > gap:
+            self.since = now
+        self.last = now

@@ -1,0 +1,114 @@
+"""UDP on loopback, with the faults of a bad link; nothing else is ever bound."""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import itertools
+import random
+import select
+import socket
+import time
+from dataclasses import dataclass
+
+from doorman.exceptions import BackendError
+
+
+@dataclass
+class LinkFaults:
+    """Faults in one direction; probabilities a message. May be changed at any time."""
+
+    loss: float = 0.0
+    duplicate: float = 0.0
+    reorder: float = 0.0
+    corrupt: float = 0.0
+    """One to four bytes are changed."""
+    delay: float = 0.0
+    """[s]"""
+    cut: bool = False
+    """Nothing passes."""
+
+
+class FaultyUdp:
+    """A UDP socket on loopback that loses, doubles, swaps, damages and delays what passes.
+
+    Args:
+        local: Address to bind; port 0 takes a free one.
+        remote: Whom to send to; None waits for the first sender.
+        seed: Of the faults.
+    """
+
+    def __init__(self, local: tuple[str, int], remote: tuple[str, int] | None, seed: int) -> None:
+        if not local[0].startswith("127.") or (remote is not None and not remote[0].startswith("127.")):
+            raise BackendError("emulators stay on loopback", field="address", given=local[0], allowed="127.0.0.0/8")
+        self.outgoing, self.incoming = LinkFaults(), LinkFaults()
+        self.remote = remote
+        self._random = random.Random(seed)
+        self._held: dict[bool, bytes | None] = {True: None, False: None}
+        self._waiting: list[tuple[float, int, bytes]] = []
+        self._ticket = itertools.count()
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind(local)
+            self._socket.setblocking(False)
+        except OSError as error:
+            self._socket.close()
+            raise BackendError(f"cannot be bound: {error}", field="address", given=f"{local[0]}:{local[1]}") from error
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """What was bound."""
+        host, port = self._socket.getsockname()
+        return str(host), int(port)
+
+    def wait(self, timeout: float) -> None:
+        """Until something can be read, or the time is over [s]."""
+        select.select([self._socket], [], [], max(0.0, timeout))
+
+    def receive(self) -> list[bytes]:
+        """What has come in."""
+        datagrams: list[bytes] = []
+        for _ in range(64):
+            try:
+                data, sender = self._socket.recvfrom(65536)
+            except (BlockingIOError, ConnectionError):
+                break
+            self.remote = self.remote or (sender[0], sender[1])
+            datagrams += self._suffer(data, self.incoming, outgoing=False)
+        return datagrams
+
+    def send(self, data: bytes) -> None:
+        """Send a message, now or after the delay."""
+        for piece in self._suffer(data, self.outgoing, outgoing=True):
+            heapq.heappush(self._waiting, (time.monotonic() + self.outgoing.delay, next(self._ticket), piece))
+        self.flush()
+
+    def flush(self) -> None:
+        """Send what has waited long enough."""
+        while self._waiting and self._waiting[0][0] <= time.monotonic():
+            _, _, piece = heapq.heappop(self._waiting)
+            if self.remote is not None:
+                with contextlib.suppress(BlockingIOError, ConnectionError):
+                    self._socket.sendto(piece, self.remote)
+
+    def close(self) -> None:
+        """Let go of the socket."""
+        self._socket.close()
+
+    def _suffer(self, data: bytes, faults: LinkFaults, *, outgoing: bool) -> list[bytes]:
+        chance = self._random.random
+        if faults.cut or chance() < faults.loss:
+            return []
+        if chance() < faults.corrupt:
+            damaged = bytearray(data)
+            for _ in range(self._random.randint(1, 4)):
+                damaged[self._random.randrange(len(damaged))] ^= self._random.randint(1, 255)
+            data = bytes(damaged)
+        pieces = [data, data] if chance() < faults.duplicate else [data]
+        held, self._held[outgoing] = self._held[outgoing], None
+        if held is not None:
+            return [*pieces, held]
+        if chance() < faults.reorder:
+            self._held[outgoing] = data
+            return pieces[1:]
+        return pieces

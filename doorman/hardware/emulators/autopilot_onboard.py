@@ -1,0 +1,147 @@
+"""What runs on the emulated autopilot and is gone after a reboot: estimator, modes, controller, protocol, clock."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.emulators.autopilot_ardupilot import ArduPilotBrain
+from doorman.hardware.emulators.autopilot_brain import Brain, Surroundings
+from doorman.hardware.emulators.autopilot_control import FlightController, Task
+from doorman.hardware.emulators.autopilot_estimator import Estimator
+from doorman.hardware.emulators.autopilot_parameters import ParameterStore
+from doorman.hardware.emulators.autopilot_plant import GRAVITY, AutopilotPlant
+from doorman.hardware.emulators.autopilot_protocol import Protocol
+from doorman.hardware.emulators.autopilot_px4 import Px4Brain
+from doorman.hardware.emulators.autopilot_telemetry import (
+    ARDUPILOT_RATES,
+    PX4_RATES,
+    EmulatedBattery,
+    Schedule,
+    Telemetry,
+)
+
+_BOOT_CLOCK = 3.0
+"""Reading of the clock when the link comes up [s]."""
+_EPOCH_2015 = 1_420_070_400
+Flavour = Literal["px4", "ardupilot"]
+
+
+@dataclass(frozen=True)
+class Build:
+    """What no reboot changes."""
+
+    flavour: Flavour
+    vision: bool
+    system_id: int
+    start_up: float
+    heartbeat_rate: float
+    vehicle_type: int
+    hover_thrust: float
+    signing_key: bytes | None
+    seed: int
+
+
+class Onboard:
+    """One life of the autopilot, from boot to reboot.
+
+    Args:
+        build: What it is.
+        plant: What it flies.
+        parameters: Its parameters.
+        battery: Its power.
+        pace: Of its clock over real time.
+        transmit: Sends bytes.
+    """
+
+    def __init__(
+        self,
+        build: Build,
+        plant: AutopilotPlant,
+        parameters: ParameterStore,
+        battery: EmulatedBattery,
+        pace: float,
+        transmit: Callable[[bytes], None],
+    ) -> None:
+        px4 = build.flavour == "px4"
+        self.heartbeats_stopped = False
+        self._build, self._plant, self._transmit, self._pace = build, plant, transmit, pace
+        self._started, self._clock_base = time.monotonic(), _BOOT_CLOCK
+        self.brain: Brain = Px4Brain(parameters) if px4 else ArduPilotBrain(parameters, build.start_up)
+        self.estimator = Estimator(build.vision, timeout=5.0 if px4 else 10.0, seed=build.seed)
+        if build.vision and not px4:
+            self.estimator.require_origin()
+        rates = dict(PX4_RATES if px4 else ARDUPILOT_RATES)
+        rates[mavlink.MAVLINK_MSG_ID_HEARTBEAT] = build.heartbeat_rate
+        self._schedule = Schedule(rates)
+        self.protocol = Protocol(
+            self.brain, self.estimator, self._schedule, self.send, lambda: self.clock, build.system_id
+        )
+        self._telemetry = Telemetry(self.brain, battery, build.vehicle_type)
+        self._controller = FlightController(plant.weight, GRAVITY)
+        self._normalised = 0.0
+        self._mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
+        self._mav.robust_parsing = True
+        if build.signing_key is not None:
+            self._mav.signing.secret_key, self._mav.signing.sign_outgoing = build.signing_key, True
+            self._mav.signing.timestamp = int((time.time() - _EPOCH_2015) * 1e5)
+        self.estimate = self.estimator.update(self.clock, plant.truth(), 0.0)
+
+    @property
+    def clock(self) -> float:
+        """Since boot [s]."""
+        return self._clock_base + (time.monotonic() - self._started) * self._pace
+
+    def jump_clock(self, seconds: float) -> None:
+        """Let the clock jump."""
+        self._clock_base += seconds
+
+    def receive(self, datagram: bytes) -> None:
+        """Act on the messages of a datagram."""
+        try:
+            messages = self._mav.parse_buffer(datagram) or []
+        except mavlink.MAVError:
+            return
+        for message in messages:
+            if message.get_type() != "BAD_DATA":
+                self.protocol.take(message)
+
+    def step(self, dt: float) -> None:
+        """Estimate, decide, control, and let the plant move [s]."""
+        now, truth = self.clock, self._plant.truth()
+        self.estimate = self.estimator.update(now, truth, dt)
+        around = Surroundings(now, self.estimate, truth.on_ground, now - self.protocol.station_heard)
+        demand = self.brain.update(around)
+        max_force = self._plant.weight / self._build.hover_thrust
+        if demand.task is Task.IDLE:
+            self._plant.stop_motors()
+            self._normalised = 0.0
+        else:
+            force, quaternion = self._controller.actuate(demand, self.estimate, max_force)
+            self._normalised = min(max(force / max_force, 0.0), 1.0)
+            self._plant.command(self._normalised * max_force, quaternion)
+        self._plant.advance(dt)
+
+    def speak(self) -> None:
+        """Send what is due."""
+        now = self.clock
+        for identifier in self._schedule.due(now):
+            if identifier == mavlink.MAVLINK_MSG_ID_TIMESYNC:
+                self.send(mavlink.MAVLink_timesync_message(0, round(now * 1e9)))
+            elif identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:
+                message = self._telemetry.message(identifier, now, self.estimate, self._normalised)
+                if message is not None:
+                    self.send(message)
+        for severity, text in self.brain.texts:
+            self.send(mavlink.MAVLink_statustext_message(severity, text.encode()[:50]))
+        self.brain.texts.clear()
+
+    def send(self, message: Any) -> None:
+        """Send a message in its own name."""
+        data = message.pack(self._mav)
+        self._mav.seq = (self._mav.seq + 1) % 256
+        self._transmit(data)

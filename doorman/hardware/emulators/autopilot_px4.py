@@ -1,0 +1,202 @@
+"""PX4's rules: offboard lives by its stream; what happens without it says COM_OBL_RC_ACT (PX4 user guide, offboard mode)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.emulators.autopilot_brain import (
+    ACCEPTED,
+    DENIED,
+    TEMPORARILY_REJECTED,
+    AttitudeTarget,
+    Brain,
+    PositionTarget,
+    StreamMemory,
+    Surroundings,
+)
+from doorman.hardware.emulators.autopilot_control import Demand, Task
+from doorman.hardware.emulators.autopilot_parameters import ParameterStore
+from doorman.hardware.emulators.autopilot_plant import yaw_of
+
+MANUAL, ALTITUDE, POSITION, OFFBOARD, STABILIZED = 1 << 16, 2 << 16, 3 << 16, 6 << 16, 7 << 16
+TAKE_OFF, LOITER, RETURN, LAND = (4 << 16 | sub << 24 for sub in (2, 3, 5, 6))
+_NAMES = {"manual": MANUAL, "altitude": ALTITUDE, "position": POSITION, "stabilized": STABILIZED,
+          "loiter": LOITER, "return": RETURN, "land": LAND, "offboard": OFFBOARD}  # fmt: skip
+_LOSS_ACTIONS = {0: RETURN, 1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LOITER}
+"""Of COM_OBL_RC_ACT without a radio: the modes that need one become a return."""
+_FAILSAFE_DELAY = 0.5
+_STREAM_NEEDED = 0.2
+_STREAM_GAP = 0.5
+"""Slower than 2 Hz is no stream."""
+
+
+class Px4Brain(Brain):
+    """PX4 multicopter.
+
+    Args:
+        parameters: Its parameters.
+    """
+
+    vendor = mavlink.MAV_AUTOPILOT_PX4
+
+    def __init__(self, parameters: ParameterStore) -> None:
+        super().__init__(parameters)
+        self.mode = LOITER
+        self._stream = StreamMemory()
+        self._target = Demand(Task.IDLE)
+        self._lost_at: float | None = None
+
+    @property
+    def refused_result(self) -> int:
+        """PX4 says "temporarily rejected"."""
+        return TEMPORARILY_REJECTED
+
+    @property
+    def disarm_delay(self) -> float:
+        """COM_DISARM_LAND."""
+        return self.parameters["COM_DISARM_LAND"]
+
+    def request_mode(self, parameters: tuple[float, float, float]) -> int:
+        """Accepted even where the mode does not change: the heartbeat tells."""
+        if not int(parameters[0]) & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
+            return DENIED
+        main, sub = int(parameters[1]), int(parameters[2])
+        mode = main << 16 | (sub << 24 if main == 4 else 0)
+        if mode not in _NAMES.values() and mode != TAKE_OFF:
+            return DENIED
+        if mode == OFFBOARD and not self._stream_available():
+            self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to Offboard is currently not available")
+            return ACCEPTED
+        self._enter(mode)
+        return ACCEPTED
+
+    def request_take_off(self, height: float) -> int:
+        """Climb to the height and loiter."""
+        if self.around is None:
+            return TEMPORARILY_REJECTED
+        self._enter(TAKE_OFF)
+        place = self.around.estimate.position.copy()
+        place[2] = self.home_height + height
+        self._hold = Demand(Task.POSITION, position=place, yaw=yaw_of(self.around.estimate.quaternion))
+        return ACCEPTED
+
+    def request_land(self) -> int:
+        """Land here."""
+        self._enter(LAND)
+        return ACCEPTED
+
+    def attitude_target(self, target: AttitudeTarget) -> None:
+        """Heard in every mode, obeyed in offboard."""
+        if target.mask & 0x80 or not np.isfinite([*target.quaternion, target.thrust]).all():
+            return
+        self._heard(needs_position=False)
+        quaternion = target.quaternion / np.linalg.norm(target.quaternion)
+        self._target = Demand(Task.ATTITUDE, quaternion=quaternion, thrust=min(max(target.thrust, 0.0), 1.0))
+
+    def position_target(self, target: PositionTarget) -> None:
+        """Heard in every mode, obeyed in offboard; frames other than LOCAL_NED are dropped silently."""
+        if target.frame != mavlink.MAV_FRAME_LOCAL_NED or not (target.has_position or target.has_velocity):
+            return
+        used = [target.position] * target.has_position + [target.velocity] * target.has_velocity
+        if not np.isfinite(np.concatenate(used)).all():
+            return
+        self._heard(needs_position=True)
+        zero = np.zeros(3)
+        self._target = Demand(
+            Task.POSITION if target.has_position else Task.VELOCITY,
+            position=target.position if target.has_position else zero,
+            velocity=target.velocity if target.has_velocity else zero,
+            acceleration=target.acceleration if target.has_acceleration else zero,
+            yaw=None if target.mask & 0x400 or math.isnan(target.yaw) else target.yaw,
+        )
+
+    def pilot_mode(self, name: str) -> None:
+        """The pilot turns the mode switch: it always wins, and ends a failsafe."""
+        if name not in _NAMES:
+            raise ValueError(f"unknown mode {name}: {', '.join(_NAMES)}")
+        self.failsafe, self._lost_at = False, None
+        self._enter(_NAMES[name])
+
+    def _heard(self, *, needs_position: bool) -> None:
+        if self.around is not None:
+            self._stream.heard(self.around.now, _STREAM_GAP)
+            self._stream.needs_position = needs_position
+
+    def _stream_available(self) -> bool:
+        around = self.around
+        if around is None or around.now - self._stream.last > self.parameters["COM_OF_LOSS_T"]:
+            return False
+        streams = (
+            self._stream.last - self._stream.since >= _STREAM_NEEDED and around.now - self._stream.last <= _STREAM_GAP
+        )
+        if self.mode != OFFBOARD and not streams:
+            return False
+        return around.estimate.position_valid or not self._stream.needs_position
+
+    def _arming_refused(self) -> tuple[int, str] | None:
+        around = self.around
+        assert around is not None
+        if self.parameters["NAV_DLL_ACT"] > 0 and around.ground_station_age > self.parameters["COM_DL_LOSS_T"]:
+            return TEMPORARILY_REJECTED, "Preflight Fail: No connection to the GCS"
+        if self.mode == OFFBOARD and not self._stream_available():
+            return TEMPORARILY_REJECTED, "Arming denied: no offboard signal"
+        if not around.estimate.position_valid:
+            return TEMPORARILY_REJECTED, ""
+        return None
+
+    def _decide(self, around: Surroundings) -> Demand:
+        if self.armed:
+            self._watch_links(around)
+        if self.mode == OFFBOARD:
+            return self._offboard()
+        if self.mode == LAND or (self.mode == RETURN and not around.estimate.position_valid):
+            return Demand(Task.LAND)
+        if self.mode == RETURN:
+            place = around.estimate.position.copy()
+            place[2] = self.home_height + self.parameters["RTL_RETURN_ALT"]
+            return Demand(Task.POSITION, position=place)
+        if self.landed and self.mode != TAKE_OFF:
+            if self.armed and around.now - self._armed_at > self.parameters["COM_DISARM_PRFLT"]:
+                self._disarm()
+            return Demand(Task.IDLE)
+        return self.hold_here(around)
+
+    def _offboard(self) -> Demand:
+        target, around = self._target, self.around
+        assert around is not None
+        if self.landed and target.task is Task.POSITION:
+            if target.position[2] < around.estimate.position[2] + 0.03:
+                if self.armed and around.now - self._armed_at > self.parameters["COM_DISARM_PRFLT"]:
+                    self._disarm()
+                return Demand(Task.IDLE)
+            self.landed = False
+        elif self.landed and target.task is Task.ATTITUDE and target.thrust > self.parameters["MPC_THR_HOVER"]:
+            self.landed = False
+        return target
+
+    def _watch_links(self, around: Surroundings) -> None:
+        if self.mode == OFFBOARD and not self._stream_available():
+            self._lost_at = around.now if self._lost_at is None else self._lost_at
+            if around.now - self._lost_at > _FAILSAFE_DELAY:
+                lands = not around.estimate.position_valid
+                action = LAND if lands else _LOSS_ACTIONS.get(int(self.parameters["COM_OBL_RC_ACT"]), RETURN)
+                self._fail("Failsafe activated: no offboard signal", action)
+        else:
+            self._lost_at = None
+        station_lost = around.ground_station_age > self.parameters["COM_DL_LOSS_T"]
+        if self.parameters["NAV_DLL_ACT"] > 0 and station_lost and self.mode not in (LAND, RETURN):
+            self._fail("Failsafe activated: no ground station", LAND if self.parameters["NAV_DLL_ACT"] == 3 else RETURN)
+        if not around.estimate.position_valid and self.mode in (POSITION, LOITER, RETURN, TAKE_OFF):
+            self._fail("Failsafe activated: position lost", LAND)
+
+    def _fail(self, text: str, mode: int) -> None:
+        self.failsafe, self._lost_at = True, None
+        self.say(mavlink.MAV_SEVERITY_CRITICAL, text)
+        self._enter(mode)
+
+    def _disarm(self) -> None:
+        super()._disarm()
+        self.failsafe = False

@@ -1,0 +1,222 @@
+"""What the emulated autopilot sends by itself: messages, their intervals, and their stamps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.emulators.autopilot_brain import Brain
+from doorman.hardware.emulators.autopilot_control import Task
+from doorman.hardware.emulators.autopilot_estimator import Estimate
+from doorman.hardware.emulators.autopilot_plant import Array
+
+FLIP = np.array([1.0, -1.0, -1.0])
+"""NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
+FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
+
+PX4_RATES = {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: 50.0,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30.0,
+    mavlink.MAVLINK_MSG_ID_ODOMETRY: 30.0,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
+    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 0.5,
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
+    mavlink.MAVLINK_MSG_ID_TIMESYNC: 10.0,
+}
+"""Of a PX4 link in onboard mode, before anybody asks for others [1/s]."""
+ARDUPILOT_RATES = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, mavlink.MAVLINK_MSG_ID_TIMESYNC: 0.1}
+"""Of a fresh ArduPilot link [1/s]: nothing but the heartbeat until it is asked."""
+SETTABLE = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_ATTITUDE,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+        mavlink.MAVLINK_MSG_ID_ODOMETRY,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+    }
+)
+"""Messages whose interval may be set."""
+_PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+
+
+@dataclass
+class EmulatedBattery:
+    """What the power module measures; set it at any time."""
+
+    voltage: float = 15.6
+    """[V]"""
+    current: float = 12.0
+    """[A]"""
+    remaining: float = 0.9
+    """0 … 1"""
+
+    @property
+    def charge_state(self) -> int:
+        """MAV_BATTERY_CHARGE_STATE by the remaining charge."""
+        return 3 if self.remaining < 0.07 else 2 if self.remaining < 0.15 else 1
+
+
+class Schedule:
+    """When which message is due.
+
+    Args:
+        rates: Messages per second by identifier.
+    """
+
+    def __init__(self, rates: dict[int, float]) -> None:
+        self._defaults = dict(rates)
+        self._periods: dict[int, float] = {}
+        self._next: dict[int, float] = {}
+        self.reset()
+
+    def reset(self) -> None:
+        """Rates as after a reboot."""
+        self._periods = {identifier: 1.0 / rate for identifier, rate in self._defaults.items()}
+        self._next = {}
+
+    def set_interval(self, identifier: int, interval_us: float) -> bool:
+        """SET_MESSAGE_INTERVAL: −1 stops, 0 is the default; False for a message that cannot be set."""
+        if identifier not in SETTABLE:
+            return False
+        if interval_us < 0:
+            self._periods.pop(identifier, None)
+        elif interval_us == 0 and identifier in self._defaults:
+            self._periods[identifier] = 1.0 / self._defaults[identifier]
+        elif interval_us > 0:
+            self._periods[identifier] = max(0.002, interval_us * 1e-6)
+        return True
+
+    def due(self, now: float) -> list[int]:
+        """Identifiers of the messages that are due at a time [s]."""
+        due = []
+        for identifier, period in self._periods.items():
+            at = self._next.get(identifier, now)
+            if now >= at:
+                self._next[identifier] = at + period if now - at < 3.0 * period else now + period
+                due.append(identifier)
+        return due
+
+
+class Telemetry:
+    """Builds messages.
+
+    Args:
+        brain: Modes.
+        battery: Power.
+        vehicle_type: MAV_TYPE.
+    """
+
+    def __init__(self, brain: Brain, battery: EmulatedBattery, vehicle_type: int) -> None:
+        self.brain = brain
+        self._battery = battery
+        self._type = vehicle_type
+
+    def message(self, identifier: int, boot_seconds: float, estimate: Estimate, thrust: float) -> Any | None:
+        """The message of an identifier as of now; None if there is none to send.
+
+        Args:
+            identifier: Of the message.
+            boot_seconds: Time of the autopilot's clock [s].
+            estimate: What it believes.
+            thrust: Normalised, that its controller asks of the mixer.
+        """
+        boot_ms = int(boot_seconds * 1e3) % (1 << 32)
+        if identifier == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            return self._heartbeat()
+        if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION:
+            q, rates = estimate.quaternion * FLIP_QUATERNION, estimate.body_rates * FLIP
+            return mavlink.MAVLink_attitude_quaternion_message(boot_ms, *q.tolist(), *rates.tolist())
+        if identifier == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
+            if not self._has_position(estimate):
+                return None
+            place, speed = estimate.position * FLIP, estimate.velocity * FLIP
+            return mavlink.MAVLink_local_position_ned_message(boot_ms, *place.tolist(), *speed.tolist())
+        if identifier == mavlink.MAVLINK_MSG_ID_ODOMETRY:
+            return self._odometry(boot_seconds, estimate) if self._has_position(estimate) else None
+        if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET:
+            q = estimate.quaternion * FLIP_QUATERNION
+            return mavlink.MAVLink_attitude_target_message(boot_ms, 0, q.tolist(), 0.0, 0.0, 0.0, thrust)
+        if identifier == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
+            return self._system(estimate)
+        if identifier == mavlink.MAVLINK_MSG_ID_BATTERY_STATUS:
+            return self._battery_status()
+        if identifier == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
+            return mavlink.MAVLink_extended_sys_state_message(0, self._landed_state())
+        return None
+
+    def _landed_state(self) -> int:
+        """MAV_LANDED_STATE."""
+        if self.brain.landed:
+            return int(mavlink.MAV_LANDED_STATE_ON_GROUND)
+        if self.brain.demand.task is Task.LAND:
+            return int(mavlink.MAV_LANDED_STATE_LANDING)
+        return int(mavlink.MAV_LANDED_STATE_TAKEOFF if self.brain.taking_off else mavlink.MAV_LANDED_STATE_IN_AIR)
+
+    def _has_position(self, estimate: Estimate) -> bool:
+        """PX4 sends what it has; ArduPilot only what it calls valid."""
+        return estimate.position_valid or self.brain.vendor == mavlink.MAV_AUTOPILOT_PX4
+
+    def _heartbeat(self) -> Any:
+        brain = self.brain
+        base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED if brain.armed else 0
+        status = mavlink.MAV_STATE_STANDBY
+        if brain.armed:
+            status = mavlink.MAV_STATE_CRITICAL if brain.failsafe else mavlink.MAV_STATE_ACTIVE
+        return mavlink.MAVLink_heartbeat_message(self._type, brain.vendor, base, brain.mode, status, 3)
+
+    def _odometry(self, boot_seconds: float, estimate: Estimate) -> Any:
+        q = estimate.quaternion * FLIP_QUATERNION
+        speed = _into_body(estimate.quaternion, estimate.velocity) * FLIP
+        unknown = [math.nan, *[0.0] * 20]
+        return mavlink.MAVLink_odometry_message(
+            int(boot_seconds * 1e6),
+            mavlink.MAV_FRAME_LOCAL_NED,
+            mavlink.MAV_FRAME_BODY_FRD,
+            *(estimate.position * FLIP).tolist(),
+            q.tolist(),
+            *speed.tolist(),
+            *(estimate.body_rates * FLIP).tolist(),
+            unknown,
+            unknown,
+            0,
+            mavlink.MAV_ESTIMATOR_TYPE_AUTOPILOT,
+            100,
+        )
+
+    def _system(self, estimate: Estimate) -> Any:
+        ready = estimate.position_valid and not self.brain.refusal.active
+        health = _PREARM_CHECK if ready else 0
+        battery = self._battery
+        return mavlink.MAVLink_sys_status_message(
+            _PREARM_CHECK, _PREARM_CHECK, health, 200, round(battery.voltage * 1e3), round(battery.current * 1e2),
+            round(battery.remaining * 1e2), 0, 0, 0, 0, 0, 0,
+        )  # fmt: skip
+
+    def _battery_status(self) -> Any:
+        battery = self._battery
+        cells = [round(battery.voltage / 4.0 * 1e3)] * 4 + [0xFFFF] * 6
+        return mavlink.MAVLink_battery_status_message(
+            0, 0, 1, 32767, cells, round(battery.current * 1e2), -1, -1, round(battery.remaining * 1e2), 0,
+            battery.charge_state,
+        )  # fmt: skip
+
+
+def _into_body(quaternion: Array, vector: Array) -> Array:
+    w, x, y, z = quaternion.tolist()
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    return np.asarray(rotation.T @ vector)

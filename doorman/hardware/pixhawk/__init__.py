@@ -1,0 +1,35 @@
+"""Adapter to PX4 and ArduPilot multirotors by MAVLink; needs the extra `hardware`."""
+
+from doorman.hardware.pixhawk.authority import Authority
+from doorman.hardware.pixhawk.autopilot import Autopilot
+from doorman.hardware.pixhawk.config import PixhawkConfig, Rates, Timeouts
+from doorman.hardware.pixhawk.events import Event, EventKind
+from doorman.hardware.pixhawk.frames import LocalFrame
+from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.parameters import Finding
+from doorman.hardware.pixhawk.sample import Battery, LandedState, SampleStatus, VehicleSample
+from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint
+from doorman.hardware.pixhawk.status import LinkStatus
+from doorman.hardware.pixhawk.thrust import ThrustCurve
+
+__all__ = [
+    "AttitudeSetpoint",
+    "Authority",
+    "Autopilot",
+    "Battery",
+    "Event",
+    "EventKind",
+    "Finding",
+    "LandedState",
+    "LinkStatus",
+    "LocalFrame",
+    "Outcome",
+    "OutcomeStatus",
+    "PixhawkConfig",
+    "PositionSetpoint",
+    "Rates",
+    "SampleStatus",
+    "ThrustCurve",
+    "Timeouts",
+    "VehicleSample",
+]

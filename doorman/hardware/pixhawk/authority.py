@@ -1,0 +1,196 @@
+"""Who commands the vehicle: this computer only while the autopilot says so in its heartbeat; the radio always wins."""
+
+from __future__ import annotations
+
+from enum import Enum
+from threading import RLock
+
+from doorman.hardware.pixhawk.dialect import Dialect
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.modes import Mode
+from doorman.hardware.pixhawk.setpoints import PositionSetpoint
+from doorman.hardware.pixhawk.stream import SetpointStream
+
+_REPEAT = 0.4
+"""Between requests to land, until the heartbeat shows it [s]."""
+_FAILSAFE_STATUS = frozenset({mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY})
+
+
+class Authority(Enum):
+    """Whether setpoints are obeyed."""
+
+    NONE = "none"
+    PREPARING = "preparing"
+    """Setpoints stream, the mode has not changed yet."""
+    ENGAGED = "engaged"
+    LANDING = "landing"
+    """We asked the autopilot to land, and it does."""
+    LOST = "lost"
+    """Someone else changed the mode."""
+
+
+class AuthorityKeeper:
+    """Follows the heartbeat's mode and stops the stream when it is not ours; asks for landing until it is confirmed.
+
+    Args:
+        stream: The setpoints.
+        events: Where changes are noted.
+    """
+
+    def __init__(self, stream: SetpointStream, events: EventLog) -> None:
+        self._stream = stream
+        self._events = events
+        self._lock = RLock()
+        self._state = Authority.NONE
+        self._mode: Mode | None = None
+        self._armed = False
+        self._disarm_expected = False
+        self._landing = False
+        self._next_request = 0.0
+        self._requests = 0
+
+    @property
+    def state(self) -> Authority:
+        """Whether setpoints are obeyed."""
+        return self._state
+
+    @property
+    def landing_requested(self) -> bool:
+        """Whether landing is asked for and not confirmed yet."""
+        return self._landing
+
+    def prepare(self) -> None:
+        """Setpoints may stream; the mode is about to be asked for."""
+        with self._lock:
+            self._state = Authority.PREPARING
+            self._landing = self._disarm_expected = False
+
+    def withdraw(self, now: float) -> None:
+        """Stop commanding, on our own account."""
+        with self._lock:
+            self._stream.stop()
+            self._state = Authority.NONE
+            self._landing = False
+            self._end_conditions(now)
+
+    def expect_disarm(self) -> None:
+        """The next disarming is ours."""
+        self._disarm_expected = True
+
+    def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
+        """Hold a point; refused unless the vehicle is ours."""
+        with self._lock:
+            if self._state is not Authority.ENGAGED:
+                return False
+            self._stream.hold(place, latch=latch)
+            return True
+
+    def request_landing(self, place: PositionSetpoint | None) -> bool:
+        """Ask to land at every chance until the heartbeat shows it; refused unless the vehicle is ours.
+
+        Args:
+            place: To hold until then, without the controller; None leaves the stream as it is.
+        """
+        with self._lock:
+            if self._state is Authority.LANDING:
+                return True
+            if self._state is not Authority.ENGAGED:
+                return False
+            if place is not None:
+                self._stream.hold(place, latch=True)
+            self._landing, self._next_request, self._requests = True, 0.0, 0
+            return True
+
+    def requests(self, now: float, dialect: Dialect, target: tuple[int, int]) -> list[Message]:
+        """Requests to land that are due: by mode, and every other time by command."""
+        with self._lock:
+            if not self._landing or now < self._next_request:
+                return []
+            self._next_request = now + _REPEAT
+            self._requests += 1
+            confirmation = min(255, self._requests - 1)
+            if self._requests % 2 == 0:
+                return [
+                    mavlink.MAVLink_command_long_message(
+                        *target,
+                        mavlink.MAV_CMD_NAV_LAND,
+                        confirmation,
+                        0,
+                        0,
+                        0,
+                        float("nan"),
+                        float("nan"),
+                        float("nan"),
+                        0,
+                    )
+                ]
+            mode = dialect.mode_parameters(dialect.land_mode)
+            return [
+                mavlink.MAVLink_command_long_message(
+                    *target, mavlink.MAV_CMD_DO_SET_MODE, confirmation, *mode, 0, 0, 0, 0
+                )
+            ]
+
+    def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
+        """Take in what a heartbeat says."""
+        with self._lock:
+            self._note_changes(mode, armed, now)
+            if self._state in (Authority.PREPARING, Authority.LOST) and mode == dialect.companion_mode:
+                if self._state is Authority.PREPARING:
+                    self._state = Authority.ENGAGED
+                    self._events.condition(EventKind.CONTROL_LOST, False, now, "another mode")
+            elif self._state is Authority.ENGAGED and mode != dialect.companion_mode:
+                self._leave(mode, dialect, now)
+            elif self._state is Authority.LANDING and mode != dialect.land_mode:
+                self._lose(f"mode is {mode} while landing", now)
+            disarmed = self._armed and not armed
+            if disarmed and self._state is Authority.LANDING:
+                self.withdraw(now)
+            elif disarmed and self._state is Authority.ENGAGED:
+                if self._disarm_expected:
+                    self.withdraw(now)
+                else:
+                    self._lose("the autopilot disarmed", now)
+            self._armed, self._mode = armed, mode
+            critical = system_status in _FAILSAFE_STATUS
+            self._events.condition(
+                EventKind.AUTOPILOT_FAILSAFE,
+                critical,
+                now,
+                "the autopilot reports a critical state",
+                status=system_status,
+            )
+
+    def rebooted(self, now: float) -> None:
+        """The autopilot started anew: whatever it obeyed before, it does not now."""
+        with self._lock:
+            if self._state is not Authority.NONE:
+                self._lose("the autopilot rebooted", now)
+            self._mode, self._armed = None, False
+
+    def _leave(self, mode: Mode, dialect: Dialect, now: float) -> None:
+        if self._landing and mode == dialect.land_mode:
+            self._landing = False
+            self._state = Authority.LANDING
+            self._stream.stop()
+            self._end_conditions(now)
+        else:
+            self._lose(f"mode is {mode}", now)
+
+    def _lose(self, why: str, now: float) -> None:
+        self._stream.stop()
+        self._state = Authority.LOST
+        self._landing = False
+        self._end_conditions(now)
+        self._events.condition(EventKind.CONTROL_LOST, True, now, why)
+
+    def _end_conditions(self, now: float) -> None:
+        self._events.condition(EventKind.SETPOINT_STALE, False, now, "the stream is off")
+
+    def _note_changes(self, mode: Mode, armed: bool, now: float) -> None:
+        if self._mode is not None and mode != self._mode:
+            self._events.happen(EventKind.MODE_CHANGED, now, f"{self._mode} to {mode}", number=mode.number)
+        if armed != self._armed:
+            kind = EventKind.ARMED if armed else EventKind.DISARMED
+            self._events.happen(kind, now, kind.value)

@@ -1,0 +1,268 @@
+"""The Pixhawk as the mission sees it: state in, setpoints and poses out, and the steps of a flight."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from types import TracebackType
+
+from numpy.typing import ArrayLike
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk import parameters, sequences
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.events import Event
+from doorman.hardware.pixhawk.link import Link
+from doorman.hardware.pixhawk.mocap import MocapPose
+from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.parameter_rules import Rule, rules_for
+from doorman.hardware.pixhawk.parameters import Finding
+from doorman.hardware.pixhawk.requirements import prepare_attitude
+from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
+from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, Setpoint
+from doorman.hardware.pixhawk.status import LinkStatus, link_status
+from doorman.hardware.pixhawk.stream import here
+from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
+
+
+class Autopilot:
+    """A PX4 or ArduPilot multirotor on a MAVLink connection. The constructor touches no device.
+
+    `state`, `setpoint`, `mocap`, `events` and `status` never wait for the line; the steps of a flight do, with time-outs.
+
+    Args:
+        config: Settings.
+    """
+
+    def __init__(self, config: PixhawkConfig) -> None:
+        self.config = config
+        self._link = Link(config)
+
+    # ------------------------------------------------------------ opening and closing
+
+    def open(self) -> None:
+        """Connect, and wait for heartbeat, attitude and clock.
+
+        Raises:
+            BackendError: if it is open already, the line cannot be opened, or the autopilot is silent.
+        """
+        if self._link.open:
+            raise BackendError("the link is open already", field="connection", given=self.config.connection)
+        self._link = Link(self.config)
+        self._link.start()
+        try:
+            sequences.await_autopilot(self._link)
+        except BaseException:
+            self._link.stop()
+            raise
+
+    def stop(self) -> None:
+        """Land what still flies by our setpoints (`on_stop`), end the thread and close the line; may be called twice."""
+        link = self._link
+        try:
+            if link.open and link.inbox.identity is not None:
+                sequences.leave(link)
+        finally:
+            link.stop()
+
+    def __enter__(self) -> Autopilot:
+        self.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    # ------------------------------------------------------------ never waits
+
+    def state(self) -> VehicleSample:
+        """Newest state, with its status as of now: only `FRESH` may be flown on."""
+        sample, now = self._link.tracker.sample, time.monotonic()
+        age = sample.age(now)
+        if age == float("inf"):
+            status = SampleStatus.INCOMPLETE
+        elif age > self.config.timeouts.state or not self._link.clock.synchronised or not self._link.open:
+            status = SampleStatus.STALE
+        else:
+            status = SampleStatus.FRESH
+        return replace(sample, status=status)
+
+    def setpoint(self, setpoint: Setpoint) -> bool:
+        """Fly by a setpoint from now on; the stream takes the newest.
+
+        Args:
+            setpoint: Attitude and thrust, or position.
+
+        Returns:
+            False if the vehicle is not ours: not engaged, taking off, held by `hold(latch=True)`, landing, or taken over by
+            radio or failsafe.
+
+        Raises:
+            BackendError: if it is an attitude setpoint and there is no thrust curve.
+        """
+        if isinstance(setpoint, AttitudeSetpoint) and self._link.stream.curve is None:
+            raise BackendError(
+                "attitude setpoints need a map from newtons",
+                field="thrust_curve",
+                allowed="a ThrustCurve, or hover_force",
+            )
+        return self._link.stream.offer(setpoint, time.monotonic())
+
+    def mocap(self, time_of_capture: float, position: ArrayLike, quaternion: ArrayLike) -> bool:
+        """Hand over a pose for the autopilot's estimator.
+
+        Args:
+            time_of_capture: When it was true, by `time.monotonic()` [s].
+            position: Shape (3,), world frame [m].
+            quaternion: [w, x, y, z], body to world, shape (4,).
+
+        Returns:
+            False if it is too old, from the future, or not newer than the last.
+
+        Raises:
+            DimensionError: if it is not a pose.
+        """
+        return self._link.mocap.offer(MocapPose.checked(time_of_capture, position, quaternion), time.monotonic())
+
+    def events(self) -> tuple[Event, ...]:
+        """Events since the last call, oldest first."""
+        return self._link.events.drain()
+
+    def status(self) -> LinkStatus:
+        """Figures of the link as of now."""
+        return link_status(self._link, time.monotonic())
+
+    # ------------------------------------------------------------ steps of a flight
+
+    def check_parameters(self) -> tuple[Finding, ...]:
+        """Hold the autopilot's parameters against what this set-up needs; reads only.
+
+        Returns:
+            What should be changed, and how; empty if all is well.
+        """
+        return parameters.check(self._link, self._rules())
+
+    def fix_parameters(self) -> tuple[str, ...]:
+        """Write what `check_parameters` finds; some of it counts only after a reboot of the autopilot.
+
+        Returns:
+            Names of the parameters that were written and read back.
+
+        Raises:
+            BackendError: unless `write_parameters` is set.
+        """
+        if not self.config.write_parameters:
+            raise BackendError("parameters are written only on request", field="write_parameters", allowed="True")
+        rules = self._rules()
+        return parameters.fix(self._link, rules, parameters.check(self._link, rules))
+
+    def engage(self) -> Outcome:
+        """Enter the mode in which the autopilot obeys us: offboard or guided.
+
+        Before, everything that attitude setpoints need is looked up: the thrust curve and ArduPilot's options.
+
+        Returns:
+            DONE once the heartbeat shows the mode.
+        """
+        self._link.known_dialect  # noqa: B018  # an error if nothing was heard
+        if self.config.setpoints == "attitude":
+            outcome = prepare_attitude(self._link)
+            if not outcome.done:
+                return outcome
+        return sequences.engage(self._link)
+
+    def arm(self, timeout: float | None = None) -> Outcome:
+        """Arm; refused, it is tried again until the time is over.
+
+        Args:
+            timeout: [s]; by default that of the settings.
+
+        Returns:
+            DONE once the heartbeat shows it; otherwise with the autopilot's reasons.
+        """
+        return sequences.arm(self._link, self.config.timeouts.arming if timeout is None else timeout)
+
+    def disarm(self) -> Outcome:
+        """Disarm on the ground."""
+        return sequences.disarm(self._link)
+
+    def take_off(self, height: float) -> Outcome:
+        """Climb and hold.
+
+        Args:
+            height: Above where the vehicle stands [m].
+
+        Returns:
+            DONE once the height is reached.
+
+        Raises:
+            BackendError: if the height is out of range.
+        """
+        if not 0.2 <= height <= 50.0:
+            raise BackendError("not a height", field="height", given=height, allowed="0.2 to 50 m")
+        return sequences.take_off(self._link, height)
+
+    def hold(self, *, latch: bool = False) -> Outcome:
+        """Stay where the vehicle is, by position setpoints.
+
+        Args:
+            latch: Refuse the controller's setpoints until `resume`.
+        """
+        sample = self.state()
+        place = here(sample)
+        if place is None or sample.status is not SampleStatus.FRESH:
+            return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
+        if not self._link.authority.hold(place, latch=latch):
+            return Outcome(OutcomeStatus.CONTROL_LOST, "the vehicle is not under our command")
+        return Outcome(OutcomeStatus.DONE)
+
+    def resume(self) -> None:
+        """Let the controller's setpoints in again after a latched hold."""
+        self._link.stream.release()
+
+    def land(self) -> Outcome:
+        """Land where the vehicle is, in the autopilot's own mode.
+
+        Returns:
+            DONE once it is disarmed; CONTROL_LOST if the vehicle is not ours.
+        """
+        return sequences.land(self._link)
+
+    def request_landing(self) -> bool:
+        """Ask for the landing mode without waiting; asked again until the heartbeat shows it.
+
+        Returns:
+            False if the vehicle is not ours.
+        """
+        return self._link.request_landing()
+
+    def calibrate_hover(
+        self, hover_force: float, duration: float = 3.0, *, compensate_battery: bool = False
+    ) -> ThrustCurve:
+        """Measure the normalised thrust in hover, and use it from now on; the vehicle must hold.
+
+        Args:
+            hover_force: Weight of the vehicle [N].
+            duration: [s].
+            compensate_battery: For autopilots that do not compensate the battery themselves.
+
+        Returns:
+            The curve.
+
+        Raises:
+            BackendError: if the vehicle does not hover calmly.
+        """
+        calibration, deadline = HoverCalibration(), time.monotonic() + duration
+        while (remaining := deadline - time.monotonic()) > 0.0:
+            sequences.wait_for_sample(self._link, calibration.add, remaining)
+        old = self._link.stream.curve
+        curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
+        self._link.stream.curve = curve
+        return curve
+
+    # ------------------------------------------------------------
+
+    def _rules(self) -> tuple[Rule, ...]:
+        delay = self._link.mocap.statistics().median_delay
+        return rules_for(self._link.known_dialect, self.config, None if delay != delay else delay)

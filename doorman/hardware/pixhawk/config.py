@@ -1,0 +1,129 @@
+"""Settings of the adapter, checked when made; nothing is opened."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Literal
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.connection import parse_connection
+from doorman.hardware.pixhawk.frames import LocalFrame
+from doorman.hardware.pixhawk.thrust import ThrustCurve
+
+
+@dataclass(frozen=True)
+class Timeouts:
+    """After which time something counts as lost, refused or failed [s]."""
+
+    open: float = 10.0
+    """For the first heartbeat, attitude and clock."""
+    link: float = 0.5
+    """Without any valid message."""
+    heartbeat: float = 3.0
+    """Without a heartbeat: autopilots send one a second."""
+    state: float = 0.2
+    """Age of attitude or position."""
+    clock: float = 3.0
+    """Without an answer to TIMESYNC that could be used."""
+    setpoint: float = 0.2
+    """Without a setpoint from the controller."""
+    mocap: float = 0.5
+    """Without a fresh pose."""
+    answer: float = 0.7
+    """For the acknowledgement of a command, before it is sent again."""
+    stream_before_mode: float = 1.0
+    """Setpoints stream so long before the mode is asked for."""
+    mode: float = 10.0
+    arming: float = 60.0
+    """ArduPilot's gyros alone take about 22 s."""
+    take_off: float = 30.0
+    landing: float = 60.0
+    stop: float = 1.5
+    """For the autopilot to confirm that it lands, when the link is closed in the air."""
+
+
+@dataclass(frozen=True)
+class Rates:
+    """Messages per second [1/s]."""
+
+    attitude: float = 200.0
+    position: float = 100.0
+    setpoint: float = 100.0
+    heartbeat: float = 2.0
+    timesync: float = 10.0
+    mocap: float = 50.0
+    """At most; poses that come faster are thinned."""
+
+
+@dataclass(frozen=True)
+class PixhawkConfig:
+    """Everything that the adapter needs to know."""
+
+    connection: str
+    """`udp:14540`, `udpout:HOST:PORT`, `tcp:HOST:PORT`, `serial:/dev/ttyACM0:921600`; see `parse_connection`."""
+    setpoints: Literal["attitude", "position"] = "attitude"
+    """What the controller is going to send; decides what is required before `engage`."""
+    mocap: bool = False
+    """Whether poses are sent to the autopilot and their loss is watched."""
+    hover_force: float | None = None
+    """Weight of the vehicle [N]; with it, a missing thrust curve is made from the autopilot's own hover thrust."""
+    thrust_curve: ThrustCurve | None = None
+    """Newtons to normalised thrust; needed for attitude setpoints."""
+    local_frame: LocalFrame = LocalFrame()
+    """Of the autopilot in the world."""
+    vehicle_system: int | None = None
+    """System id of the vehicle; None takes the first multirotor heard."""
+    system_id: int = 255
+    """Ours; 255 is what autopilots expect of the station whose loss they act on."""
+    component_id: int = 190
+    """Ours."""
+    ground_station: bool = True
+    """Whether our heartbeat is a ground station's, whose loss trips the autopilot's own failsafe."""
+    origin: tuple[float, float, float] | None = (47.397742, 8.545594, 488.0)
+    """Latitude [°], longitude [°], altitude [m] given to ArduPilot without GPS; any place will do."""
+    signing_key: Path | None = None
+    """File with the MAVLink signing key; unsigned messages are then ignored."""
+    write_parameters: bool = False
+    """Whether `fix_parameters` may write."""
+    on_mocap_loss: Literal["land", "report"] = "land"
+    on_stop: Literal["land", "leave"] = "land"
+    """What to tell a vehicle that is still flown by us when the link is closed."""
+    min_battery: float = 0.2
+    """Share of the charge below which it counts as low."""
+    min_voltage: float | None = None
+    """Voltage below which it counts as low [V]."""
+    climb_rate: float = 0.5
+    """Of the setpoint during take-off [m/s]."""
+    timeouts: Timeouts = Timeouts()
+    rates: Rates = Rates()
+
+    def __post_init__(self) -> None:
+        parse_connection(self.connection)
+        for name, allowed in (
+            ("setpoints", ("attitude", "position")),
+            ("on_mocap_loss", ("land", "report")),
+            ("on_stop", ("land", "leave")),
+        ):
+            if getattr(self, name) not in allowed:
+                raise BackendError(
+                    "unknown choice", field=name, given=getattr(self, name), allowed=" or ".join(allowed)
+                )
+        for name in ("vehicle_system", "system_id", "component_id"):
+            value = getattr(self, name)
+            if value is not None and not 1 <= value <= 255:
+                raise BackendError("not an id", field=name, given=value, allowed="1 to 255")
+        for group in ("timeouts", "rates"):
+            for field in fields(getattr(self, group)):
+                _check_positive(getattr(getattr(self, group), field.name), f"{group}.{field.name}")
+        for name in ("hover_force", "min_voltage", "climb_rate"):
+            if getattr(self, name) is not None:
+                _check_positive(getattr(self, name), name)
+        if self.rates.setpoint < 10.0:
+            raise BackendError("too slow to hold the autopilot", field="rates.setpoint", allowed=">= 10 1/s")
+
+
+def _check_positive(value: float, name: str) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise BackendError("out of range", field=name, given=value, allowed="a number > 0")

@@ -1,0 +1,94 @@
+"""Connection strings: where the autopilot is found, checked before any device is touched."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+from doorman.exceptions import BackendError
+
+LOOPBACK = "127.0.0.1"
+DEFAULT_BAUD = 921_600
+ALLOWED = "udp:[HOST:]PORT (listen), udpout:HOST:PORT, tcp:HOST:PORT, serial:DEVICE[:BAUD] or /dev/...[:BAUD]"
+
+
+class Transport(Enum):
+    """How bytes travel."""
+
+    UDP_LISTEN = "udpin"
+    UDP_SEND = "udpout"
+    TCP = "tcp"
+    SERIAL = "serial"
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """A checked connection string."""
+
+    transport: Transport
+    host: str = ""
+    port: int = 0
+    device: str = ""
+    baud: int = DEFAULT_BAUD
+
+    def __str__(self) -> str:
+        if self.transport is Transport.SERIAL:
+            return f"serial:{self.device}:{self.baud}"
+        return f"{self.transport.value}:{self.host}:{self.port}"
+
+
+def parse_connection(text: str) -> Endpoint:
+    """Endpoint of a connection string.
+
+    `udp:` listens, on loopback unless a host is written: `udp:14540`, `udp:0.0.0.0:14540`. `udpout:` and `tcp:` call an
+    autopilot that listens. `://` may stand for the first colon. A serial device is a path or a COM port.
+
+    Args:
+        text: The string.
+
+    Returns:
+        The endpoint; nothing is opened.
+
+    Raises:
+        BackendError: if it is malformed, a port or baud rate is out of range, or a host is missing where one is needed.
+    """
+    given = text.strip()
+    scheme, _, rest = given.replace("://", ":", 1).partition(":")
+    kinds = {
+        "udp": Transport.UDP_LISTEN,
+        "udpin": Transport.UDP_LISTEN,
+        "udpout": Transport.UDP_SEND,
+        "tcp": Transport.TCP,
+        "serial": Transport.SERIAL,
+    }
+    kind = kinds.get(scheme.lower())
+    if kind is None and re.match(r"(/dev/|/|COM\d)", given):
+        kind, rest = Transport.SERIAL, given
+    if kind is None or not rest:
+        raise _malformed("not a connection string", text)
+    return _serial(rest, text) if kind is Transport.SERIAL else _network(kind, rest, text)
+
+
+def _network(kind: Transport, rest: str, text: str) -> Endpoint:
+    host, _, port_text = rest.rpartition(":")
+    if not port_text.isascii() or not port_text.isdigit() or not 0 < int(port_text) < 65536:
+        raise _malformed("no valid port", text)
+    if host and not re.fullmatch(r"[A-Za-z0-9.-]+", host):
+        raise _malformed("no valid host", text)
+    if not host and kind is not Transport.UDP_LISTEN:
+        raise _malformed("no host to call", text)
+    return Endpoint(kind, host or LOOPBACK, int(port_text))
+
+
+def _serial(rest: str, text: str) -> Endpoint:
+    device, colon, baud_text = rest.rpartition(":")
+    if not colon or not baud_text.isdigit():
+        device, baud_text = rest, str(DEFAULT_BAUD)
+    if not device or not 1200 <= int(baud_text) <= 12_000_000:
+        raise _malformed("no valid device or baud rate", text)
+    return Endpoint(Transport.SERIAL, device=device, baud=int(baud_text))
+
+
+def _malformed(message: str, text: str) -> BackendError:
+    return BackendError(message, field="connection", given=text, allowed=ALLOWED)

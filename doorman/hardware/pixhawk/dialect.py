@@ -1,0 +1,91 @@
+"""What differs between PX4 and ArduPilot, as data; which of them it is says the heartbeat."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from doorman.hardware.pixhawk.messages import mavlink
+from doorman.hardware.pixhawk.modes import Mode, ardupilot_mode, px4_mode, px4_number
+
+MULTIROTORS = frozenset({2, 3, 13, 14, 15, 29, 35})
+"""MAV_TYPE of quadrotor, coaxial, hexarotor, octorotor, tricopter, dodecarotor, decarotor."""
+
+_INTEGERS = {1: ("B", 1), 2: ("b", 1), 3: ("H", 2), 4: ("h", 2), 5: ("I", 4), 6: ("i", 4)}
+"""Struct code and size of the integer MAV_PARAM_TYPEs."""
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """One autopilot's ways."""
+
+    name: str
+    autopilot: int
+    """MAV_AUTOPILOT of its heartbeat."""
+    companion_mode: Mode
+    """In which it obeys this computer."""
+    land_mode: Mode
+    mode: Callable[[int], Mode]
+    """Mode of a `custom_mode`."""
+    parameters_bytewise: bool
+    """Whether integer parameters travel as the bytes of the float field, rather than as its value."""
+    needs_stream: bool
+    """Whether setpoints must stream before it enters the companion mode, and go on to stay in it."""
+    takes_off_by_command: bool
+    """Whether NAV_TAKEOFF must lift it off, rather than a setpoint above it."""
+    angle_boost: bool
+    """Whether it divides the commanded thrust by the cosine of the commanded tilt, unless `ATC_ANGLE_BOOST` is 0."""
+    hover_parameter: str
+    """Parameter that holds the normalised thrust in hover."""
+
+    def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
+        """First three parameters of DO_SET_MODE."""
+        if self is PX4:
+            return 1.0, float(mode.number >> 16 & 0xFF), float(mode.number >> 24 & 0xFF)
+        return 1.0, float(mode.number), 0.0
+
+    def decode_parameter(self, value: float, kind: int) -> float:
+        """Value of PARAM_VALUE's field, of a MAV_PARAM_TYPE."""
+        code, size = _INTEGERS.get(kind, ("", 0))
+        if not self.parameters_bytewise or not code:
+            return value
+        return float(struct.unpack(f"<{code}", struct.pack("<f", value)[:size])[0])
+
+    def encode_parameter(self, value: float, kind: int) -> float:
+        """Field of PARAM_SET that carries a value of a MAV_PARAM_TYPE."""
+        code, size = _INTEGERS.get(kind, ("", 0))
+        if not self.parameters_bytewise or not code:
+            return value
+        return float(struct.unpack("<f", struct.pack(f"<{code}", round(value)).ljust(4, b"\0")[:4])[0])
+
+
+PX4 = Dialect(
+    name="PX4",
+    autopilot=mavlink.MAV_AUTOPILOT_PX4,
+    companion_mode=px4_mode(px4_number(6)),
+    land_mode=px4_mode(px4_number(4, 6)),
+    mode=px4_mode,
+    parameters_bytewise=True,
+    needs_stream=True,
+    takes_off_by_command=False,
+    angle_boost=False,
+    hover_parameter="MPC_THR_HOVER",
+)
+ARDUPILOT = Dialect(
+    name="ArduPilot",
+    autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
+    companion_mode=ardupilot_mode(4),
+    land_mode=ardupilot_mode(9),
+    mode=ardupilot_mode,
+    parameters_bytewise=False,
+    needs_stream=False,
+    takes_off_by_command=True,
+    angle_boost=True,
+    hover_parameter="MOT_THST_HOVER",
+)
+
+
+def dialect_of(autopilot: int) -> Dialect | None:
+    """Dialect of a heartbeat's `autopilot` field; None for any other sender."""
+    return next((dialect for dialect in (PX4, ARDUPILOT) if dialect.autopilot == autopilot), None)

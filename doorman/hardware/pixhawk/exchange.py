@@ -1,0 +1,124 @@
+"""Answers of the autopilot, handed from the thread of the link to callers that wait for them."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Condition
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Acknowledgement:
+    """A COMMAND_ACK."""
+
+    number: int
+    """Counts all that were received."""
+    command: int
+    result: int
+
+
+@dataclass(frozen=True)
+class ParameterValue:
+    """A PARAM_VALUE."""
+
+    number: int
+    """Counts all that were received."""
+    value: float
+    kind: int
+    """MAV_PARAM_TYPE."""
+
+
+@dataclass(frozen=True)
+class StatusText:
+    """A STATUSTEXT."""
+
+    time: float
+    severity: int
+    """MAV_SEVERITY; lower is worse."""
+    text: str
+
+
+class Exchange:
+    """Newest answers; every post wakes the waiting callers."""
+
+    def __init__(self) -> None:
+        self._condition = Condition()
+        self._count = 0
+        self._acknowledgements: deque[Acknowledgement] = deque(maxlen=64)
+        self._parameters: dict[str, ParameterValue] = {}
+        self._texts: deque[StatusText] = deque(maxlen=100)
+
+    @property
+    def count(self) -> int:
+        """Number of the newest answer: later ones are newer than a question that is asked now."""
+        return self._count
+
+    def post_acknowledgement(self, command: int, result: int) -> None:
+        """From the thread of the link."""
+        with self._condition:
+            self._count += 1
+            self._acknowledgements.append(Acknowledgement(self._count, command, result))
+            self._condition.notify_all()
+
+    def post_parameter(self, name: str, value: float, kind: int) -> None:
+        """From the thread of the link."""
+        with self._condition:
+            self._count += 1
+            self._parameters[name] = ParameterValue(self._count, value, kind)
+            self._condition.notify_all()
+
+    def post_text(self, text: StatusText) -> None:
+        """From the thread of the link."""
+        with self._condition:
+            self._texts.append(text)
+
+    def wake(self) -> None:
+        """Let waiting callers look again."""
+        with self._condition:
+            self._condition.notify_all()
+
+    def forget(self) -> None:
+        """Drop all answers, as after a reboot."""
+        with self._condition:
+            self._acknowledgements.clear()
+            self._parameters.clear()
+
+    def acknowledgement(self, command: int, after: int) -> Acknowledgement | None:
+        """Newest acknowledgement of a command with a number beyond `after`."""
+        with self._condition:
+            matching = [one for one in self._acknowledgements if one.command == command and one.number > after]
+        return matching[-1] if matching else None
+
+    def parameter(self, name: str, after: int) -> ParameterValue | None:
+        """Value of a parameter received with a number beyond `after`."""
+        found = self._parameters.get(name)
+        return found if found is not None and found.number > after else None
+
+    def texts(self, since: float) -> list[str]:
+        """Texts since a time, without repetitions."""
+        with self._condition:
+            return list(dict.fromkeys(text.text for text in self._texts if text.time >= since))
+
+    def wait(self, find: Callable[[], T | None], timeout: float) -> T | None:
+        """Wait until something is found.
+
+        Args:
+            find: Returns what is waited for, or None; it is called after every wake.
+            timeout: [s].
+
+        Returns:
+            What was found, or None after the time-out.
+        """
+        deadline = time.monotonic() + timeout
+        while True:
+            with self._condition:
+                found = find()
+                remaining = deadline - time.monotonic()
+                if found is not None or remaining <= 0.0:
+                    return found
+                self._condition.wait(min(remaining, 0.1))

@@ -1,0 +1,205 @@
+r"""Frames of MAVLink autopilots and of this project, and the conversions between them; they stand nowhere else.
+
+World: z up, x forward, y left; body: x forward, y left, z up (FLU). An autopilot's local frame is NED, its body FRD. Both pairs
+differ by half a turn about x, which is its own inverse:
+
+.. math::
+    v_{NED} = \mathrm{diag}(1, -1, -1)\, v_{world}, \qquad (w, x, y, z) \mapsto (w, x, -y, -z), \qquad \psi \mapsto -\psi
+
+True ENU (x east, y north) differs: :math:`v_{NED} = (y, x, -z)`, :math:`\psi_{NED} = \pi/2 - \psi_{ENU}`. Quaternions are
+[w, x, y, z] and map the body to its world, shape (4,).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.hardware.pixhawk.quaternions import multiply, rotate, wrap
+
+Array = NDArray[np.float64]
+
+_HALF_TURN = np.array([1.0, -1.0, -1.0])
+_HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
+
+
+def _flip(values: ArrayLike, signs: Array) -> Array:
+    return np.multiply(np.asarray(values, dtype=np.float64), signs)
+
+
+def world_to_ned(values: ArrayLike) -> Array:
+    """Vector (x, y, z) of the world in NED: (x, −y, −z).
+
+    Args:
+        values: Shape (3,), world frame.
+
+    Returns:
+        Shape (3,), NED.
+    """
+    return _flip(values, _HALF_TURN)
+
+
+def ned_to_world(values: ArrayLike) -> Array:
+    """Vector (x, y, z) of NED in the world: (x, −y, −z).
+
+    Args:
+        values: Shape (3,), NED.
+
+    Returns:
+        Shape (3,), world frame.
+    """
+    return _flip(values, _HALF_TURN)
+
+
+def flu_to_frd(values: ArrayLike) -> Array:
+    """Vector of the body x forward, y left, z up in x forward, y right, z down.
+
+    Args:
+        values: Shape (3,), FLU.
+
+    Returns:
+        Shape (3,), FRD.
+    """
+    return _flip(values, _HALF_TURN)
+
+
+def frd_to_flu(values: ArrayLike) -> Array:
+    """Vector of the body x forward, y right, z down in x forward, y left, z up.
+
+    Args:
+        values: Shape (3,), FRD.
+
+    Returns:
+        Shape (3,), FLU.
+    """
+    return _flip(values, _HALF_TURN)
+
+
+def quaternion_world_to_ned(quaternion: ArrayLike) -> Array:
+    """Attitude FLU → world as attitude FRD → NED: (w, x, −y, −z).
+
+    Args:
+        quaternion: Shape (4,), FLU to world.
+
+    Returns:
+        Shape (4,), FRD to NED.
+    """
+    return _flip(quaternion, _HALF_TURN_QUATERNION)
+
+
+def quaternion_ned_to_world(quaternion: ArrayLike) -> Array:
+    """Attitude FRD → NED as attitude FLU → world: (w, x, −y, −z).
+
+    Args:
+        quaternion: Shape (4,), FRD to NED.
+
+    Returns:
+        Shape (4,), FLU to world.
+    """
+    return _flip(quaternion, _HALF_TURN_QUATERNION)
+
+
+def enu_to_ned(values: ArrayLike) -> Array:
+    """Vector of true ENU (east, north, up) in NED: (y, x, −z); its own inverse.
+
+    Args:
+        values: Shape (3,), ENU.
+
+    Returns:
+        Shape (3,), NED.
+    """
+    x, y, z = np.asarray(values, dtype=np.float64)
+    return np.array([y, x, -z])
+
+
+def enu_yaw_to_ned(yaw: float) -> float:
+    """Yaw from east, counter-clockwise, as yaw from north, clockwise: π/2 − ψ, in (−π, π]; its own inverse.
+
+    Args:
+        yaw: [rad].
+
+    Returns:
+        [rad].
+    """
+    return wrap(math.pi / 2.0 - yaw)
+
+
+def quaternion_enu_to_ned(quaternion: ArrayLike) -> Array:
+    r"""Attitude FLU → ENU as attitude FRD → NED, :math:`q_{NED \leftarrow ENU} \otimes q \otimes q_{FLU \leftarrow FRD}`.
+
+    Args:
+        quaternion: Shape (4,), FLU to ENU.
+
+    Returns:
+        Shape (4,), FRD to NED.
+    """
+    half = math.sqrt(0.5)
+    return multiply(multiply([0.0, half, half, 0.0], quaternion), [0.0, 1.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True)
+class LocalFrame:
+    """Where the autopilot's local frame stands in the world: its origin, and the world's direction of its north."""
+
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """World frame [m]."""
+    yaw: float = 0.0
+    """Of north about the world's z axis [rad]; 0 where north is the world's x, as with poses sent by this project."""
+    _turn: Array = field(init=False, repr=False, compare=False)
+    _back: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        vector([*self.origin, self.yaw], 4, "local_frame")
+        turn = np.array([math.cos(0.5 * self.yaw), 0.0, 0.0, math.sin(0.5 * self.yaw)])
+        back = turn * np.array([1.0, -1.0, -1.0, -1.0])
+        for name, value in (("_turn", turn), ("_back", back)):
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+    @classmethod
+    def through(cls, position: ArrayLike, yaw: float, position_in_ned: ArrayLike, yaw_in_ned: float) -> LocalFrame:
+        """Frame in which a pose that the autopilot reports is a known pose of the world.
+
+        For flights by the autopilot's own estimate: put the vehicle down at a known place and compare.
+
+        Args:
+            position: True position, shape (3,), world frame [m].
+            yaw: True yaw [rad].
+            position_in_ned: As reported, shape (3,), NED [m].
+            yaw_in_ned: As reported, clockwise from north [rad].
+        """
+        turned = cls((0.0, 0.0, 0.0), wrap(yaw + yaw_in_ned))
+        x, y, z = (vector(position, 3, "position") - turned.vector_to_world(position_in_ned)).tolist()
+        return cls((x, y, z), turned.yaw)
+
+    def vector_to_world(self, values: ArrayLike) -> Array:
+        """Direction, velocity or acceleration in NED, seen in the world; shapes (3,)."""
+        return rotate(self._turn, ned_to_world(values))
+
+    def vector_to_ned(self, values: ArrayLike) -> Array:
+        """Direction, velocity or acceleration in the world, seen in NED; shapes (3,)."""
+        return world_to_ned(rotate(self._back, values))
+
+    def position_to_world(self, values: ArrayLike) -> Array:
+        """Position in NED [m] as position in the world [m]; shapes (3,)."""
+        return np.add(self.vector_to_world(values), self.origin)
+
+    def position_to_ned(self, values: ArrayLike) -> Array:
+        """Position in the world [m] as position in NED [m]; shapes (3,)."""
+        return self.vector_to_ned(np.asarray(values, dtype=np.float64) - np.asarray(self.origin))
+
+    def quaternion_to_world(self, quaternion: ArrayLike) -> Array:
+        """Attitude FRD → NED as attitude FLU → world; shapes (4,)."""
+        return multiply(self._turn, quaternion_ned_to_world(quaternion))
+
+    def quaternion_to_ned(self, quaternion: ArrayLike) -> Array:
+        """Attitude FLU → world as attitude FRD → NED; shapes (4,)."""
+        return quaternion_world_to_ned(multiply(self._back, quaternion))
+
+    def yaw_to_ned(self, yaw: float) -> float:
+        """Yaw in the world as yaw from north, clockwise [rad]."""
+        return wrap(self.yaw - yaw)

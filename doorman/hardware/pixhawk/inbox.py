@@ -1,0 +1,203 @@
+"""What to do with a received message: whose it is, whether it is new, and who wants it."""
+
+from __future__ import annotations
+
+import struct
+import time
+from typing import Protocol
+
+from doorman.hardware.pixhawk.authority import AuthorityKeeper
+from doorman.hardware.pixhawk.codec import Codec
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.dialect import MULTIROTORS, Dialect, dialect_of
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.exchange import Exchange, StatusText
+from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.rates import RateKeeper
+from doorman.hardware.pixhawk.stream import SetpointStream
+from doorman.hardware.pixhawk.timesync import ClockMap, SyncResult
+from doorman.hardware.pixhawk.tracker import Tracker
+from doorman.hardware.pixhawk.transport import Address, Line
+
+_NOTE_PERIOD = 1.0
+"""Between two notes of the same flood [s]."""
+_PEER_SILENCE = 3.0
+"""After which the autopilot may speak from another address [s]."""
+_MAX_TEXT = 400
+
+_UNORDERED = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
+        mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
+        mavlink.MAVLINK_MSG_ID_STATUSTEXT,
+        mavlink.MAVLINK_MSG_ID_TIMESYNC,
+    }
+)
+"""Worth reading though overtaken."""
+_TELEMETRY = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
+    }
+)
+WANTED = _UNORDERED | _TELEMETRY | {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
+"""Messages that are decoded at all."""
+
+
+class Owner(Protocol):
+    """What the inbox needs of the link."""
+
+    config: PixhawkConfig
+    events: EventLog
+    exchange: Exchange
+    clock: ClockMap
+    tracker: Tracker
+    stream: SetpointStream
+    authority: AuthorityKeeper
+    rates: RateKeeper
+    codec: Codec | None
+
+    def send(self, message: Message) -> None:
+        """Queue a message."""
+
+
+class Inbox:
+    """Sorts messages; used by the thread of the link only.
+
+    Args:
+        owner: The link.
+    """
+
+    def __init__(self, owner: Owner) -> None:
+        self.identity: tuple[int, int] | None = None
+        """System and component of the autopilot, once heard."""
+        self.dialect: Dialect | None = None
+        self.peer: Address = None
+        """Where the autopilot speaks from."""
+        self.last_message = float("-inf")
+        """When it was last heard [s]."""
+        self.foreign = 0
+        """Messages of others."""
+        self._owner = owner
+        self._noted = (0, 0, 0, 0)
+        self._parts: dict[int, str] = {}
+
+    def receive(self, data: bytes, address: Address, line: Line) -> None:
+        """Take in bytes from an address."""
+        owner = self._owner
+        assert owner.codec is not None
+        now = time.monotonic()
+        for message in owner.codec.decode(data, address):
+            self._sort(message, address, line, now)
+        self._note_damage(now)
+
+    def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
+        kind, sender = message.get_msgId(), (message.get_srcSystem(), message.get_srcComponent())
+        if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            self._meet(message, sender, address, line, now)
+        if sender != self.identity or (address is not None and line.peer != address):
+            self.foreign += 1
+            known = self._owner.config.system_id, None if self.identity is None else self.identity[0]
+            if sender[0] not in known:
+                self._owner.events.happen_at_most(
+                    60.0, EventKind.FOREIGN, now, f"messages of system {sender[0]} are ignored", component=sender[1]
+                )
+            return
+        self.last_message = now
+        ordered = self._owner.tracker.in_order(message.get_seq(), now)
+        if ordered or kind in _UNORDERED:
+            self._owner.rates.heard(kind)
+            try:
+                self._handle(kind, message, now)
+            except (ValueError, ArithmeticError, struct.error):  # absurd figures in a message with a right checksum
+                self._owner.tracker.counters.invalid += 1
+
+    def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
+        """Lock on to the first multirotor that we are meant to fly, and to where it speaks from."""
+        dialect = dialect_of(message.autopilot)
+        wanted = self._owner.config.vehicle_system
+        if (
+            dialect is None
+            or message.type not in MULTIROTORS
+            or sender[1] != mavlink.MAV_COMP_ID_AUTOPILOT1
+            or (wanted is not None and sender[0] != wanted)
+        ):
+            return
+        if self.identity is None:
+            self.identity, self.dialect = sender, dialect
+            self._owner.stream.angle_boost = dialect.angle_boost
+            self._owner.events.happen(
+                EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
+            )
+        if sender == self.identity and address is not None and address != line.peer:
+            if line.peer is None or now - self.last_message > _PEER_SILENCE:
+                line.peer = self.peer = address
+
+    def _handle(self, kind: int, message: Message, now: float) -> None:
+        owner, dialect = self._owner, self.dialect
+        assert dialect is not None
+        if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            owner.tracker.heartbeat(message, dialect, now)
+            sample = owner.tracker.sample
+            owner.authority.heartbeat(sample.mode, sample.armed, sample.system_status, dialect, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_TIMESYNC:
+            self._timesync(message, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            config = owner.config
+            if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
+                owner.exchange.post_acknowledgement(message.command, message.result)
+        elif kind == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
+            value = dialect.decode_parameter(message.param_value, message.param_type)
+            owner.exchange.post_parameter(message.param_id, value, message.param_type)
+        elif kind == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+            self._text(message, now)
+        else:
+            owner.tracker.take(message, now)
+
+    def _timesync(self, message: Message, now: float) -> None:
+        received = time.monotonic_ns()
+        owner = self._owner
+        if message.tc1 == 0:  # its own request: our time, so that it can map the stamps of our poses
+            owner.send(mavlink.MAVLink_timesync_message(received, message.ts1))
+            return
+        result = owner.clock.answer(message.ts1, message.tc1, received)
+        if result is SyncResult.JUMPED:
+            owner.events.happen(EventKind.CLOCK_JUMPED, now, "the autopilot's clock jumped")
+        elif result is SyncResult.REBOOTED:
+            owner.events.happen(EventKind.REBOOTED, now, "the autopilot's clock started anew")
+            owner.tracker.reset()
+            owner.exchange.forget()
+            owner.rates.restart()
+            owner.authority.rebooted(now)
+
+    def _text(self, message: Message, now: float) -> None:
+        """Put a text together that comes in parts of 50 characters, and pass it on when it is complete."""
+        text = message.text
+        if message.id:
+            if len(self._parts) > 8:
+                self._parts.clear()
+            text = (self._parts.pop(message.id, "") + text)[:_MAX_TEXT]
+            if len(message.text) == 50:
+                self._parts[message.id] = text
+                return
+        text = "".join(character if character.isprintable() else "?" for character in text)
+        self._owner.exchange.post_text(StatusText(now, message.severity, text))
+        self._owner.events.happen(EventKind.STATUS_TEXT, now, text, severity=message.severity)
+
+    def _note_damage(self, now: float) -> None:
+        owner = self._owner
+        assert owner.codec is not None
+        counters, telemetry = owner.codec.counters, owner.tracker.counters
+        figures = (
+            counters.corrupted + counters.malformed, telemetry.disordered, telemetry.invalid, counters.bad_signatures
+        )  # fmt: skip
+        kinds = (EventKind.CORRUPTED, EventKind.DISORDERED, EventKind.INVALID_DATA, EventKind.BAD_SIGNATURE)
+        if figures != self._noted:
+            for kind, figure, before in zip(kinds, figures, self._noted, strict=True):
+                if figure != before:
+                    owner.events.happen_at_most(_NOTE_PERIOD, kind, now, kind.value, count=figure)
+            self._noted = figures

@@ -1,0 +1,264 @@
+"""The thread that talks to the autopilot: reads, keeps time, streams, watches; nobody else touches the line."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import threading
+import time
+from collections import deque
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
+from doorman.hardware.pixhawk.codec import Codec
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.connection import parse_connection
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, Dialect
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.exchange import Exchange
+from doorman.hardware.pixhawk.inbox import WANTED, Inbox
+from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.mocap import MocapOutlet
+from doorman.hardware.pixhawk.rates import RateKeeper
+from doorman.hardware.pixhawk.signing import load_key
+from doorman.hardware.pixhawk.stream import SetpointStream, here
+from doorman.hardware.pixhawk.timesync import ClockMap
+from doorman.hardware.pixhawk.tracker import Tracker
+from doorman.hardware.pixhawk.transport import DeviceLost, Line, open_line
+from doorman.hardware.pixhawk.watchdog import Watchdog
+
+_LONGEST_SLEEP = 0.003
+_WATCH_PERIOD = 0.01
+_REOPEN_PERIOD = 0.2
+_ORIGIN_PERIOD = 1.0
+_FAST_SYNC_PERIOD = 0.02
+"""Between TIMESYNC requests until the clock is mapped [s]."""
+
+
+class _Timer:
+    """Says once a period that it is time; late ticks are not made up for."""
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self.next = 0.0
+
+    def due(self, now: float) -> bool:
+        if now < self.next:
+            return False
+        self.next = max(self.next + self.period, now + 0.5 * self.period)
+        return True
+
+
+class Link:
+    """Connection to one autopilot.
+
+    Args:
+        config: Settings.
+    """
+
+    def __init__(self, config: PixhawkConfig) -> None:
+        self.config = config
+        self.events = EventLog()
+        self.exchange = Exchange()
+        self.clock = ClockMap()
+        self.tracker = Tracker(self.clock, config.local_frame)
+        self.stream = SetpointStream(config, self.events)
+        self.authority = AuthorityKeeper(self.stream, self.events)
+        self.mocap = MocapOutlet(config.local_frame, config.rates.mocap, config.timeouts.mocap)
+        self.rates = RateKeeper(wanted_rates(config))
+        self.inbox = Inbox(self)
+        self.codec: Codec | None = None
+        self._endpoint = parse_connection(config.connection)
+        self._watchdog = Watchdog(config, self.events)
+        self._queue: deque[Message] = deque()
+        self._line: Line | None = None
+        self._thread: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._reopen_at = 0.0
+        rates = config.rates
+        self._heartbeat, self._sync = _Timer(1.0 / rates.heartbeat), _Timer(1.0 / rates.timesync)
+        self._setpoint, self._look = _Timer(1.0 / rates.setpoint), _Timer(_WATCH_PERIOD)
+        self._origin = _Timer(_ORIGIN_PERIOD)
+
+    # ------------------------------------------------------------ from any thread
+
+    @property
+    def open(self) -> bool:
+        """Whether the thread runs."""
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
+    def target(self) -> tuple[int, int]:
+        """System and component of the autopilot."""
+        if self.inbox.identity is None:
+            raise BackendError("no autopilot has been heard yet", allowed="open() first")
+        return self.inbox.identity
+
+    @property
+    def known_dialect(self) -> Dialect:
+        """Of the autopilot."""
+        if self.inbox.dialect is None:
+            raise BackendError("no autopilot has been heard yet", allowed="open() first")
+        return self.inbox.dialect
+
+    def send(self, message: Message) -> None:
+        """Queue a message; it goes out within milliseconds, in order."""
+        self._queue.append(message)
+
+    def request_landing(self) -> bool:
+        """Hold here, without the controller, and ask to land until the heartbeat shows it; False if the vehicle is not ours."""
+        sample = self.tracker.sample
+        fresh = sample.age(time.monotonic()) <= self.config.timeouts.state
+        return self.authority.request_landing(here(sample) if fresh else None)
+
+    def start(self) -> None:
+        """Open the line and start the thread; once in the life of a link.
+
+        Raises:
+            BackendError: if the line cannot be opened or the key cannot be read.
+        """
+        config = self.config
+        key = None if config.signing_key is None else load_key(config.signing_key)
+        self.codec = Codec(config.system_id, config.component_id, key, WANTED)
+        self._line = open_line(self._endpoint, config.timeouts.open)
+        self._stop.clear()
+        self._thread = threading.Thread(target=self._run, name="pixhawk", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and close the line; may be called twice."""
+        self._stop.set()
+        thread, self._thread = self._thread, None
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(2.0)
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+        self.exchange.wake()
+
+    # ------------------------------------------------------------ the thread
+
+    def _run(self) -> None:
+        try:
+            while not self._stop.is_set():
+                self._once()
+        except Exception as error:  # noqa: BLE001  # nothing may be raised out of the thread unseen
+            self.events.happen(EventKind.IO_FAILED, time.monotonic(), f"{type(error).__name__}: {error}")
+            self.authority.rebooted(time.monotonic())
+            self.events.condition(EventKind.LINK_LOST, True, time.monotonic(), "the thread of the link failed")
+        finally:
+            self.exchange.wake()
+
+    def _once(self) -> None:
+        line = self._line
+        if line is None:
+            self._reopen()
+            return
+        try:
+            select.select([line], [], [], self._sleep_time(time.monotonic()))
+            received = line.receive()
+            for data, address in received:
+                self.inbox.receive(data, address, line)
+            self._send_due(line, time.monotonic())
+        except (DeviceLost, OSError, ValueError) as error:  # ValueError: select on a descriptor that is gone
+            self._lose_device(error)
+            return
+        now = time.monotonic()
+        self._watch(now)
+        if received:
+            self.exchange.wake()
+
+    def _sleep_time(self, now: float) -> float:
+        until = min(self._heartbeat.next, self._sync.next, self._setpoint.next) - now
+        return 0.0 if self._queue else min(max(until, 0.0), _LONGEST_SLEEP)
+
+    def _send_due(self, line: Line, now: float) -> None:
+        while self._queue:
+            self._transmit(line, self._queue.popleft())
+        if self._heartbeat.due(now):
+            self._transmit(line, self._own_heartbeat())
+        identity, dialect = self.inbox.identity, self.inbox.dialect
+        if identity is None or dialect is None:
+            self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
+            return
+        if self._setpoint.due(now):
+            setpoint = self.stream.message(now, self.tracker.sample, identity)
+            if setpoint is not None:
+                self._transmit(line, setpoint)
+        pose = self.mocap.message(now)
+        if pose is not None:
+            self._transmit(line, pose)
+        if self._sync.due(now):
+            if not self.clock.synchronised:
+                self._sync.next = now + _FAST_SYNC_PERIOD
+            self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(time.monotonic_ns())))
+        if dialect is ARDUPILOT and self._origin.due(now):
+            self._give_origin(line, identity[0])
+        for request in self.authority.requests(now, dialect, identity):
+            self._transmit(line, request)
+        for request in self.rates.requests(now, *identity):
+            self._transmit(line, request)
+
+    def _give_origin(self, line: Line, system: int) -> None:
+        """Give ArduPilot without GPS a place on earth until it has a position: right after boot it does not take one."""
+        origin = self.config.origin
+        if self.config.mocap and origin is not None and self.tracker.sample.position_time == float("-inf"):
+            latitude, longitude, altitude = round(origin[0] * 1e7), round(origin[1] * 1e7), round(origin[2] * 1e3)
+            self._transmit(line, mavlink.MAVLink_set_gps_global_origin_message(system, latitude, longitude, altitude))
+
+    def _transmit(self, line: Line, message: Message) -> None:
+        assert self.codec is not None
+        line.send(self.codec.encode(message))
+
+    def _own_heartbeat(self) -> Message:
+        kind = mavlink.MAV_TYPE_GCS if self.config.ground_station else mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+        return mavlink.MAVLink_heartbeat_message(kind, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3)
+
+    def _watch(self, now: float) -> None:
+        if self.inbox.identity is None or not self._look.due(now):
+            return
+        mocap_time = None
+        if self.config.mocap and self.mocap.newest_time > float("-inf"):
+            mocap_time = self.mocap.newest_time
+        self._watchdog.check(now, self.inbox.last_message, self.tracker.sample, self.clock, mocap_time)
+        lost = EventKind.MOCAP_LOST in self.events.conditions
+        if lost and self.config.on_mocap_loss == "land" and self.authority.state is Authority.ENGAGED:
+            if self.tracker.sample.armed and not self.authority.landing_requested:
+                self.request_landing()
+
+    def _lose_device(self, error: Exception) -> None:
+        now = time.monotonic()
+        self.events.condition(EventKind.DEVICE_LOST, True, now, f"the line is gone: {error}")
+        if self._line is not None:
+            with contextlib.suppress(OSError):
+                self._line.close()
+        self._line = None
+        self._reopen_at = now + _REOPEN_PERIOD
+
+    def _reopen(self) -> None:
+        now = time.monotonic()
+        self._watch(now)
+        if now < self._reopen_at:
+            self._stop.wait(min(self._reopen_at - now, 0.02))
+            return
+        self._reopen_at = now + _REOPEN_PERIOD
+        try:
+            line = open_line(self._endpoint, 0.2)
+        except BackendError:
+            return
+        line.peer = line.peer or self.inbox.peer
+        self._line = line
+        self.rates.restart()
+        self.events.condition(EventKind.DEVICE_LOST, False, now, "the line is gone")
+
+
+def wanted_rates(config: PixhawkConfig) -> dict[int, float]:
+    """Telemetry that is asked for [1/s], by message identifier."""
+    return {
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: config.rates.attitude,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: config.rates.position,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: 20.0,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 2.0,
+    }

@@ -1,0 +1,203 @@
+"""What the autopilot's parameters should be, why, and how to mend them: data, one row a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.dialect import PX4, Dialect
+
+
+class Severity(Enum):
+    """What a finding means."""
+
+    ERROR = "error"
+    """The flight cannot work, or a fault would not end safely."""
+    WARNING = "warning"
+    """It can work, worse."""
+
+
+class When(Enum):
+    """For which set-ups a rule holds."""
+
+    ALWAYS = "always"
+    MOCAP = "mocap"
+    ATTITUDE = "attitude setpoints"
+    OWN_COMPENSATION = "thrust curve with battery voltage"
+    GROUND_STATION = "own heartbeat as ground station"
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One parameter."""
+
+    names: tuple[str, ...]
+    """Of the parameter, newest firmware first; the first that the autopilot has counts."""
+    wanted: str
+    """In words."""
+    accepts: Callable[[float], bool]
+    value: Callable[[float], float] | None
+    """Value to write for a given one; None where a person must decide."""
+    severity: Severity
+    when: When
+    why: str
+    optional: bool = False
+    """Whether firmware without the parameter is fine."""
+
+    def applies(self, config: PixhawkConfig) -> bool:
+        """Whether the rule holds for a set-up."""
+        curve = config.thrust_curve
+        return {
+            When.ALWAYS: True,
+            When.MOCAP: config.mocap,
+            When.ATTITUDE: config.setpoints == "attitude",
+            When.OWN_COMPENSATION: curve is not None and curve.hover_voltage is not None,
+            When.GROUND_STATION: config.ground_station,
+        }[self.when]
+
+
+def _equal(
+    names: str, value: float, severity: Severity, when: When, why: str, *, optional: bool = False, near: float = 1e-4
+) -> Rule:
+    return Rule(
+        tuple(names.split()),
+        f"{value:g}",
+        lambda given: abs(given - value) <= near,
+        lambda _: value,
+        severity,
+        when,
+        why,
+        optional,
+    )
+
+
+def _within(names: str, low: float, high: float, best: float, severity: Severity, when: When, why: str) -> Rule:
+    return Rule(
+        tuple(names.split()),
+        f"{low:g} to {high:g}",
+        lambda given: low <= given <= high,
+        lambda _: best,
+        severity,
+        when,
+        why,
+    )
+
+
+def _one_of(names: str, values: tuple[int, ...], severity: Severity, when: When, why: str) -> Rule:
+    wanted = " or ".join(str(value) for value in values)
+    return Rule(
+        tuple(names.split()),
+        wanted,
+        lambda given: round(given) in values,
+        lambda _: float(values[0]),
+        severity,
+        when,
+        why,
+    )
+
+
+def _bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule:
+    mask = 1 << bit
+    return Rule(
+        tuple(names.split()),
+        f"bit {bit} ({mask}) set",
+        lambda given: bool(round(given) & mask),
+        lambda given: float(round(given) | mask),
+        severity,
+        when,
+        why,
+    )
+
+
+_E, _W = Severity.ERROR, Severity.WARNING
+
+PX4_RULES = (
+    _within("COM_OF_LOSS_T", 0.05, 1.0, 0.5, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
+    _equal(
+        "COM_OBL_RC_ACT", 4, _E, When.ALWAYS, "without setpoints it must land in place: the default climbs to return"
+    ),
+    _one_of(
+        "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station it must land or go on, not climb to return"
+    ),
+    _one_of("NAV_RCL_ACT", (3, 1), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
+    _one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery it must land or warn, not climb to return"),
+    _equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already", optional=True),
+    _equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
+    _equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
+    _equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
+    _equal("EKF2_BARO_CTRL", 0, _E, When.MOCAP, "a door that opens changes the pressure"),
+    _equal("EKF2_RNG_CTRL", 0, _W, When.MOCAP, "no range finder over the door's sill"),
+    _equal("EKF2_MAG_TYPE", 5, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
+    _equal("EKF2_EVP_NOISE", 0.01, _W, When.MOCAP, "noise of the pose's position [m]"),
+    _equal("EKF2_EVA_NOISE", 0.02, _W, When.MOCAP, "noise of the pose's attitude [rad]"),
+)
+"""Rules for PX4."""
+
+ARDUPILOT_RULES = (
+    _bit(
+        "GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"
+    ),
+    _within("GUID_TIMEOUT", 0.1, 1.0, 0.5, _W, When.ALWAYS, "time without setpoints until it levels and stops"),
+    _one_of(
+        "FS_GCS_ENABLE",
+        (5, 7),
+        _E,
+        When.GROUND_STATION,
+        "position setpoints are held for ever: it must land without us",
+    ),
+    _one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
+    _equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),
+    _equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),
+    _equal("COMPASS_USE", 0, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
+    _equal("COMPASS_USE2", 0, _E, When.MOCAP, "as above", optional=True),
+    _equal("COMPASS_USE3", 0, _E, When.MOCAP, "as above", optional=True),
+    _equal("EK3_SRC1_POSXY", 6, _E, When.MOCAP, "position comes from mocap"),
+    _equal("EK3_SRC1_POSZ", 6, _E, When.MOCAP, "height comes from mocap"),
+    _equal("EK3_SRC1_YAW", 6, _E, When.MOCAP, "yaw comes from mocap"),
+    _equal("EK3_SRC1_VELXY", 0, _E, When.MOCAP, "mocap sends no velocity"),
+    _equal("EK3_SRC1_VELZ", 0, _E, When.MOCAP, "mocap sends no velocity"),
+    _equal("VISO_TYPE", 1, _E, When.MOCAP, "poses come by MAVLink"),
+)
+"""Rules for ArduPilot; that of the ground station's id and those of delays depend on the set-up."""
+
+MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20.0), "ArduPilot": ("VISO_DELAY_MS", 20.0)}
+"""Parameter of the pose's delay [ms], and by how much it may miss."""
+
+
+def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
+    """Rules that hold for a set-up.
+
+    Args:
+        dialect: Of the autopilot.
+        config: The set-up.
+        mocap_delay: From capture to sending, as measured [s]; None if not measured yet.
+
+    Returns:
+        The rules in the order of the tables.
+    """
+    if dialect is PX4:
+        rules = [*PX4_RULES, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged
+    else:
+        rules = [*ARDUPILOT_RULES, station_rule(config.system_id)]
+        if mocap_delay is not None:  # it removes a constant lag from the stamps, and must be told what that was
+            rules.append(delay_rule(dialect, mocap_delay))
+    return tuple(rule for rule in rules if rule.applies(config))
+
+
+def station_rule(system_id: int) -> Rule:
+    """ArduPilot acts on the loss of one station's heartbeat only."""
+    return _equal(
+        "MAV_GCS_SYSID SYSID_MYGCS",
+        system_id,
+        _E,
+        When.GROUND_STATION,
+        "otherwise our loss is not noticed: it is our system id",
+    )
+
+
+def delay_rule(dialect: Dialect, delay: float) -> Rule:
+    """Delay that the estimator reckons with [s]."""
+    name, near = MOCAP_DELAY[dialect.name]
+    return _equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)

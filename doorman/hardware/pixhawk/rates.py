@@ -1,0 +1,95 @@
+"""Telemetry rates: asked for by SET_MESSAGE_INTERVAL, measured, and asked for again where they fall short."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.units import interval_us
+
+_CHECK_PERIOD = 1.0
+_SHORTFALL = 0.7
+"""A stream below this share of its rate is asked for again."""
+_LONGEST_WAIT = 16.0
+_TRIES_BEFORE_STREAMS = 3
+"""Unheard requests before the older REQUEST_DATA_STREAM is tried too."""
+_DATA_STREAMS = {
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: mavlink.MAV_DATA_STREAM_EXTRA1,
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: mavlink.MAV_DATA_STREAM_POSITION,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: mavlink.MAV_DATA_STREAM_EXTENDED_STATUS,
+}
+
+
+@dataclass
+class _Stream:
+    rate: float
+    heard: int = 0
+    measured: float = 0.0
+    tries: int = 0
+    wait: float = 0.0
+    next_request: float = 0.0
+
+
+class RateKeeper:
+    """Keeps the streams that are wanted running, across losses and reboots; needs no acknowledgement.
+
+    Args:
+        rates: Wanted rate [1/s] by message identifier.
+    """
+
+    def __init__(self, rates: dict[int, float]) -> None:
+        self._streams = {identifier: _Stream(rate) for identifier, rate in rates.items()}
+        self._next_check = 0.0
+        self._last_check: float | None = None
+
+    @property
+    def measured(self) -> dict[int, float]:
+        """Rate over the last second [1/s], by message identifier."""
+        return {identifier: stream.measured for identifier, stream in self._streams.items()}
+
+    def heard(self, identifier: int) -> None:
+        """Count a message."""
+        stream = self._streams.get(identifier)
+        if stream is not None:
+            stream.heard += 1
+
+    def restart(self) -> None:
+        """Ask for everything again at once, as after a reboot."""
+        for stream in self._streams.values():
+            stream.tries, stream.wait, stream.next_request = 0, 0.0, 0.0
+        self._next_check, self._last_check = 0.0, None
+
+    def requests(self, now: float, system: int, component: int) -> list[Message]:
+        """Requests that are due; call it often."""
+        if now < self._next_check:
+            return []
+        elapsed = None if self._last_check is None else now - self._last_check
+        self._last_check, self._next_check = now, now + _CHECK_PERIOD
+        messages: list[Message] = []
+        for identifier, stream in self._streams.items():
+            if elapsed is not None:
+                stream.measured = stream.heard / elapsed
+            stream.heard = 0
+            if stream.measured >= _SHORTFALL * stream.rate:
+                stream.tries, stream.wait = 0, 0.0
+            elif now >= stream.next_request:
+                messages += self._request(identifier, stream, now, system, component)
+        return messages
+
+    def _request(self, identifier: int, stream: _Stream, now: float, system: int, component: int) -> list[Message]:
+        stream.tries += 1
+        stream.wait = min(_LONGEST_WAIT, max(_CHECK_PERIOD, 2.0 * stream.wait)) if stream.tries > 2 else 0.0
+        stream.next_request = now + stream.wait
+        interval = float(interval_us(stream.rate))
+        messages = [
+            mavlink.MAVLink_command_long_message(
+                system, component, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, float(identifier), interval, 0, 0, 0, 0, 0
+            )
+        ]
+        if stream.tries > _TRIES_BEFORE_STREAMS and stream.measured == 0.0 and identifier in _DATA_STREAMS:
+            messages.append(
+                mavlink.MAVLink_request_data_stream_message(
+                    system, component, _DATA_STREAMS[identifier], round(stream.rate), 1
+                )
+            )
+        return messages

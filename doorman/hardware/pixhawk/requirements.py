@@ -1,0 +1,38 @@
+"""What attitude setpoints need before they may be flown: a thrust curve, and an autopilot that takes thrust for thrust."""
+
+from __future__ import annotations
+
+from doorman.hardware.pixhawk.link import Link
+from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.parameters import read_parameters
+from doorman.hardware.pixhawk.thrust import ThrustCurve
+
+THRUST_AS_THRUST = 1 << 3
+"""Bit of ArduPilot's GUID_OPTIONS."""
+
+
+def prepare_attitude(link: Link) -> Outcome:
+    """Look up what attitude setpoints need, and set the stream up with it.
+
+    Args:
+        link: The open link.
+
+    Returns:
+        DONE, or NOT_READY with what is missing.
+    """
+    dialect, config = link.known_dialect, link.config
+    options = ("GUID_OPTIONS", "ATC_ANGLE_BOOST") if dialect.angle_boost else ()
+    values = read_parameters(link, [dialect.hover_parameter, *options])
+    if dialect.angle_boost:
+        if not round(values.get("GUID_OPTIONS", 0.0)) & THRUST_AS_THRUST:
+            return Outcome(
+                OutcomeStatus.NOT_READY,
+                "GUID_OPTIONS lacks bit 3 (8): thrust would be taken for a climb rate; set it, or use position setpoints",
+            )
+        link.stream.angle_boost = round(values.get("ATC_ANGLE_BOOST", 1.0)) != 0
+    hover = values.get(dialect.hover_parameter)
+    if link.stream.curve is None and config.hover_force is not None and hover is not None:
+        link.stream.curve = ThrustCurve(hover, config.hover_force)
+    if link.stream.curve is None:
+        return Outcome(OutcomeStatus.NOT_READY, "no thrust curve: give thrust_curve or hover_force")
+    return Outcome(OutcomeStatus.DONE)

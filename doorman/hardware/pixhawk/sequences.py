@@ -1,0 +1,210 @@
+"""What takes several steps: entering the companion mode, arming, take-off, landing. Each has a time-out and a defined end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.authority import Authority
+from doorman.hardware.pixhawk.commands import command
+from doorman.hardware.pixhawk.link import Link
+from doorman.hardware.pixhawk.messages import mavlink
+from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
+from doorman.hardware.pixhawk.sample import LandedState, VehicleSample
+from doorman.hardware.pixhawk.setpoints import PositionSetpoint
+from doorman.hardware.pixhawk.stream import here
+
+_HEARTBEAT_WAIT = 2.5
+"""For the heartbeat to show what an acknowledgement promised: it comes once a second and may get lost [s]."""
+_PATIENCE = 1.0
+"""For a fresh state, before the mode is asked for [s]."""
+_RETRY = 1.0
+"""Between two requests that the autopilot may come round to [s]."""
+_TAKE_OFF_TRIES = 4
+_ARRIVED = 0.15
+"""Distance to the height of take-off that counts as arrived [m]."""
+_CALM = 0.3
+"""Vertical speed that counts as arrived [m/s]."""
+_GROUND_PATIENCE = 4.0
+"""On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
+_DONE = Outcome(OutcomeStatus.DONE)
+
+
+def await_autopilot(link: Link) -> None:
+    """Wait for heartbeat, attitude and clock.
+
+    Args:
+        link: Started already.
+
+    Raises:
+        BackendError: if one of them is missing after the time-out.
+    """
+    timeout = link.config.timeouts.open
+    deadline = time.monotonic() + timeout
+    needs: tuple[tuple[str, Callable[[], bool]], ...] = (
+        ("heartbeat of a multirotor", lambda: link.inbox.identity is not None),
+        ("attitude", lambda: link.tracker.sample.attitude_time > float("-inf")),
+        ("answers to TIMESYNC", lambda: link.clock.synchronised),
+    )
+    for missing, found in needs:
+        if not _until(link, found, max(0.0, deadline - time.monotonic())):
+            raise BackendError(
+                f"no {missing} within {timeout:g} s{_hint(link)}", field="connection", given=link.config.connection
+            )
+
+
+def _hint(link: Link) -> str:
+    if link.codec is not None and link.codec.counters.bad_signatures:
+        return ": messages come, but their signatures are missing or wrong"
+    if link.inbox.foreign:
+        return ": messages come, but none of a vehicle that is to be flown"
+    return ""
+
+
+def engage(link: Link) -> Outcome:
+    """Stream a hold at the present place, ask for the companion mode, and see it in the heartbeat."""
+    timeouts = link.config.timeouts
+    if not _until(link, lambda: link.tracker.sample.age(time.monotonic()) <= timeouts.state, _PATIENCE):
+        return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
+    if link.config.mocap and time.monotonic() - link.mocap.newest_time > timeouts.mocap:
+        return Outcome(OutcomeStatus.NOT_READY, "no fresh pose from mocap")
+    sample = link.tracker.sample
+    place = here(sample)
+    if place is None:
+        return Outcome(OutcomeStatus.NOT_READY, "the autopilot rebooted")
+    dialect = link.known_dialect
+    deadline = time.monotonic() + timeouts.mode + timeouts.stream_before_mode
+    if dialect.needs_stream or sample.armed and sample.landed is LandedState.IN_AIR:
+        link.stream.hold(place)
+    if dialect.needs_stream:
+        _sleep(link, timeouts.stream_before_mode)
+    outcome = Outcome(OutcomeStatus.TIMED_OUT, f"{dialect.companion_mode} was not entered")
+    link.authority.prepare()
+    while time.monotonic() < deadline and link.open:
+        answer = command(link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode))
+        wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - time.monotonic()))
+        if _until(link, lambda: link.authority.state is Authority.ENGAGED, wait):
+            return _DONE
+        if not answer.done:
+            outcome = answer
+    link.authority.withdraw(time.monotonic())
+    return outcome
+
+
+def arm(link: Link, timeout: float) -> Outcome:
+    """Arm, again and again until it is accepted or the time is over, and see it in the heartbeat."""
+    deadline = time.monotonic() + timeout
+    while True:
+        outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
+        wait = _HEARTBEAT_WAIT if outcome.done else _RETRY
+        if _until(link, lambda: link.tracker.sample.armed, min(wait, max(0.1, deadline - time.monotonic()))):
+            return _DONE
+        if time.monotonic() >= deadline or not link.open:
+            break
+    if outcome.done:
+        return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it armed")
+    return outcome
+
+
+def disarm(link: Link) -> Outcome:
+    """Disarm; autopilots refuse it in the air."""
+    link.authority.expect_disarm()
+    outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
+    if outcome.done and not _until(link, lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
+        return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it disarmed")
+    return outcome
+
+
+def take_off(link: Link, height: float) -> Outcome:
+    """Climb by a height from where the vehicle stands, and hold there."""
+    sample = link.tracker.sample
+    place = here(sample)
+    if link.authority.state is not Authority.ENGAGED or not sample.armed or place is None:
+        return Outcome(OutcomeStatus.NOT_READY, "take-off needs engage() and arm() first, and a position")
+    target = float(place.position[2]) + height
+    if link.known_dialect.takes_off_by_command:
+        link.stream.stop()  # a setpoint would end ArduPilot's take-off
+        outcome = _take_off_by_command(link, height)
+        if not outcome.done:
+            return outcome
+    else:
+        link.stream.climb(place, height, time.monotonic())
+
+    def arrived() -> bool:
+        now = link.tracker.sample
+        return abs(float(now.position[2]) - target) < _ARRIVED and abs(float(now.velocity[2])) < _CALM
+
+    reached = _until(link, lambda: arrived() or _lost(link), link.config.timeouts.take_off)
+    if _lost(link):
+        return Outcome(OutcomeStatus.CONTROL_LOST, "during take-off")
+    top = PositionSetpoint(np.array([*place.position[:2], target]), place.yaw)
+    link.stream.hold(top if reached else here(link.tracker.sample) or top)
+    return _DONE if reached else Outcome(OutcomeStatus.TIMED_OUT, f"height {height:g} m was not reached")
+
+
+def _take_off_by_command(link: Link, height: float) -> Outcome:
+    """NAV_TAKEOFF; refused while the motors are still spooling up, it is asked for again.
+
+    Where an acknowledgement got lost, the repeated command is refused although the vehicle climbs: its state decides.
+    """
+    outcome = Outcome(OutcomeStatus.TIMED_OUT)
+
+    def lifts() -> bool:
+        return link.tracker.sample.landed in (LandedState.TAKING_OFF, LandedState.IN_AIR)
+
+    for _ in range(_TAKE_OFF_TRIES):
+        outcome = command(link, mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height)
+        if outcome.done or _until(link, lambda: _lost(link) or lifts(), _RETRY):
+            break
+    return _DONE if lifts() and not _lost(link) else outcome
+
+
+def land(link: Link) -> Outcome:
+    """Ask for the landing mode until the heartbeat shows it, then wait until the vehicle is disarmed on the ground."""
+    authority, deadline = link.authority, time.monotonic() + link.config.timeouts.landing
+    if not link.tracker.sample.armed:
+        authority.withdraw(time.monotonic())
+        return _DONE
+    if not link.request_landing():
+        return Outcome(OutcomeStatus.CONTROL_LOST, "the vehicle is not under our command")
+    on_ground_since: float | None = None
+    while time.monotonic() < deadline and link.open:
+        if _until(link, lambda: not link.tracker.sample.armed, 0.2):
+            authority.withdraw(time.monotonic())
+            return _DONE
+        if authority.state is Authority.LOST:
+            return Outcome(OutcomeStatus.CONTROL_LOST, "while landing")
+        on_ground = link.tracker.sample.landed is LandedState.ON_GROUND and authority.state is Authority.LANDING
+        on_ground_since = (on_ground_since or time.monotonic()) if on_ground else None
+        if on_ground_since is not None and time.monotonic() - on_ground_since > _GROUND_PATIENCE:
+            disarm(link)
+            on_ground_since = None
+    return Outcome(OutcomeStatus.TIMED_OUT, "the vehicle did not report that it has landed")
+
+
+def leave(link: Link) -> None:
+    """Before the link is closed: tell a vehicle that still flies by our setpoints to land, and see that it does."""
+    flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
+    if flying and link.config.on_stop == "land" and link.open and link.request_landing():
+        _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
+    link.authority.withdraw(time.monotonic())
+
+
+def wait_for_sample(link: Link, accept: Callable[[VehicleSample], bool], timeout: float) -> bool:
+    """Wait until the newest sample is accepted; returns whether it was, within the time-out [s]."""
+    return _until(link, lambda: accept(link.tracker.sample), timeout)
+
+
+def _lost(link: Link) -> bool:
+    return link.authority.state is not Authority.ENGAGED or not link.open
+
+
+def _until(link: Link, condition: Callable[[], bool], timeout: float) -> bool:
+    return link.exchange.wait(lambda: True if condition() else None, timeout) is not None
+
+
+def _sleep(link: Link, duration: float) -> None:
+    link.exchange.wait(lambda: None if link.open else True, duration)

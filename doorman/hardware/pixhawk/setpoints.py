@@ -1,0 +1,117 @@
+"""Setpoints and the messages that carry them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import DimensionError
+from doorman.hardware.pixhawk.frames import LocalFrame
+from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+
+Array = NDArray[np.float64]
+
+ATTITUDE_AND_THRUST = 7
+"""Type mask of SET_ATTITUDE_TARGET: body rates are ignored."""
+POSITION_AND_YAW = 2552
+"""Type mask of SET_POSITION_TARGET_LOCAL_NED: position and yaw only."""
+FULL_POSITION = 2048
+"""Position, velocity, acceleration and yaw; the yaw rate is ignored."""
+_LARGEST = 1e5
+
+
+@dataclass(frozen=True)
+class AttitudeSetpoint:
+    """Attitude and thrust, the paper's way."""
+
+    thrust: float
+    """f along the body's z axis [N]."""
+    attitude: Array
+    """[φ, θ, ψ], shape (3,) [rad]."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "attitude", _frozen(self.attitude, "setpoint.attitude"))
+        _check_number(self.thrust, "setpoint.thrust")
+
+
+@dataclass(frozen=True)
+class PositionSetpoint:
+    """Position, velocity, acceleration and yaw; the autopilot flies them."""
+
+    position: Array
+    """Shape (3,), world frame [m]."""
+    yaw: float
+    """[rad]."""
+    velocity: Array = field(default_factory=lambda: np.zeros(3))
+    """Shape (3,), world frame [m/s]."""
+    acceleration: Array = field(default_factory=lambda: np.zeros(3))
+    """Shape (3,), world frame [m/s²]."""
+
+    def __post_init__(self) -> None:
+        for name in ("position", "velocity", "acceleration"):
+            object.__setattr__(self, name, _frozen(getattr(self, name), f"setpoint.{name}"))
+        _check_number(self.yaw, "setpoint.yaw")
+
+
+Setpoint = AttitudeSetpoint | PositionSetpoint
+
+
+def attitude_message(
+    setpoint: AttitudeSetpoint, thrust: float, frame: LocalFrame, boot_ms: int, system: int, component: int
+) -> Message:
+    """SET_ATTITUDE_TARGET of a setpoint.
+
+    Args:
+        setpoint: What is wanted.
+        thrust: Normalised, 0 … 1.
+        frame: Of the autopilot.
+        boot_ms: Stamp [ms].
+        system: Target.
+        component: Target.
+    """
+    quaternion = frame.quaternion_to_ned(quaternion_from_euler(setpoint.attitude))
+    return mavlink.MAVLink_set_attitude_target_message(
+        boot_ms, system, component, ATTITUDE_AND_THRUST, quaternion.tolist(), 0.0, 0.0, 0.0, thrust
+    )
+
+
+def position_message(
+    setpoint: PositionSetpoint, frame: LocalFrame, boot_ms: int, system: int, component: int, *, hold: bool = False
+) -> Message:
+    """SET_POSITION_TARGET_LOCAL_NED of a setpoint.
+
+    Args:
+        setpoint: What is wanted.
+        frame: Of the autopilot.
+        boot_ms: Stamp [ms].
+        system: Target.
+        component: Target.
+        hold: Position and yaw only, for standing still.
+    """
+    mask = POSITION_AND_YAW if hold else FULL_POSITION
+    values = [
+        *frame.position_to_ned(setpoint.position).tolist(),
+        *frame.vector_to_ned(setpoint.velocity).tolist(),
+        *frame.vector_to_ned(setpoint.acceleration).tolist(),
+    ]
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        boot_ms, system, component, mavlink.MAV_FRAME_LOCAL_NED, mask, *values, frame.yaw_to_ned(setpoint.yaw), 0.0
+    )
+
+
+def _check_number(value: float, name: str) -> None:
+    if not math.isfinite(value) or abs(value) > _LARGEST:
+        raise DimensionError("not a usable number", field=name, given=value, allowed=f"finite, at most {_LARGEST:g}")
+
+
+def _frozen(values: Array, name: str) -> Array:
+    array = vector(values, 3, name)
+    if np.abs(array).max() > _LARGEST:
+        raise DimensionError("out of all bounds", field=name, given=array.tolist(), allowed=f"at most {_LARGEST:g}")
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,80 @@
+"""Figures of the link, for checklists and status lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from doorman.hardware.pixhawk.authority import Authority
+from doorman.hardware.pixhawk.codec import Counters
+from doorman.hardware.pixhawk.events import EventKind
+from doorman.hardware.pixhawk.link import Link, wanted_rates
+from doorman.hardware.pixhawk.messages import mavlink
+from doorman.hardware.pixhawk.mocap import MocapStatistics
+from doorman.hardware.pixhawk.stream import Source
+
+
+@dataclass(frozen=True)
+class LinkStatus:
+    """The link as it is now."""
+
+    dialect: str
+    """`PX4` or `ArduPilot`; empty before the first heartbeat."""
+    authority: Authority
+    source: Source
+    conditions: frozenset[EventKind]
+    synchronised: bool
+    clock_offset: float
+    """Our clock minus the autopilot's [s]; NaN before synchronisation."""
+    clock_skew: float
+    round_trip: float
+    """Median of TIMESYNC [s]."""
+    rates: Mapping[str, float]
+    """Measured messages per second, by name."""
+    wanted_rates: Mapping[str, float]
+    """Asked-for messages per second, by name."""
+    messages: int
+    corrupted: int
+    disordered: int
+    invalid: int
+    foreign: int
+    bad_signatures: int
+    longest_setpoint_gap: float
+    """[s]"""
+    mocap: MocapStatistics
+
+
+def link_status(link: Link, now: float) -> LinkStatus:
+    """Figures of a link.
+
+    Args:
+        link: The link.
+        now: `time.monotonic()` [s].
+    """
+    counters = Counters() if link.codec is None else link.codec.counters
+    dialect = link.inbox.dialect
+    return LinkStatus(
+        dialect="" if dialect is None else dialect.name,
+        authority=link.authority.state,
+        source=link.stream.source,
+        conditions=link.events.conditions,
+        synchronised=link.clock.synchronised,
+        clock_offset=link.clock.offset(now),
+        clock_skew=link.clock.skew,
+        round_trip=link.clock.round_trip,
+        rates=_by_name(link.rates.measured),
+        wanted_rates=_by_name(wanted_rates(link.config)),
+        messages=counters.messages,
+        corrupted=counters.corrupted + counters.malformed,
+        disordered=link.tracker.counters.disordered,
+        invalid=link.tracker.counters.invalid,
+        foreign=link.inbox.foreign,
+        bad_signatures=counters.bad_signatures,
+        longest_setpoint_gap=link.stream.longest_gap,
+        mocap=link.mocap.statistics(),
+    )
+
+
+def _by_name(figures: dict[int, float]) -> MappingProxyType[str, float]:
+    return MappingProxyType({mavlink.mavlink_map[key].msgname: value for key, value in figures.items()})

@@ -1,0 +1,151 @@
+r"""Newtons to the normalised thrust of SET_ATTITUDE_TARGET and back, calibrated in hover.
+
+.. math::
+    \frac{f}{f_{max}} = k \tau^2 + (1 - k)\,\tau, \qquad
+    f_{max} = \frac{f_{hover}}{k \tau_{hover}^2 + (1 - k)\,\tau_{hover}} \left(\frac{V}{V_{hover}}\right)^n
+
+The shape is that of PX4's `THR_MDL_FAC`: k = 0 where the autopilot linearises the motors itself (a set `THR_MDL_FAC`,
+ArduPilot's `MOT_THST_EXPO`), up to 1 where τ is the motors' signal. The factor of the voltage is for autopilots that do not
+compensate the battery; n = 2 for a signal that sets the motors' voltage.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from statistics import median
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.sample import VehicleSample
+
+_CALM_SPEED = 0.15
+_CALM_TILT = math.radians(8.0)
+_ENOUGH_READINGS = 10
+
+
+@dataclass(frozen=True)
+class ThrustCurve:
+    """Calibrated map between newtons and normalised thrust."""
+
+    hover_thrust: float
+    """τ in hover, 0 … 1."""
+    hover_force: float
+    """Thrust in hover, the weight [N]."""
+    shape: float = 0.0
+    """k, 0 … 1."""
+    hover_voltage: float | None = None
+    """Battery voltage at the calibration [V]; None leaves the compensation to the autopilot."""
+    voltage_exponent: float = 2.0
+    """n."""
+    min_thrust: float = 0.02
+    """Least τ that is sent: the motors go on turning."""
+    max_thrust: float = 1.0
+    """Largest τ that is sent."""
+
+    def __post_init__(self) -> None:
+        bounds = {
+            "hover_thrust": (self.hover_thrust, 0.05, 0.95, "0.05 to 0.95"),
+            "hover_force": (self.hover_force, 0.1, 1e4, "0.1 to 10000 N"),
+            "shape": (self.shape, 0.0, 1.0, "0 to 1"),
+            "hover_voltage": (self.hover_voltage or 10.0, 1.0, 1000.0, "1 to 1000 V"),
+            "voltage_exponent": (self.voltage_exponent, 0.0, 4.0, "0 to 4"),
+            "min_thrust": (self.min_thrust, 0.0, self.max_thrust, "0 to max_thrust"),
+            "max_thrust": (self.max_thrust, self.hover_thrust, 1.0, "hover_thrust to 1"),
+        }
+        for name, (value, low, high, allowed) in bounds.items():
+            if not low <= value <= high:
+                raise BackendError("out of range", field=f"thrust_curve.{name}", given=value, allowed=allowed)
+
+    def max_force(self, voltage: float = math.nan) -> float:
+        """Thrust at τ = 1 [N].
+
+        Args:
+            voltage: Of the battery [V]; NaN or absurd ones are not compensated.
+        """
+        full = self.hover_force / self._relative(self.hover_thrust)
+        if self.hover_voltage is None or not 0.5 <= voltage / self.hover_voltage <= 1.5:
+            return full
+        return full * float((voltage / self.hover_voltage) ** self.voltage_exponent)
+
+    def normalised(self, force: float, voltage: float = math.nan) -> float:
+        """Normalised thrust τ for a force.
+
+        Args:
+            force: f along the body's z axis [N].
+            voltage: Of the battery [V]; NaN is not compensated.
+
+        Returns:
+            τ, cut to `min_thrust` … `max_thrust`.
+        """
+        share = max(0.0, force / self.max_force(voltage))
+        linear = 1.0 - self.shape
+        if self.shape < 1e-9:
+            thrust = share
+        else:
+            thrust = (math.sqrt(linear * linear + 4.0 * self.shape * share) - linear) / (2.0 * self.shape)
+        return min(max(thrust, self.min_thrust), self.max_thrust)
+
+    def force(self, thrust: float, voltage: float = math.nan) -> float:
+        """Force f of a normalised thrust [N].
+
+        Args:
+            thrust: τ, 0 … 1.
+            voltage: Of the battery [V]; NaN is not compensated.
+        """
+        return self._relative(thrust) * self.max_force(voltage)
+
+    def _relative(self, thrust: float) -> float:
+        return self.shape * thrust * thrust + (1.0 - self.shape) * thrust
+
+
+class HoverCalibration:
+    """Collects what the autopilot commands its mixer while it hovers, in its own position control.
+
+    Only calm readings count: slow, level, in the air.
+    """
+
+    def __init__(self) -> None:
+        self._thrusts: list[float] = []
+        self._voltages: list[float] = []
+        self._last = -math.inf
+
+    def add(self, sample: VehicleSample) -> bool:
+        """Take in a sample; returns whether it counted."""
+        slow = float(sum(sample.velocity**2)) <= _CALM_SPEED**2
+        level = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1]))) <= _CALM_TILT
+        new = sample.thrust_target_time > self._last
+        if not (slow and level and new and sample.armed and sample.thrust_target > 0.05):
+            return False
+        self._last = sample.thrust_target_time
+        self._thrusts.append(sample.thrust_target)
+        if sample.battery.voltage > 0.0:
+            self._voltages.append(sample.battery.voltage)
+        return True
+
+    @property
+    def readings(self) -> int:
+        """Number of calm readings."""
+        return len(self._thrusts)
+
+    def curve(self, hover_force: float, shape: float = 0.0, compensate_battery: bool = False) -> ThrustCurve:
+        """Curve through the median of the readings.
+
+        Args:
+            hover_force: Weight of the vehicle [N].
+            shape: k.
+            compensate_battery: Whether to note the voltage, for autopilots that do not compensate it.
+
+        Returns:
+            The curve.
+
+        Raises:
+            BackendError: if there were too few calm readings, or no voltage though it is needed.
+        """
+        if len(self._thrusts) < _ENOUGH_READINGS:
+            raise BackendError(
+                "too few calm readings to calibrate hover", given=len(self._thrusts), allowed=f">= {_ENOUGH_READINGS}"
+            )
+        if compensate_battery and not self._voltages:
+            raise BackendError("the autopilot reports no battery voltage", field="compensate_battery")
+        voltage = median(self._voltages) if compensate_battery else None
+        return ThrustCurve(median(self._thrusts), hover_force, shape, voltage)

@@ -1,0 +1,105 @@
+"""Adapter and emulated autopilot on loopback, and waits that end with what they wait for."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from doorman.hardware.emulators.autopilot import EmulatedAutopilot
+from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
+from doorman.hardware.pixhawk import Autopilot, Event, EventKind, PixhawkConfig, SampleStatus, ThrustCurve, Timeouts
+
+WEIGHT = 3.0 * 9.81
+PATIENCE = 8.0
+"""Longest wait of a test for something that takes far less [s]."""
+PACE = 3.0
+"""At which the emulated world runs, where nothing depends on it: flights take a third of the time."""
+QUICK = Timeouts(
+    open=5.0, state=0.3, stream_before_mode=0.3, mode=4.0, arming=4.0, take_off=10.0, landing=15.0, answer=0.15
+)
+SAFE = {
+    "px4": {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4, "NAV_RCL_ACT": 3, "COM_DISARM_LAND": 0.2},
+    "ardupilot": {"GUID_OPTIONS": 8, "GUID_TIMEOUT": 0.5, "FS_GCS_ENABLE": 5, "FS_GCS_TIMEOUT": 4.0},
+}
+"""Parameters as the check wants them."""
+
+
+def free_port() -> int:
+    """A UDP port that nobody uses now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def wait_until(condition: Callable[[], Any], timeout: float = PATIENCE) -> bool:
+    """Whether a condition comes true in time."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.002)
+    return True
+
+
+class Rig:
+    """An emulated autopilot and an adapter that is made for it."""
+
+    def __init__(self, flavour: str, emulator: dict[str, Any], config: dict[str, Any]) -> None:
+        self.port = free_port()
+        defaults: dict[str, Any] = {
+            "remote": ("127.0.0.1", self.port),
+            "start_up": 0.0,
+            "heartbeat_rate": 10.0,
+            "pace": PACE,
+        }
+        self.emulator = EmulatedAutopilot(flavour, **{**defaults, **emulator})  # type: ignore[arg-type]
+        for name, value in SAFE[flavour].items():
+            self.emulator.parameters[name] = value
+        if self.emulator.build.vision:
+            for name, value in (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP).items():
+                self.emulator.parameters[name] = value
+        settings: dict[str, Any] = {"timeouts": QUICK, "thrust_curve": ThrustCurve(0.4, WEIGHT), "climb_rate": 2.0}
+        self.config = PixhawkConfig(**{"connection": f"udp:{self.port}", **settings, **config})
+        self.pilot = Autopilot(self.config)
+        self.seen: list[Event] = []
+
+    def open(self) -> Rig:
+        """Start both and wait for a fresh state."""
+        self.emulator.start()
+        self.pilot.open()
+        assert wait_until(lambda: self.pilot.state().status is SampleStatus.FRESH or self.emulator.build.vision)
+        return self
+
+    def fly(self, height: float = 0.3) -> Rig:
+        """Up to hover under our command."""
+        self.open()
+        for outcome in (self.pilot.engage(), self.pilot.arm(), self.pilot.take_off(height)):
+            assert outcome.done, outcome
+        return self
+
+    def happens(self, kind: EventKind, begins: bool = True, timeout: float = PATIENCE) -> Event:
+        """Wait for an event and return it; it is an error if it does not come."""
+        found: list[Event] = []
+
+        def look() -> bool:
+            self.seen += self.pilot.events()
+            found.extend(event for event in self.seen if event.kind is kind and event.begins is begins)
+            return bool(found)
+
+        assert wait_until(look, timeout), (
+            f"no {kind}; seen: {[(event.kind.name, event.message) for event in self.seen]}"
+        )
+        return found[0]
+
+    def forget(self) -> None:
+        """Forget the events so far."""
+        self.pilot.events()
+        self.seen.clear()
+
+    def stop(self) -> None:
+        self.pilot._link.config = replace(self.config, on_stop="leave")
+        self.pilot.stop()
+        self.emulator.stop()

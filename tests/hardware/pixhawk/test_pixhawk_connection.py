@@ -1,0 +1,81 @@
+"""Connection strings and settings: what they mean, and what is refused before anything is opened."""
+
+from __future__ import annotations
+
+import pytest
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, Rates, Timeouts
+from doorman.hardware.pixhawk.connection import DEFAULT_BAUD, Endpoint, Transport, parse_connection
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("udp:14540", Endpoint(Transport.UDP_LISTEN, "127.0.0.1", 14540)),
+        ("udp::14540", Endpoint(Transport.UDP_LISTEN, "127.0.0.1", 14540)),
+        ("udp://:14540", Endpoint(Transport.UDP_LISTEN, "127.0.0.1", 14540)),
+        ("udp:127.0.0.1:14550", Endpoint(Transport.UDP_LISTEN, "127.0.0.1", 14550)),
+        ("udpin:0.0.0.0:14550", Endpoint(Transport.UDP_LISTEN, "0.0.0.0", 14550)),
+        ("udpout:192.168.1.7:14550", Endpoint(Transport.UDP_SEND, "192.168.1.7", 14550)),
+        ("tcp:localhost:5760", Endpoint(Transport.TCP, "localhost", 5760)),
+        ("tcp://127.0.0.1:5760", Endpoint(Transport.TCP, "127.0.0.1", 5760)),
+        ("/dev/ttyACM0", Endpoint(Transport.SERIAL, device="/dev/ttyACM0", baud=DEFAULT_BAUD)),
+        ("/dev/ttyACM0:57600", Endpoint(Transport.SERIAL, device="/dev/ttyACM0", baud=57600)),
+        ("serial:/dev/ttyUSB0:921600", Endpoint(Transport.SERIAL, device="/dev/ttyUSB0", baud=921600)),
+        ("serial:///dev/ttyUSB0:921600", Endpoint(Transport.SERIAL, device="/dev/ttyUSB0", baud=921600)),
+        ("COM3:57600", Endpoint(Transport.SERIAL, device="COM3", baud=57600)),
+    ],
+)
+def test_connection_strings(text, expected):
+    assert parse_connection(text) == expected
+
+
+def test_an_endpoint_reads_like_a_connection_string():
+    for text in ("udpin:127.0.0.1:14540", "tcp:localhost:5760", "serial:/dev/ttyACM0:57600"):
+        assert str(parse_connection(text)) == text
+        assert parse_connection(str(parse_connection(text))) == parse_connection(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "udp", "udp:", "udp:x", "udp:0", "udp:70000", "udp:a b:1", "tcp::5760", "udpout:5760", "http://x:1",
+     "serial:", "/dev/ttyACM0:100", "udp:١٢٣", "tcp:host:-1"],
+)  # fmt: skip
+def test_malformed_connection_strings_are_refused_with_what_is_allowed(text):
+    with pytest.raises(BackendError, match="udpout:HOST:PORT") as caught:
+        parse_connection(text)
+    assert caught.value.field == "connection"
+
+
+def test_without_a_host_only_loopback_is_listened_on():
+    assert parse_connection("udp:14550").host == "127.0.0.1"
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"),
+    [
+        ({"setpoints": "velocity"}, "setpoints"),
+        ({"on_mocap_loss": "pray"}, "on_mocap_loss"),
+        ({"on_stop": "fall"}, "on_stop"),
+        ({"vehicle_system": 0}, "vehicle_system"),
+        ({"system_id": 256}, "system_id"),
+        ({"timeouts": Timeouts(link=0.0)}, "timeouts.link"),
+        ({"timeouts": Timeouts(open=float("nan"))}, "timeouts.open"),
+        ({"rates": Rates(attitude=-1.0)}, "rates.attitude"),
+        ({"rates": Rates(setpoint=5.0)}, "rates.setpoint"),
+        ({"hover_force": 0.0}, "hover_force"),
+        ({"connection": "nowhere"}, "connection"),
+    ],
+)
+def test_settings_that_cannot_work_are_refused(settings, field):
+    with pytest.raises(BackendError) as caught:
+        PixhawkConfig(**{"connection": "udp:14540", **settings})
+    assert caught.value.field == field
+
+
+def test_the_constructor_touches_no_device():
+    pilot = Autopilot(PixhawkConfig("serial:/dev/no/such/port:57600"))
+    pilot.stop()
+    with pytest.raises(BackendError, match="cannot be opened"):
+        pilot.open()

@@ -1,0 +1,213 @@
+"""Whole flights over real sockets, with both autopilots and both kinds of setpoints."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+import pytest
+from pixhawk_rig import WEIGHT, Rig, wait_until
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk import (
+    AttitudeSetpoint,
+    Authority,
+    EventKind,
+    LandedState,
+    LocalFrame,
+    OutcomeStatus,
+    PositionSetpoint,
+    SampleStatus,
+)
+from doorman.hardware.pixhawk.stream import Source
+
+
+def fly_to(rig: Rig, target: list[float], mass: float = 3.0) -> bool:
+    """Fly by attitude and thrust from the adapter's state alone; returns whether the vehicle got there and stood still."""
+    goal = np.array(target)
+
+    def there() -> bool:
+        sample = rig.pilot.state()
+        acceleration = 4.0 * (goal - sample.position) - 3.0 * sample.velocity
+        attitude = np.array([-acceleration[1], acceleration[0], 0.0]) / 9.81
+        setpoint = AttitudeSetpoint(mass * (9.81 + acceleration[2]), np.clip(attitude, -0.4, 0.4))
+        assert rig.pilot.setpoint(setpoint)
+        truth = rig.emulator.truth
+        return bool(np.linalg.norm(truth.position - goal) < 0.1 and np.linalg.norm(truth.velocity) < 0.1)
+
+    return wait_until(there)
+
+
+def test_a_flight_by_attitude_and_thrust(rigs, flavour):
+    """From take-off over calibration to landing; at first the autopilot's own figure for hover is wrong."""
+    rig = rigs(flavour, {"thrust_curve": None, "hover_force": WEIGHT}, hover_thrust=0.33)
+    rig.emulator.parameters["MPC_THR_HOVER" if flavour == "px4" else "MOT_THST_HOVER"] = 0.5
+    rig.fly()
+    assert rig.pilot.status().authority is Authority.ENGAGED
+    assert wait_until(lambda: rig.pilot.calibrate_hover(WEIGHT, 0.8).hover_thrust == pytest.approx(0.33, rel=0.02))
+    assert fly_to(rig, [0.25, -0.25, 0.4])
+    status = rig.pilot.status()
+    assert status.source is Source.CONTROLLER
+    assert status.dialect == ("PX4" if flavour == "px4" else "ArduPilot")
+    rig.pilot.setpoint(AttitudeSetpoint(WEIGHT, np.array([0.0, 0.3, 0.0])))
+    assert wait_until(lambda: rig.emulator.brain.demand.quaternion[2] == pytest.approx(math.sin(0.15), abs=1e-3))
+    # ArduPilot divides the thrust by the cosine of the tilt, the adapter multiplies before
+    assert rig.emulator.brain.demand.thrust == pytest.approx(0.33, rel=0.03), "along the body's axis, not the vertical"
+    assert rig.pilot.land().done
+    assert rig.emulator.truth.on_ground and not rig.emulator.brain.armed
+    assert rig.pilot.status().authority is Authority.NONE
+
+
+def test_a_flight_by_position_with_a_turned_local_frame(rigs, flavour):
+    """The world's axes are not the autopilot's: its north points along the world's y, its origin lies elsewhere."""
+    frame = LocalFrame((5.0, 1.0, 0.5), math.pi / 2)
+    rig = rigs(flavour, {"setpoints": "position", "local_frame": frame, "thrust_curve": None}).fly()
+    start = rig.pilot.state().position
+    goal = start + [0.5, 0.0, 0.2]
+    yaw = float(rig.pilot.state().attitude[2]) + 0.5
+
+    def there() -> bool:
+        assert rig.pilot.setpoint(PositionSetpoint(goal, yaw, velocity=np.zeros(3), acceleration=np.zeros(3)))
+        return bool(np.linalg.norm(rig.pilot.state().position - goal) < 0.05)
+
+    assert wait_until(there)
+    assert wait_until(lambda: there() and abs(rig.pilot.state().attitude[2] - yaw) < 0.05)
+    # one half metre along the world's x is half a metre west of an autopilot whose north is the world's y
+    assert rig.emulator.truth.position[1] == pytest.approx(-0.5, abs=0.1)
+    assert abs(rig.emulator.truth.position[0]) < 0.1
+
+
+def test_a_flight_by_mocap_alone(rigs, flavour):
+    rig = rigs(flavour, {"mocap": True}, vision=True, pace=1.0).open()
+    assert rig.pilot.state().status is SampleStatus.INCOMPLETE or flavour == "px4"
+    if flavour == "px4":
+        outcome = rig.pilot.engage()
+        assert outcome.status is OutcomeStatus.NOT_READY and "mocap" in outcome.message
+    delay, sent = 0.02, []
+
+    def feed() -> None:
+        sent.append((time.monotonic(), rig.emulator.truth))
+        while sent and time.monotonic() - sent[0][0] >= delay:
+            captured, truth = sent.pop(0)
+            rig.pilot.mocap(captured, truth.position, truth.quaternion)
+
+    def fed(condition) -> bool:
+        def look() -> bool:
+            feed()
+            return bool(condition())
+
+        return wait_until(look)
+
+    assert fed(lambda: rig.emulator.estimate.position_valid and rig.pilot.state().status is SampleStatus.FRESH)
+    assert fed(lambda: rig.emulator.protocol.companion_clock.answers > 22 or flavour == "ardupilot")
+    statistics = rig.pilot.status().mocap
+    assert statistics.median_delay >= delay and statistics.sent >= 10
+    assert np.linalg.norm(rig.emulator.estimate.position - rig.emulator.truth.position) < 0.01
+    if flavour == "ardupilot":
+        assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] >= 1
+    else:
+        true_offset = rig.emulator.clock - time.monotonic()
+        assert rig.emulator.protocol.companion_clock.offset == pytest.approx(true_offset, abs=0.01)
+
+
+def test_mocap_poses_that_cannot_be_used_are_refused(rigs):
+    pilot = rigs("px4", {"mocap": True}, vision=True, pace=1.0).open().pilot
+    now, q = time.monotonic(), [1.0, 0.0, 0.0, 0.0]
+    assert pilot.mocap(now, [0, 0, 0], q)
+    assert not pilot.mocap(now, [0, 0, 0], q), "not newer"
+    assert not pilot.mocap(now + 5.0, [0, 0, 0], q), "from the future"
+    for bad in ([math.nan, 0, 0], [0, 0], [1e9, 0, 0]):
+        with pytest.raises(BackendError.__base__, match="mocap"):
+            pilot.mocap(time.monotonic(), bad, q)
+    with pytest.raises(BackendError.__base__, match="quaternion"):
+        pilot.mocap(time.monotonic(), [0, 0, 0], [2.0, 0, 0, 0])
+
+
+def test_stamps_of_the_state_are_on_our_clock(rigs):
+    rig = rigs("px4", pace=1.0).open()
+    assert wait_until(lambda: rig.pilot.status().rates["ATTITUDE_QUATERNION"] > 60.0), "more than PX4 sends unasked"
+    status, sample = rig.pilot.status(), rig.pilot.state()
+    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock, abs=0.02)
+    assert sample.attitude_time < time.monotonic()
+    assert status.wanted_rates["ATTITUDE_QUATERNION"] == 200.0
+
+
+def test_attitude_setpoints_need_a_thrust_curve_and_thrust(rigs):
+    rig = rigs("px4", {"thrust_curve": None}).open()
+    outcome = rig.pilot.engage()
+    assert outcome.status is OutcomeStatus.NOT_READY and "thrust curve" in outcome.message
+    with pytest.raises(BackendError, match="newtons"):
+        rig.pilot.setpoint(AttitudeSetpoint(10.0, np.zeros(3)))
+    other = rigs("ardupilot")
+    other.emulator.parameters["GUID_OPTIONS"] = 0
+    outcome = other.open().pilot.engage()
+    assert outcome.status is OutcomeStatus.NOT_READY and "GUID_OPTIONS" in outcome.message
+    assert other.emulator.brain.mode == 0, "nothing was asked of the autopilot"
+
+
+def test_setpoints_are_refused_while_the_vehicle_is_not_ours(rigs, flavour):
+    rig = rigs(flavour).open()
+    setpoint = AttitudeSetpoint(WEIGHT, np.zeros(3))
+    assert not rig.pilot.setpoint(setpoint)
+    assert rig.pilot.take_off(0.5).status is OutcomeStatus.NOT_READY
+    assert rig.pilot.hold().status is OutcomeStatus.CONTROL_LOST
+    assert not rig.pilot.request_landing()
+    assert rig.pilot.land().done, "disarmed on the ground: nothing to do"
+    with pytest.raises(BackendError, match="height"):
+        rig.pilot.take_off(1e3)
+
+
+def test_a_latched_hold_keeps_the_controller_out_until_it_is_released(hovering):
+    rig = hovering("px4")
+    setpoint = PositionSetpoint(rig.pilot.state().position.copy(), 0.0)
+    assert rig.pilot.setpoint(setpoint)
+    assert rig.pilot.hold(latch=True).done
+    assert not rig.pilot.setpoint(setpoint)
+    assert rig.pilot.status().source is Source.HOLD
+    rig.pilot.resume()
+    assert rig.pilot.setpoint(setpoint)
+
+
+def test_disarming_is_refused_in_the_air(hovering):
+    rig = hovering("px4")
+    assert rig.pilot.disarm().status is OutcomeStatus.REFUSED
+    assert rig.emulator.brain.armed
+
+
+def test_closing_in_the_air_lands_what_is_ours(rigs):
+    rig = rigs("ardupilot")
+    rig.emulator.start()
+    with pytest.raises(RuntimeError, match="controller"), rig.pilot as pilot:
+        assert wait_until(lambda: pilot.state().status is SampleStatus.FRESH)
+        assert pilot.engage().done and pilot.arm().done and pilot.take_off(0.3).done
+        raise RuntimeError("controller")
+    rig.pilot.stop()
+    assert wait_until(lambda: not rig.emulator.brain.armed)
+    assert rig.emulator.truth.on_ground
+    assert rig.pilot.state().status is not SampleStatus.FRESH
+
+
+def test_a_link_opens_once_at_a_time_and_again_after_it_was_closed(rigs):
+    rig = rigs("px4").open()
+    with pytest.raises(BackendError, match="open already"):
+        rig.pilot.open()
+    rig.pilot.stop()
+    rig.pilot.open()
+    assert wait_until(lambda: rig.pilot.state().status is SampleStatus.FRESH)
+
+
+def test_disarming_on_the_ground(rigs, flavour):
+    rig = rigs(flavour).open()
+    assert rig.pilot.engage().done and rig.pilot.arm().done and rig.pilot.disarm().done
+    assert not rig.emulator.brain.armed
+    assert rig.pilot.status().authority is Authority.NONE
+    assert wait_until(lambda: rig.pilot.state().landed is LandedState.ON_GROUND)
+
+
+def test_we_are_the_ground_station_whose_loss_the_autopilot_notices(rigs):
+    rig = rigs("px4").open()
+    assert wait_until(lambda: rig.emulator.protocol.received["HEARTBEAT"] >= 2)
+    assert rig.emulator.protocol.heartbeat_types == {(255, 190, 6)}
+    assert rig.emulator.protocol.station_heard > float("-inf")
+    rig.happens(EventKind.CONNECTED)

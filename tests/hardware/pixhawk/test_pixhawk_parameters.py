@@ -1,0 +1,126 @@
+"""Parameter check over real sockets: what it finds, that it only reads, and that it writes on request alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from pixhawk_rig import WEIGHT
+
+from doorman.exceptions import BackendError
+from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
+from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
+from doorman.hardware.pixhawk.parameter_rules import Severity, rules_for
+from doorman.hardware.pixhawk.parameters import read_parameters
+
+MOCAP = {"px4": PX4_MOCAP, "ardupilot": ARDUPILOT_MOCAP}
+COMPENSATED = ThrustCurve(0.4, WEIGHT, hover_voltage=15.6)
+
+
+def test_defaults_of_the_autopilots_are_found_wanting(rigs, flavour):
+    rig = rigs(flavour, {"mocap": True}).open()
+    for name in ("COM_OF_LOSS_T", "COM_OBL_RC_ACT") if flavour == "px4" else ("GUID_OPTIONS", "FS_GCS_ENABLE"):
+        rig.emulator.parameters[name] = 5.0 if name == "COM_OF_LOSS_T" else 0
+    findings = {finding.name: finding for finding in rig.pilot.check_parameters()}
+    wrong = ["COM_OF_LOSS_T", "COM_OBL_RC_ACT"] if flavour == "px4" else ["GUID_OPTIONS", "FS_GCS_ENABLE"]
+    for name in [*wrong, *MOCAP[flavour]]:
+        assert name in findings, name
+        assert findings[name].given is not None
+        text = str(findings[name])
+        assert text.startswith(name) and findings[name].wanted in text and findings[name].why in text
+    assert rig.emulator.parameters.writes == 0
+
+
+def test_a_set_up_as_it_should_be_has_no_findings(rigs, flavour):
+    rig = rigs(flavour, {"mocap": True}).open()
+    for name, value in MOCAP[flavour].items():
+        rig.emulator.parameters[name] = value
+    assert rig.pilot.check_parameters() == ()
+
+
+def test_parameters_are_written_only_on_request_and_then_read_back(rigs, flavour):
+    rig = rigs(flavour, {"mocap": True}).open()
+    with pytest.raises(BackendError, match="only on request"):
+        rig.pilot.fix_parameters()
+    assert rig.emulator.parameters.writes == 0
+    rig.pilot.stop()
+    rig.pilot = Autopilot(replace(rig.config, write_parameters=True))
+    rig.pilot.open()
+    written = rig.pilot.fix_parameters()
+    assert set(MOCAP[flavour]) <= set(written)
+    assert rig.emulator.parameters.writes == len(written)
+    for name, value in MOCAP[flavour].items():
+        assert rig.emulator.parameters[name] == pytest.approx(value)
+    assert rig.pilot.check_parameters() == ()
+
+
+def test_other_bits_of_an_option_stay_as_they_are(rigs):
+    rig = rigs("ardupilot", {"write_parameters": True})
+    rig.emulator.parameters["GUID_OPTIONS"] = 0b10001
+    assert rig.open().pilot.fix_parameters() == ("GUID_OPTIONS",)
+    assert rig.emulator.parameters["GUID_OPTIONS"] == 0b11001
+
+
+def test_a_parameter_that_does_not_answer_is_said_so(rigs):
+    rig = rigs("px4").open()
+    rig.emulator.parameters.remove("COM_OBL_RC_ACT")
+    (finding,) = rig.pilot.check_parameters()
+    assert finding.name == "COM_OBL_RC_ACT" and finding.given is None and "did not answer" in str(finding)
+
+
+def test_many_are_read_through_a_bad_link(rigs):
+    rig = rigs("px4").open()
+    rig.emulator.outgoing.loss = rig.emulator.incoming.loss = 0.15
+    names = rig.emulator.parameters.names
+    values = read_parameters(rig.pilot._link, names)
+    assert len(values) >= len(names) - 1
+    assert all(value == pytest.approx(rig.emulator.parameters[name]) for name, value in values.items())
+
+
+def test_names_that_cannot_travel_are_refused(rigs):
+    rig = rigs("px4").open()
+    for name in ("", "X" * 17, "ÄÖÜ"):
+        with pytest.raises(BackendError, match="not a parameter"):
+            read_parameters(rig.pilot._link, [name])
+
+
+def config(**settings) -> PixhawkConfig:
+    return PixhawkConfig(**{"connection": "udp:14540", **settings})
+
+
+def names(dialect, **settings) -> set[str]:
+    delay = settings.pop("delay", None)
+    return {rule.names[-1] for rule in rules_for(dialect, config(**settings), delay)}
+
+
+def test_rules_depend_on_the_set_up():
+    assert "EKF2_EV_CTRL" not in names(PX4) and "EKF2_EV_CTRL" in names(PX4, mocap=True)
+    assert "GUID_OPTIONS" in names(ARDUPILOT) and "GUID_OPTIONS" not in names(ARDUPILOT, setpoints="position")
+    assert "MC_BAT_SCALE_EN" not in names(PX4) and "MC_BAT_SCALE_EN" in names(PX4, thrust_curve=COMPENSATED)
+    assert "MOT_BAT_VOLT_MAX" in names(ARDUPILOT, thrust_curve=COMPENSATED)
+    assert "FS_GCS_ENABLE" not in names(ARDUPILOT, ground_station=False)
+    assert "VISO_DELAY_MS" not in names(ARDUPILOT, mocap=True)
+
+
+def test_the_measured_delay_of_the_poses_is_compared_where_stamps_do_not_carry_it():
+    (rule,) = (r for r in rules_for(ARDUPILOT, config(mocap=True), 0.05) if r.names == ("VISO_DELAY_MS",))
+    assert rule.accepts(45.0) and not rule.accepts(10.0)
+    (rule,) = (r for r in rules_for(PX4, config(mocap=True), 0.05) if r.names == ("EKF2_EV_DELAY",))
+    assert rule.accepts(0.0) and not rule.accepts(50.0)
+
+
+def test_the_ground_station_rule_follows_our_id():
+    (rule,) = (r for r in rules_for(ARDUPILOT, config(system_id=245)) if "SYSID_MYGCS" in r.names)
+    assert rule.accepts(245.0) and not rule.accepts(255.0)
+
+
+@pytest.mark.parametrize("dialect", [PX4, ARDUPILOT], ids=lambda dialect: dialect.name)
+def test_every_rule_accepts_what_it_would_write(dialect):
+    rules = rules_for(dialect, config(mocap=True, thrust_curve=COMPENSATED), 0.02)
+    assert len({rule.names for rule in rules}) == len(rules)
+    for rule in rules:
+        for given in (0.0, 3.0, 77.0, -1.0):
+            assert rule.value is not None and rule.accepts(rule.value(given)), rule.names
+        assert rule.why and rule.wanted and all(len(name) <= 16 for name in rule.names)
+        assert rule.severity in Severity

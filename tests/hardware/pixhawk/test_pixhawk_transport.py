@@ -1,0 +1,132 @@
+"""Lines of bytes on real sockets and a pseudo-terminal."""
+
+from __future__ import annotations
+
+import os
+import select
+import socket
+import tty
+
+import pytest
+from pixhawk_rig import free_port, wait_until
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.connection import parse_connection
+from doorman.hardware.pixhawk.transport import DeviceLost, open_line
+
+
+@pytest.fixture
+def opened():
+    lines = []
+
+    def open_one(text: str, timeout: float = 1.0):
+        lines.append(open_line(parse_connection(text), timeout))
+        return lines[-1]
+
+    yield open_one
+    for line in lines:
+        line.close()
+        line.close()
+
+
+def read(line, size: int) -> bytes:
+    data = b""
+
+    def look() -> bool:
+        nonlocal data
+        data += b"".join(piece for piece, _ in line.receive())
+        return len(data) >= size
+
+    assert wait_until(look)
+    return data
+
+
+def test_udp_listens_on_loopback_and_answers_its_peer(opened):
+    port = free_port()
+    line = opened(f"udp:{port}")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        other.settimeout(5.0)
+        assert not line.send(b"to nobody")
+        other.sendto(b"hello", ("127.0.0.1", port))
+        select.select([line], [], [], 5.0)
+        ((data, sender),) = line.receive()
+        assert (data, sender) == (b"hello", other.getsockname())
+        line.peer = sender
+        assert line.send(b"answer")
+        assert other.recv(100) == b"answer"
+
+
+def test_udp_calls_a_listener_and_survives_that_nobody_is_there(opened):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        other.settimeout(5.0)
+        line = opened(f"udpout:127.0.0.1:{other.getsockname()[1]}")
+        assert line.send(b"hello")
+        assert other.recv(100) == b"hello"
+    for _ in range(3):
+        line.send(b"gone")
+        assert line.receive() == []
+
+
+def test_tcp_sends_receives_and_notices_the_end(opened):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        line = opened(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        other, _ = server.accept()
+        with other:
+            assert line.send(b"hello")
+            assert other.recv(100) == b"hello"
+            other.sendall(b"answer")
+            assert read(line, 6) == b"answer"
+            assert line.receive() == []
+    select.select([line], [], [], 5.0)
+    with pytest.raises(DeviceLost):
+        line.receive()
+
+
+def test_a_stream_that_nobody_reads_is_given_up(opened):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        line = opened(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        with pytest.raises(DeviceLost, match="does not read"):
+            for _ in range(10_000):
+                line.send(bytes(10_000))
+
+
+def test_a_connection_that_nobody_takes_is_an_error_in_time(opened):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(BackendError, match="cannot be opened"):
+        opened(f"tcp:127.0.0.1:{port}")
+
+
+def test_a_port_that_is_taken_is_an_error(opened):
+    port = free_port()
+    opened(f"udp:{port}")
+    with pytest.raises(BackendError, match="cannot be opened"):
+        opened(f"udp:{port}")
+
+
+def test_a_serial_line_carries_all_bytes_both_ways_and_notices_that_it_is_unplugged(opened):
+    master, slave = os.openpty()
+    tty.setraw(master)
+    every = bytes(range(256))
+    try:
+        line = opened(f"serial:{os.ttyname(slave)}:57600")
+        os.close(slave)
+        assert line.receive() == []
+        os.write(master, every)
+        assert read(line, 256) == every
+        assert line.send(every)
+        select.select([master], [], [], 5.0)
+        assert os.read(master, 1000) == every
+    finally:
+        os.close(master)
+    with pytest.raises(DeviceLost):
+        for _ in range(3):
+            line.receive()
+            line.send(b"x")
+
+
+def test_a_missing_port_is_an_error(opened):
+    with pytest.raises(BackendError, match="cannot be opened"):
+        opened("/dev/no-such-port")
