@@ -166,7 +166,7 @@ def _foreign_models(types: Any) -> set[type]:
     """Model types from outside the package among numba's types, nested ones too."""
     types = getattr(types, "content", types)  # of a handle
     model = getattr(types, "instance_class", None)
-    if model in _sources:
+    if model is not None and model.__module__.partition(".")[0] != _PACKAGE.name:
         return {model}
     inner = types if isinstance(types, tuple) else getattr(types, "types", ())
     return set().union(*map(_foreign_models, inner))
@@ -177,6 +177,6 @@ def _digest_of(models: set[type]) -> str:
     digest = hashlib.sha256()
     for model in sorted(models, key=lambda model: (model.__module__, model.__qualname__)):
         digest.update(f"{model.__module__}.{model.__qualname__}".encode())
-        for source in sorted(_sources[model]):
+        for source in sorted(_sources.get(model, ())):
             digest.update(source.read_bytes() if source.is_file() else str(source).encode())
     return digest.hexdigest()[:16] if models else ""

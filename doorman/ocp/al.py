@@ -2,37 +2,56 @@
 
 from __future__ import annotations
 
+import time
+
 from doorman.ocp import augmented_lagrangian as kernels
+from doorman.ocp.careful import iterate_carefully
 from doorman.ocp.solution import PlanStatus, Solution
-from doorman.ocp.solver import Solver
+from doorman.ocp.solver import FAST_ITERATIONS, Solver
 from doorman.ocp.workspace import RESULT
+
+_STATUS = {
+    kernels.CONVERGED: PlanStatus.CONVERGED,
+    kernels.OUT_OF_ITERATIONS: PlanStatus.ITERATION_LIMIT,
+    kernels.STALLED: PlanStatus.STALLED,
+    kernels.FAILED: PlanStatus.DIVERGED,
+}
 
 
 class AugmentedLagrangian(Solver):
-    """Semismooth augmented Lagrangian with Riccati sweeps and a filter line search, see `augmented_lagrangian`.
+    """Semismooth augmented Lagrangian: fast iterations with a filter, then careful ones with a merit function.
 
     What it returns satisfies dynamics and constraints only as far as it has converged: a budget that ends early leaves defects
     and violations, and a status that forbids its use.
     """
 
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
-        result, iterations, code = self._work.result, 0, kernels.CONVERGED
-        violated = True
-        while violated and code == kernels.CONVERGED and iterations < max_iterations:
-            code = kernels.iterate(self._model, self._memory, max_iterations - iterations, deadline)
+        result = self._work.result
+        self._keep_guess()
+        code = kernels.iterate(self._model, self._memory, min(max_iterations, FAST_ITERATIONS), deadline)
+        iterations = int(result[RESULT.ITERATIONS])
+        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
+            self._guess_again()
+            code = iterate_carefully(self._model, self._memory, max_iterations - iterations, deadline)
             iterations += int(result[RESULT.ITERATIONS])
-            kernels.linearize(self._model, self._memory)
-            kernels.measure_nominal(self._memory)
-            violated = max(result[RESULT.VIOLATION], result[RESULT.DEFECT]) > self.options.feasibility
+        self._measure()
+        while code == kernels.CONVERGED and self._rough() and iterations < max_iterations:
+            kernels.iterate(self._model, self._memory, 1, deadline)
+            iterations += 1
+            self._measure()
         result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
-        status = {
-            kernels.CONVERGED: PlanStatus.CONVERGED,
-            kernels.OUT_OF_ITERATIONS: PlanStatus.ITERATION_LIMIT,
-            kernels.STALLED: PlanStatus.STALLED,
-            kernels.FAILED: PlanStatus.DIVERGED,
-        }[code]
-        return self._finish(status, iterations, started)
+        return self._finish(_STATUS[code], iterations, started)
+
+    def _measure(self) -> None:
+        kernels.linearize(self._model, self._memory)
+        kernels.measure_nominal(self._memory)
+
+    def _rough(self) -> bool:
+        """Whether the last step has left more than counts as feasible."""
+        result = self._work.result
+        return max(float(result[RESULT.VIOLATION]), float(result[RESULT.DEFECT])) > self.options.feasibility
 
     def _compile(self) -> None:
         super()._compile()
         kernels.iterate(self._model, self._memory, 1, 0.0)
+        iterate_carefully(self._model, self._memory, 1, 0.0)

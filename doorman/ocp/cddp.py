@@ -99,7 +99,6 @@ class Cddp(Solver):
                 work.program.active[code] = work.program.multipliers > threshold
             else:
                 work.program.active[code] = False  # no input is good enough: the rows of this node are passed over
-            backward_pass.eliminate_rows(self._memory)
             node, settled = code, True
 
     def _compile(self) -> None:
@@ -107,5 +106,4 @@ class Cddp(Solver):
         augmented_lagrangian.linearize(self._model, self._memory)
         terminal_value(self._model, self._memory)
         backward_pass.backward(self._model, self._memory, self.problem.horizon - 1, 0.0, True, False)
-        backward_pass.eliminate_rows(self._memory)
         guess.measure_again(self._memory)

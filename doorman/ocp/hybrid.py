@@ -12,19 +12,14 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp import augmented_lagrangian as kernels
 from doorman.ocp import guess
+from doorman.ocp.careful import iterate_carefully
 from doorman.ocp.cddp import Cddp
 from doorman.ocp.rollout import roll_out
 from doorman.ocp.solution import PlanStatus, Solution
-from doorman.ocp.solver import read_only
+from doorman.ocp.solver import FAST_ITERATIONS, read_only
 from doorman.ocp.workspace import RESULT, Workspace
 
 Array = NDArray[np.float64]
-
-_FIRST_ITERATIONS = 25
-"""Largest number of augmented Lagrangian iterations from the first guess,"""
-
-_ITERATIONS = 40
-"""and from another one, before CDDP goes on."""
 
 _ENOUGH = 0.003
 """A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost, or the active
@@ -46,12 +41,17 @@ class Hybrid(Cddp):
 
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
         result = self._work.result
+        self._keep_guess()
         straight = self._no_guess and bool(guess.choose_guess(self._model, self._memory))
-        code = self._iterate(min(max_iterations, _FIRST_ITERATIONS), deadline)
+        code = self._iterate(min(max_iterations, FAST_ITERATIONS), deadline)
         iterations = int(result[RESULT.ITERATIONS])
         if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
             self._guess_otherwise(straight)
-            code = self._iterate(min(max_iterations - iterations, _ITERATIONS), deadline)
+            code = self._iterate(min(max_iterations - iterations, FAST_ITERATIONS), deadline)
+            iterations += int(result[RESULT.ITERATIONS])
+        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
+            self._guess_again()
+            code = iterate_carefully(self._model, self._memory, max_iterations - iterations, deadline)
             iterations += int(result[RESULT.ITERATIONS])
         expected = kernels.nominal_cost(self._model, self._memory)
         if not self._start():
@@ -158,6 +158,7 @@ class Hybrid(Cddp):
 
     def _compile(self) -> None:
         super()._compile()
+        iterate_carefully(self._model, self._memory, 1, 0.0)
         kernels.iterate(self._model, self._memory, 1, 0.0)
         guess.choose_guess(self._model, self._memory)
         guess.accept_trial(self._memory)

@@ -24,6 +24,9 @@ Array = NDArray[np.float64]
 
 DEFAULT_ITERATIONS = 200
 
+FAST_ITERATIONS = 25
+"""Largest number of fast iterations from one guess, before another guess or the careful phase has its turn."""
+
 
 class Solver(ABC):
     """A solver of one problem. Its constructor compiles, or loads from the cache on disk; solving never does.
@@ -52,6 +55,7 @@ class Solver(ABC):
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time = 0.0
         self._no_guess = True
+        self._given = self._work.nominal.states.copy(), self._work.nominal.inputs.copy()
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
         self._compile()
@@ -143,6 +147,18 @@ class Solver(ABC):
         for array in work.trial:
             array[:] = np.nan  # so that what a failed rollout does not reach is not taken for its result
         work.trial.states[0] = state
+
+    def _keep_guess(self) -> None:
+        """Remember the guess for another try."""
+        np.copyto(self._given[0], self._work.nominal.states)
+        np.copyto(self._given[1], self._work.nominal.inputs)
+
+    def _guess_again(self) -> None:
+        """Begin again with the guess that was kept."""
+        for array in self._work.multipliers:
+            array[:] = 0.0
+        np.copyto(self._work.nominal.states, self._given[0])
+        np.copyto(self._work.nominal.inputs, self._given[1])
 
     def _evaluates(self, state: Array) -> bool:
         """Whether dynamics and constraints are finite at the start."""

@@ -156,7 +156,7 @@ def penalize_input(work: Workspace, k: int, penalty: float) -> None:
 def sweep(model: object, work: Workspace, penalty: float, regularization: float) -> bool:
     """Policy of every node with the penalties of the active set; False if a Q_uu is not positive definite."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    node, decrease = work.node, 0.0
+    node, decrease, costate = work.node, 0.0, 0.0
     terminal_value(model, work)
     afresh = True
     for k in range(work.nominal.inputs.shape[0] - 1, -1, -1):
@@ -170,7 +170,10 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float)
             return False
         for a in range(nu):
             decrease += node.rows[a, nx] * node.scaled[a, nx]
+        for i in range(nx):
+            costate = max(costate, abs(node.value[i, nx]))
     work.result[RESULT.DECREASE] = 0.5 * decrease
+    work.result[RESULT.COSTATE] = costate
     return bool(np.isfinite(decrease))
 
 

@@ -299,6 +299,8 @@ class Result(NamedTuple):
     """1 if a multiplier has reached its largest value."""
     SETTLED: int = 14
     """1 if the last step fits the active set that it was found with."""
+    COSTATE: int = 15
+    """Largest entry of V_x in the last sweep."""
 
 
 RESULT = Result()
