@@ -127,6 +127,7 @@ class Hybrid(Cddp):
             return PlanStatus.DIVERGED
         if code < -1:
             return PlanStatus.DIVERGED
+        self._raise_failure()
         guess.accept_trial(self._memory)
         if work.result[RESULT.VIOLATION] <= options.feasibility:
             return PlanStatus.ITERATION_LIMIT

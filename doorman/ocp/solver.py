@@ -60,6 +60,8 @@ class Solver(ABC):
         """Quadratic programs that ProxQP has solved so far."""
         self._compile()
         self._check_integrators()
+        self._forget_failures()
+        self._forget_failures()
 
     def solve(
         self,
@@ -95,11 +97,25 @@ class Solver(ABC):
             )  # fmt: skip
         x = vector(state, self.problem.nx, "state")
         self._rollout_time = 0.0
+        self._forget_failures()
         self._no_guess = inputs is None and states is None
         self._set_guess(x, inputs, states, multipliers)
-        if not self._evaluates(x):
-            return self._finish(PlanStatus.INVALID_STATE, 0, started)
-        return self._solve(started, max_iterations, started + time_limit)
+        if self._evaluates(x):
+            solution = self._solve(started, max_iterations, started + time_limit)
+        else:
+            solution = self._finish(PlanStatus.INVALID_STATE, 0, started)
+        self._raise_failure()
+        return solution
+
+    def _forget_failures(self) -> None:
+        """Forget what functions of the model have raised, if it keeps that: kernels let nothing through."""
+        if hasattr(self._model.content, "forget_failures"):
+            self._model.content.forget_failures()
+
+    def _raise_failure(self) -> None:
+        """Raise what a function of the model has raised meanwhile."""
+        if hasattr(self._model.content, "raise_failure"):
+            self._model.content.raise_failure()
 
     @abstractmethod
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
