@@ -129,14 +129,16 @@ def distribution_of(module: str) -> str:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "doorman").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_import_is_a_declared_dependency(path):
-    extras = {"simulation": ("sim",), "visualization": ("viz",)}.get(path.relative_to(ROOT / "doorman").parts[0], ())
+    extras = {"simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware",)}.get(
+        path.relative_to(ROOT / "doorman").parts[0], ()
+    )
     declared = requirements(*extras)
     for module in third_party_imports(path):
         assert distribution_of(module) in declared, f"{path} imports {module}"
 
 
 def test_every_import_of_the_tests_is_a_declared_dependency():
-    declared = requirements("sim", "viz", "test")
+    declared = requirements("sim", "viz", "hardware", "test")
     own = {path.stem for path in (ROOT / "tests").rglob("*.py")}
     for path in (ROOT / "tests").rglob("*.py"):
         for module in third_party_imports(path) - own:
@@ -149,10 +151,10 @@ def test_every_dependency_is_imported():
         own = {test.stem for test in (ROOT / "tests").rglob("*.py")}
         imported |= {distribution_of(module) for module in third_party_imports(path) - own}
     tools = {"pytest-cov", "ruff", "mypy", "import-linter", "example-robot-data"}
-    assert set(requirements("sim", "viz", "test")) - tools <= imported
+    assert set(requirements("sim", "viz", "hardware", "test")) - tools <= imported
 
 
-@pytest.mark.parametrize("requirement", requirements("sim", "viz", "test").values())
+@pytest.mark.parametrize("requirement", requirements("sim", "viz", "hardware", "test").values())
 def test_every_dependency_has_a_lower_bound_that_is_met(requirement):
     name, bound = re.fullmatch(r"([\w.-]+)>=([\d.]+)", requirement).groups()
     installed = importlib.metadata.version(name)
@@ -205,7 +207,15 @@ def test_make_demo_installs_and_opens_the_door():
 
 def test_make_test_installs_and_runs_every_check():
     text = recipe("test")
-    steps = ["-m venv venv", "[sim,viz,test]", "ruff check", "ruff format --check", "mypy", "lint-imports", "pytest"]
+    steps = [
+        "-m venv venv",
+        "[sim,viz,hardware,test]",
+        "ruff check",
+        "ruff format --check",
+        "mypy",
+        "lint-imports",
+        "pytest",
+    ]
     assert [text.index(step) for step in steps] == sorted(text.index(step) for step in steps)
 
 

@@ -12,26 +12,35 @@ with the hinge's torque :math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsi
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
-from doorman.dynamics.lagrangian_acceleration import (
-    LagrangianParameters,
-    body_accelerations,
-    force_on_tip,
-    sines_and_cosines,
-    tip_in_body,
+from doorman.dynamics.lagrangian_acceleration import LagrangianMemory, LagrangianParameters
+from doorman.dynamics.lagrangian_step import (
+    lagrangian_contact_force,
+    lagrangian_derivative,
+    lagrangian_linearize,
+    lagrangian_step,
+    lagrangian_step_jacobian,
 )
-from doorman.dynamics.lagrangian_step import lagrangian_derivative, lagrangian_step, lagrangian_step_jacobian
 from doorman.exceptions import SingularityError, SolverError
 from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicle import GRAVITY
+from doorman.numba_types.handles import Handle
 
-__all__ = ["LagrangianModel", "LagrangianParameters", "lagrangian_step", "lagrangian_step_jacobian"]
+__all__ = [
+    "LagrangianMemory",
+    "LagrangianModel",
+    "LagrangianParameters",
+    "lagrangian_linearize",
+    "lagrangian_step",
+    "lagrangian_step_jacobian",
+]
 
 Array = NDArray[np.float64]
 
@@ -73,7 +82,7 @@ class LagrangianModel:
         self.nu = 4 + self.n_arm
         posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
         self.vehicle_inertia = coupling.vehicle.inertia(posture)
-        self._parameters = self.parameters()
+        self._parameters: Any = Handle(self.parameters())
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
@@ -143,11 +152,10 @@ class LagrangianModel:
         Returns:
             Shape (3,), world frame [N].
         """
-        x, u, p = self.check_state(state), vector(inputs, self.nu, "inputs"), self._parameters
-        angles, tip = sines_and_cosines(x), tip_in_body(p, x)
-        body_accelerations(p, angles, x, u, tip)
-        on_tip = force_on_tip(p, angles, x, u[0], tip, p.accelerations)
-        return np.asarray(-rotation_body_to_world(x[:3]) @ np.array(on_tip))
+        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
+        on_tip = np.empty(3)
+        lagrangian_contact_force(self._parameters, x, u, on_tip)
+        return np.asarray(-rotation_body_to_world(x[:3]) @ on_tip)
 
     def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         """Time derivative of the state.
@@ -209,12 +217,12 @@ class LagrangianModel:
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
 
     def parameters(self, disturbance: float | None = None) -> LagrangianParameters:
-        """Fresh parameters of the kernels, with their own scratch memory.
+        """Fresh parameters of the kernels, with their own memory.
 
         Args:
             disturbance: Further torque in the sense of damping [N m]; by default the model's own.
         """
-        door, vehicle, n = self.coupling.door, self.coupling.vehicle, self.n_arm
+        door, vehicle = self.coupling.door, self.coupling.vehicle
         return LagrangianParameters(
             time_step=self.time_step,
             mass=vehicle.mass,
@@ -228,11 +236,21 @@ class LagrangianModel:
             stiffness=door.stiffness,
             rest_angle=door.rest_angle,
             disturbance=self.disturbance if disturbance is None else disturbance,
-            arm=ArmParameters.of(vehicle.arm),
-            mass_matrix=np.zeros((4, 4)),
-            accelerations=np.zeros((4, 1)),
-            partials=np.zeros((4, 15)),
-            stage=np.zeros((2, self.nx)),
-            stage_jacobian=np.zeros((4, 12 + n)),
-            sensitivity=np.zeros((3, 8, self.nx + self.nu)),
+            memory=self.memory(),
+        )
+
+    def memory(self, lanes: int = 0) -> LagrangianMemory:
+        """Fresh memory of the kernels.
+
+        Args:
+            lanes: States side by side; 0 for one, without a further axis.
+        """
+        n, side = self.n_arm, (lanes,) if lanes else ()
+        return LagrangianMemory(
+            arm=ArmParameters.of(self.coupling.vehicle.arm, lanes),
+            angles=np.zeros((n, *side)),
+            jacobian=np.zeros((4, 4, 12 + n, *side)),
+            rates=np.zeros((5, 3, *side)),
+            changes=np.zeros((12 + n, 2, 4, *side)),
+            entries=np.zeros((8, 13 + 2 * n, *side)),
         )

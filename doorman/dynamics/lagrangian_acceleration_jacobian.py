@@ -7,151 +7,217 @@ The equations of motion are a residual :math:`g(z, \dot\nu) = 0`, linear in :mat
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.dynamics.lagrangian_acceleration import (
-    Angles,
+    Directions,
+    LagrangianMemory,
     LagrangianParameters,
+    MassFactors,
+    Number,
+    Vector,
     body_accelerations,
-    body_rates,
-    directions_in_body,
-    euler_accelerations,
+    directions,
     euler_map,
     euler_map_inverse,
+    euler_map_slopes,
     force_on_tip,
+    mass_factors,
     rate_bias,
-    sines_and_cosines,
-    substitute,
-    tip_in_body,
+    solve_mass,
 )
 from doorman.kinematics.arm import point_derivative
-from doorman.kinematics.vectors import Vector, combine, cross, dot, scale, transform, unit
+from doorman.kinematics.vectors import combine, cross, dot, scale, transform
+from doorman.numba_types.lanes import get, put, tanh
 
 Array = NDArray[np.float64]
 
 
-@kernel
-def put(p: LagrangianParameters, column: int, tangent: Vector, tip: Vector, force: Vector, rest: Vector) -> None:
-    """Column of −∂g from ∂w in `force` and what is left of the rotational rows in `rest`."""
-    moment = cross(tip, force)
-    for i in range(3):
-        p.partials[i, column] = moment[i] + rest[i]
-    p.partials[3, column] = -p.distance_from_hinge * dot(tangent, force)
+class Stage(NamedTuple):
+    """Motion at one stage, with its accelerations."""
+
+    angles: Directions
+    factors: MassFactors
+    tip: Vector
+    euler_rates: Vector
+    rates: Vector
+    """Ω."""
+    door_rate: Number
+    force: Vector
+    """w."""
+    turning: Vector
+    """Ω̇."""
+    swinging: Number
+    """α̈."""
+    euler_accelerations: Vector
+    """Φ̈."""
 
 
 @kernel
-def put_configuration(p: LagrangianParameters, angles: Angles, x: Array, tip: Vector, force: Vector) -> None:
-    """Columns of Φ (at fixed Ω) and α: the door's directions turn in the body, and the vertical with them."""
-    leaf, tangent, vertical = directions_in_body(angles)
-    reach, mass = p.distance_from_hinge, p.mass
-    rate, acceleration = x[7], p.accelerations[3, 0]
-    zero = (0.0, 0.0, 0.0)
-    turning = combine(reach * acceleration, tangent, -reach * rate * rate, leaf)
-    turning = combine(mass, turning, mass * p.gravity, vertical)
+def stage_motion(p: LagrangianParameters, q: Any, v: Any, inputs: Any, tip: Vector) -> Stage:
+    """Everything that the derivatives need, at q, q̇ = v, [f_t, T] and d."""
+    angles = directions(q[0], q[1], q[3] - q[2])
+    factors = mass_factors(p, angles.tangent, tip)
+    euler_rates = (v[0], v[1], v[2])
+    rates = euler_map(angles, euler_rates)
+    turning, swinging = body_accelerations(p, angles, factors, tip, rates, (q[3], v[3]), inputs)
+    force = force_on_tip(p, angles, rates, v[3], inputs[0], tip, turning, swinging)
+    accelerations = euler_map_inverse(angles, combine(1.0, turning, -1.0, rate_bias(angles, euler_rates)))
+    return Stage(angles, factors, tip, euler_rates, rates, v[3], force, turning, swinging, accelerations)
+
+
+@kernel
+def put_vector(row: Array, v: Vector) -> None:
+    """Write three numbers to the first places of a row."""
+    put(row, 0, v[0])
+    put(row, 1, v[1])
+    put(row, 2, v[2])
+
+
+@kernel
+def get_vector(row: Array, lanes: Any) -> Vector:
+    """The first three numbers of a row."""
+    return get(row, 0, lanes), get(row, 1, lanes), get(row, 2, lanes)
+
+
+@kernel
+def put_change(memory: LagrangianMemory, column: int, moment: Vector, torque: Number) -> None:
+    """−∂g of one column: moment on the vehicle, torque in the hinge."""
+    put_vector(memory.changes[column, 0], moment)
+    put(memory.changes, (column, 0, 3), torque)
+
+
+@kernel
+def from_force(p: LagrangianParameters, s: Stage, force: Vector) -> tuple[Vector, Number]:
+    """Moment and torque from a change ∂w of the force."""
+    return cross(s.tip, force), -p.distance_from_hinge * dot(s.angles.tangent, force)
+
+
+@kernel
+def from_rates(p: LagrangianParameters, s: Stage, change: Vector) -> tuple[Vector, Number]:
+    """Moment and torque from a change of Ω."""
+    swirl = combine(1.0, cross(change, cross(s.rates, s.tip)), 1.0, cross(s.rates, cross(change, s.tip)))
+    moment, torque = from_force(p, s, scale(-p.mass, swirl))
+    gyroscopic = combine(
+        1.0, cross(change, transform(p.inertia, s.rates)), 1.0, cross(s.rates, transform(p.inertia, change))
+    )
+    return combine(1.0, moment, -1.0, gyroscopic), torque
+
+
+@kernel
+def from_turn(p: LagrangianParameters, s: Stage, turn: Vector) -> tuple[Vector, Number]:
+    """Moment and torque from a small turn of the body at fixed Ω: the door's directions and the vertical turn in it."""
+    reach = p.distance_from_hinge
+    seen = combine(reach * s.swinging, s.angles.tangent, -reach * s.door_rate * s.door_rate, s.angles.leaf)
+    seen = combine(p.mass, seen, p.mass * p.gravity, s.angles.vertical)
+    moment, torque = from_force(p, s, cross(seen, turn))
+    return moment, torque - reach * dot(cross(s.angles.tangent, turn), s.force)
+
+
+@kernel
+def prepare_attitude(memory: LagrangianMemory, s: Stage) -> None:
+    """What a change of Φ̇ or Φ makes of Ω, into `memory.rates`, and of W⁻¹Φ̈ + bias, into the second half of `memory.changes`.
+
+    Rows of `memory.rates`: W⁻¹'s columns (by φ̇, θ̇ and ψ̇), then the slopes of Ω = W⁻¹Φ̇ by φ and θ.
+    """
+    (sr, cr), (sp, cp) = s.angles.roll, s.angles.pitch
+    a, b, c = s.euler_rates
+    none = 0.0 * a
+    rates, lost = memory.rates, memory.changes
+    put_vector(rates[0], (none + 1.0, none, none))
+    put_vector(rates[1], (none, cr, -sr))
+    put_vector(rates[2], (-sp, sr * cp, cr * cp))
+    by_roll, by_pitch = euler_map_slopes(s.angles, s.euler_rates)
+    put_vector(rates[3], by_roll)
+    put_vector(rates[4], by_pitch)
+    bias = rate_bias(s.angles, s.euler_rates)
+    lost_roll, lost_pitch = euler_map_slopes(s.angles, s.euler_accelerations)
+    bias_by_pitch = (sp * b * c, -cr * sp * a * c - sr * cp * b * c, sr * sp * a * c - cr * cp * b * c)
+    put_vector(lost[0, 1], combine(1.0, lost_roll, 1.0, (none, bias[2], -bias[1])))
+    put_vector(lost[1, 1], combine(1.0, lost_pitch, 1.0, bias_by_pitch))
+    put_vector(lost[4, 1], (none, -sr * b + cr * cp * c, -cr * b - sr * cp * c))
+    put_vector(lost[5, 1], (-cp * c, -sr * a - sr * sp * c, -cr * a - cr * sp * c))
+    put_vector(lost[6, 1], (-cp * b, cr * cp * a - sr * sp * b, -sr * cp * a - cr * sp * b))
+
+
+@kernel
+def change_attitude(p: LagrangianParameters, memory: LagrangianMemory, s: Stage) -> None:
+    """Columns of φ, θ and Φ̇."""
+    lanes = memory.arm.lanes
+    for j in range(5):
+        moment, torque = from_rates(p, s, get_vector(memory.rates[j], lanes))
+        put_change(memory, 4 + j if j < 3 else j - 3, moment, torque)
+    for j in range(2):
+        moment, torque = from_turn(p, s, get_vector(memory.rates[j], lanes))
+        moment = combine(1.0, moment, 1.0, get_vector(memory.changes[j, 0], lanes))
+        put_change(memory, j, moment, torque + get(memory.changes, (j, 0, 3), lanes))
+
+
+@kernel
+def change_door(p: LagrangianParameters, memory: LagrangianMemory, s: Stage) -> None:
+    """Columns of ψ and α, opposite but for the spring, and of α̇."""
+    reach, leaf, rate = p.distance_from_hinge, s.angles.leaf, s.door_rate
+    swing = combine(-p.mass * reach * s.swinging, leaf, -p.mass * reach * rate * rate, s.angles.tangent)
+    moment, torque = from_force(p, s, swing)
+    torque = torque + reach * dot(leaf, s.force)
+    put_change(memory, 2, scale(-1.0, moment), -torque)
+    put_change(memory, 3, moment, torque - p.stiffness)
+    moment, torque = from_force(p, s, scale(-2.0 * p.mass * reach * rate, leaf))
+    torque = torque - p.damping
+    if p.friction > 0.0:
+        slip = tanh(rate / p.friction_rate)
+        torque = torque - p.friction * (1.0 - slip * slip) / p.friction_rate
+    put_change(memory, 7, moment, torque)
+
+
+@kernel
+def change_arm_and_inputs(p: LagrangianParameters, memory: LagrangianMemory, s: Stage) -> None:
+    """Columns of H, f_t and T."""
+    n, tip = memory.arm.joints.shape[0], memory.arm.points.shape[0] - 1
+    none = 0.0 * s.door_rate
+    for j in range(n):
+        moved = point_derivative(memory.arm, tip, j)
+        swirl = combine(1.0, cross(s.turning, moved), 1.0, cross(s.rates, cross(s.rates, moved)))
+        moment, torque = from_force(p, s, scale(-p.mass, swirl))
+        put_change(memory, 8 + j, combine(1.0, moment, 1.0, cross(moved, s.force)), torque)
+    moment, torque = from_force(p, s, (none, none, none - 1.0))
+    put_change(memory, 8 + n, moment, torque)
     for j in range(3):
-        turn = euler_map(angles, unit(j))[0]
-        put(p, j, tangent, tip, cross(turning, turn), zero)
-        p.partials[3, j] -= reach * dot(cross(tangent, turn), force)
-    swing = combine(-mass * reach * acceleration, leaf, -mass * reach * rate * rate, tangent)
-    put(p, 3, tangent, tip, swing, zero)
-    p.partials[3, 3] += reach * dot(leaf, force) - p.stiffness
+        put(memory.changes, (9 + n + j, 0, j), none + 1.0)  # its other places stay zero
 
 
 @kernel
-def put_velocities(p: LagrangianParameters, angles: Angles, x: Array, tip: Vector) -> None:
-    """Columns of Ω and α̇."""
-    leaf, tangent, _ = directions_in_body(angles)
-    rates = body_rates(angles, x)
-    momentum = transform(p.inertia, rates)
-    for j in range(3):
-        axis = unit(j)
-        swirl = combine(1.0, cross(axis, cross(rates, tip)), 1.0, cross(rates, cross(axis, tip)))
-        gyroscopic = combine(-1.0, cross(axis, momentum), -1.0, cross(rates, transform(p.inertia, axis)))
-        put(p, 4 + j, tangent, tip, scale(-p.mass, swirl), gyroscopic)
-    swing = -2.0 * p.mass * p.distance_from_hinge * x[7]
-    put(p, 7, tangent, tip, scale(swing, leaf), (0.0, 0.0, 0.0))
-    slip = np.tanh(x[7] / p.friction_rate)
-    p.partials[3, 7] -= p.damping + p.friction * (1.0 - slip * slip) / p.friction_rate
+def solve_changes(memory: LagrangianMemory, s: Stage, level: int) -> None:
+    """Jacobian of q̈ at a stage from the columns of changes."""
+    changes, jacobian, lanes = memory.changes, memory.jacobian, memory.arm.lanes
+    for column in range(changes.shape[0]):
+        moment, torque = get_vector(changes[column, 0], lanes), get(changes, (column, 0, 3), lanes)
+        turning, swinging = solve_mass(s.factors, moment, torque)
+        turning = combine(1.0, turning, -1.0, get_vector(changes[column, 1], lanes))
+        x, y, z = euler_map_inverse(s.angles, turning)
+        put(jacobian, (level, 0, column), x)
+        put(jacobian, (level, 1, column), y)
+        put(jacobian, (level, 2, column), z)
+        put(jacobian, (level, 3, column), swinging)
 
 
 @kernel
-def put_tip_and_inputs(p: LagrangianParameters, angles: Angles, x: Array, tip: Vector, force: Vector) -> None:
-    """Columns of d, f_t and T."""
-    tangent = directions_in_body(angles)[1]
-    rates = body_rates(angles, x)
-    turning = (p.accelerations[0, 0], p.accelerations[1, 0], p.accelerations[2, 0])
-    zero = (0.0, 0.0, 0.0)
-    for j in range(3):
-        axis = unit(j)
-        swirl = combine(1.0, cross(turning, axis), 1.0, cross(rates, cross(rates, axis)))
-        put(p, 8 + j, tangent, tip, scale(-p.mass, swirl), cross(axis, force))
-        put(p, 12 + j, tangent, tip, zero, axis)
-    put(p, 11, tangent, tip, (0.0, 0.0, -1.0), zero)
+def lagrangian_accelerations_jacobian(
+    p: LagrangianParameters, memory: LagrangianMemory, level: int, q: Any, v: Any, inputs: Any, tip: Vector
+) -> tuple[Number, Number, Number, Number]:
+    """Accelerations q̈; their Jacobian by [x, f_t, T] goes to `memory.jacobian[level]`.
 
-
-@kernel
-def chain_to_euler(p: LagrangianParameters, angles: Angles, x: Array, jacobian: Array) -> None:
-    """Derivatives of ν̇ in `p.partials` to those of [Ω̇ − bias, α̈] by [Φ, α, Φ̇, α̇, H, f_t, T], Ω and d eliminated."""
-    n, tip = p.arm.joints.shape[0], p.arm.points.shape[0] - 1
-    _, by_roll, by_pitch = euler_map(angles, (x[4], x[5], x[6]))
-    for i in range(4):
-        row = p.partials[i]
-        of_rates = (row[4], row[5], row[6])
-        of_tip = (row[8], row[9], row[10])
-        jacobian[i, 0] = row[0] + dot(of_rates, by_roll)
-        jacobian[i, 1] = row[1] + dot(of_rates, by_pitch)
-        jacobian[i, 2], jacobian[i, 3], jacobian[i, 7] = row[2], row[3], row[7]
-        for j in range(3):
-            jacobian[i, 4 + j] = dot(of_rates, euler_map(angles, unit(j))[0])
-        for j in range(n):
-            jacobian[i, 8 + j] = dot(of_tip, point_derivative(p.arm, tip, j))
-        for j in range(4):
-            jacobian[i, 8 + n + j] = row[11 + j]
-
-
-@kernel
-def subtract_bias(angles: Angles, x: Array, jacobian: Array) -> None:
-    """Take the derivatives of the bias of Ω̇ = W⁻¹Φ̈ + bias, a quadratic form of Φ̇, off the rotational rows."""
-    a, b, c = x[4], x[5], x[6]
-    sr, cr, sp, cp, _, _ = angles
-    bias = rate_bias(angles, x)
-    jacobian[1, 0] -= bias[2]
-    jacobian[2, 0] += bias[1]
-    jacobian[0, 1] -= sp * b * c
-    jacobian[1, 1] += cr * sp * a * c + sr * cp * b * c
-    jacobian[2, 1] -= sr * sp * a * c - cr * cp * b * c
-    jacobian[1, 4] -= -sr * b + cr * cp * c
-    jacobian[2, 4] -= -cr * b - sr * cp * c
-    jacobian[0, 5] += cp * c
-    jacobian[1, 5] += sr * a + sr * sp * c
-    jacobian[2, 5] += cr * a + cr * sp * c
-    jacobian[0, 6] += cp * b
-    jacobian[1, 6] -= cr * cp * a - sr * sp * b
-    jacobian[2, 6] += sr * cp * a + cr * sp * b
-
-
-@kernel
-def lagrangian_accelerations_jacobian(p: LagrangianParameters, x: Array, u: Array, jacobian: Array) -> None:
-    """q̈ into `p.accelerations` and its Jacobian by [x, f_t, T] into `jacobian` (4, 12 + n)."""
-    angles = sines_and_cosines(x)
-    tip = tip_in_body(p, x)
-    body_accelerations(p, angles, x, u, tip)
-    force = force_on_tip(p, angles, x, u[0], tip, p.accelerations)
-    put_configuration(p, angles, x, tip, force)
-    put_velocities(p, angles, x, tip)
-    put_tip_and_inputs(p, angles, x, tip, force)
-    substitute(p.mass_matrix, p.partials)
-    chain_to_euler(p, angles, x, jacobian)
-    subtract_bias(angles, x, jacobian)
-    euler_accelerations(p, angles, x)
-    q = p.accelerations
-    _, by_roll, by_pitch = euler_map(angles, (q[0, 0], q[1, 0], q[2, 0]))
-    for i in range(3):
-        jacobian[i, 0] -= by_roll[i]
-        jacobian[i, 1] -= by_pitch[i]
-    for j in range(jacobian.shape[1]):
-        value = euler_map_inverse(angles, (jacobian[0, j], jacobian[1, j], jacobian[2, j]))
-        for i in range(3):
-            jacobian[i, j] = value[i]
+    The arm in `memory` has the joints of this posture.
+    """
+    s = stage_motion(p, q, v, inputs, tip)
+    prepare_attitude(memory, s)
+    change_attitude(p, memory, s)
+    change_door(p, memory, s)
+    change_arm_and_inputs(p, memory, s)
+    solve_changes(memory, s, level)
+    x, y, z = s.euler_accelerations
+    return x, y, z, s.swinging

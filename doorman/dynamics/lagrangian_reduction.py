@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.dynamics.lagrangian_acceleration import body_rates, sines_and_cosines
+from doorman.dynamics.lagrangian_acceleration import directions, euler_map
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,8 @@ def reduce_trajectory(states: Array, inputs: Array, reduced_states: Array, reduc
     for k in range(states.shape[0]):
         reduce_state(states[k], reduced_states[k])
     for k in range(inputs.shape[0]):
-        rates = body_rates(sines_and_cosines(states[k]), states[k])
+        x = states[k]
+        rates = euler_map(directions(x[0], x[1], x[3] - x[2]), (x[4], x[5], x[6]))
         for i in range(inputs.shape[1]):
             reduced_inputs[k, i] = inputs[k, i]
         for i in range(3):

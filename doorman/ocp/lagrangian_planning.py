@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from doorman.dynamics.lagrangian_reduction import reduce_trajectory
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
+from doorman.numba_types.handles import Handle
 from doorman.ocp.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
 from doorman.ocp.problem import Problem
 
@@ -66,7 +68,7 @@ class LagrangianPlanning:
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The full dynamics themselves, see `PlanningModel`."""
-        parameters = self.dynamics.parameters(disturbance)._replace(friction=0.0)
+        parameters: Any = Handle(self.dynamics.parameters(disturbance)._replace(friction=0.0))
 
         def step(state: Array, inputs: Array) -> Array:
             following = np.empty_like(state)

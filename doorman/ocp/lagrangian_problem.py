@@ -20,12 +20,19 @@ from doorman.collision.constraints import (
     collision_constraints_jacobian,
 )
 from doorman.compilation import kernel
-from doorman.dynamics.lagrangian import LagrangianModel, LagrangianParameters, lagrangian_step, lagrangian_step_jacobian
+from doorman.dynamics.lagrangian import (
+    LagrangianMemory,
+    LagrangianModel,
+    LagrangianParameters,
+    lagrangian_linearize,
+    lagrangian_step,
+)
 from doorman.dynamics.lagrangian_reduction import reduce_state
 from doorman.model import Model
+from doorman.numba_types.lanes import get, put, sincos
 from doorman.ocp import functions
 from doorman.ocp.costs import QuadraticCost
-from doorman.ocp.limits import lagrangian_bounds
+from doorman.ocp.limits import lagrangian_bounds, least_cosine
 from doorman.ocp.problem import Problem
 from doorman.ocp.weights import chosen_weights
 
@@ -34,17 +41,56 @@ Array = NDArray[np.float64]
 _STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 5.0, 5.0, 13.5, 8.0)
 _INPUT_WEIGHTS = (0.1, 0.1, 0.1, 0.1)
 
+LANES = 8
+"""Nodes that are linearised side by side."""
+
 
 class LagrangianDoorModel(NamedTuple):
-    """Parameters of the problem's kernels."""
+    """Parameters and memory of the problem's kernels. Rows: the collision constraints, then the tilt."""
 
     dynamics: LagrangianParameters
+    memory_lanes: LagrangianMemory
+    """Of the dynamics, for nodes side by side."""
     collision: ConstraintParameters
+    collision_lanes: ConstraintParameters
     margin: float
+    """Added to the collision constraints [m]."""
+    least_cosine: float
+    """Of the angle between the body's z axis and the world's."""
     reduced: Array
-    """Scratch: [Φ, α, α̇, H], of which the constraints are functions, shape (5 + n,)."""
+    """[Φ, α, α̇, H], of which the constraints are functions, (5 + n,)."""
     slopes: Array
-    """Scratch: their Jacobian by it, shape (nh, 5 + n)."""
+    """Their Jacobian by it, (nh, 5 + n)."""
+    state_lanes: Array
+    """(nx, LANES)."""
+    input_lanes: Array
+    """(nu, LANES)."""
+    entry_lanes: Array
+    """The next [q, q̇] and its Jacobian, (8, 13 + 2n, LANES)."""
+    row_lanes: Array
+    """(nh, LANES)."""
+    slope_lanes: Array
+    """(nh, 5 + n, LANES)."""
+
+    @classmethod
+    def of(cls, model: Model, disturbance: float) -> LagrangianDoorModel:
+        """Parameters of a scenario's model."""
+        dynamics, nh, n = lagrangian_model(model), model.n_constraints + 1, model.n_arm
+        return cls(
+            dynamics=dynamics.parameters(disturbance),
+            memory_lanes=dynamics.memory(LANES),
+            collision=model.constraint_parameters(),
+            collision_lanes=model.constraint_parameters(LANES),
+            margin=model.scenario.planner.margin,
+            least_cosine=least_cosine(model),
+            reduced=np.zeros(model.nx),
+            slopes=np.zeros((nh, model.nx)),
+            state_lanes=np.zeros((8 + n, LANES)),
+            input_lanes=np.zeros((4 + n, LANES)),
+            entry_lanes=np.zeros((8, 13 + 2 * n, LANES)),
+            row_lanes=np.zeros((nh, LANES)),
+            slope_lanes=np.zeros((nh, model.nx, LANES)),
+        )
 
 
 @functions.implement(functions.step, LagrangianDoorModel)
@@ -56,7 +102,21 @@ def _step(model: LagrangianDoorModel, x: Array, u: Array, out: Array) -> None:
 @functions.implement(functions.linearize_step, LagrangianDoorModel)
 @kernel
 def _linearize_step(model: LagrangianDoorModel, x: Array, u: Array, out: Array) -> None:
-    lagrangian_step_jacobian(model.dynamics, x, u, out)
+    """The same node in every lane: as fast as one alone, and the kernels for lanes are compiled anyway."""
+    nx, entries = x.shape[0], model.entry_lanes
+    for side in range(LANES):
+        for i in range(nx):
+            model.state_lanes[i, side] = x[i]
+        for i in range(u.shape[0]):
+            model.input_lanes[i, side] = u[i]
+    lagrangian_linearize(model.dynamics, model.memory_lanes, model.state_lanes, model.input_lanes, entries)
+    out[:, :] = 0.0
+    for i in range(8):
+        for j in range(entries.shape[1] - 1):
+            out[i, j] = entries[i, 1 + j, 0]
+    for i in range(8, nx):
+        out[i, i] = 1.0
+        out[i, nx + i - 4] = model.dynamics.time_step
 
 
 @functions.implement(functions.constrain, LagrangianDoorModel)
@@ -64,23 +124,109 @@ def _linearize_step(model: LagrangianDoorModel, x: Array, u: Array, out: Array) 
 def _constrain(model: LagrangianDoorModel, x: Array, h: Array) -> None:
     reduce_state(x, model.reduced)
     collision_constraints(model.collision, model.reduced, h)
-    for i in range(h.shape[0]):
+    last = h.shape[0] - 1
+    for i in range(last):
         h[i] += model.margin
+    _, cr = sincos(x[0])
+    _, cp = sincos(x[1])
+    h[last] = model.least_cosine - cr * cp
 
 
 @functions.implement(functions.linearize_constraints, LagrangianDoorModel)
 @kernel
 def _linearize_constraints(model: LagrangianDoorModel, x: Array, h: Array, jacobian: Array) -> None:
-    slopes = model.slopes
+    slopes, last = model.slopes, h.shape[0] - 1
     reduce_state(x, model.reduced)
     collision_constraints_jacobian(model.collision, model.reduced, h, slopes)
+    sr, cr = sincos(x[0])
+    sp, cp = sincos(x[1])
+    h[last] = model.least_cosine - cr * cp
+    slopes[last, 0], slopes[last, 1] = sr * cp, cr * sp
     for i in range(h.shape[0]):
-        h[i] += model.margin
+        h[i] += model.margin if i < last else 0.0
         for j in range(4):
             jacobian[i, j] = slopes[i, j]
             jacobian[i, 4 + j] = 0.0
         for j in range(8, x.shape[0]):
             jacobian[i, j] = slopes[i, j - 3]
+
+
+@kernel
+def _gather(rows: Array, first: int, lanes: Array) -> None:
+    """Rows from `first` on into lanes; the last one again where there are no more."""
+    last = rows.shape[0] - 1
+    for side in range(LANES):
+        k = min(first + side, last)
+        for i in range(rows.shape[1]):
+            lanes[i, side] = rows[k, i]
+
+
+@kernel
+def _gather_reduced(states: Array, first: int, lanes: Array) -> None:
+    """The same, reduced."""
+    last = states.shape[0] - 1
+    for side in range(LANES):
+        k = min(first + side, last)
+        for i in range(lanes.shape[0]):
+            lanes[i, side] = states[k, i if i < 4 else i + 3]
+
+
+@functions.implement(functions.linearize_horizon, LagrangianDoorModel)
+@kernel
+def _linearize_horizon(
+    model: LagrangianDoorModel, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
+) -> None:
+    n, nx, nu, nh = inputs.shape[0], states.shape[1], inputs.shape[1], rows.shape[1]
+    lanes, entries, h = model.collision_lanes.arm.lanes, model.entry_lanes, model.dynamics.time_step
+    values, slopes, last, reduced = model.row_lanes, model.slope_lanes, nh - 1, model.state_lanes[: nx - 3]
+    for first in range(0, n, LANES):
+        _gather(states[:n], first, model.state_lanes)
+        _gather(inputs, first, model.input_lanes)
+        lagrangian_linearize(model.dynamics, model.memory_lanes, model.state_lanes, model.input_lanes, entries)
+        for side in range(min(LANES, n - first)):
+            k = first + side
+            for i in range(8):
+                jacobians[k, i, nx] = entries[i, 0, side] - states[k + 1, i]
+                for j in range(nx):
+                    jacobians[k, i, j] = entries[i, 1 + j, side]
+                for j in range(nu):
+                    jacobians[k, i, nx + 1 + j] = entries[i, 1 + nx + j, side]
+            for i in range(8, nx):
+                jacobians[k, i, i] = 1.0
+                jacobians[k, i, nx + i - 3] = h
+                jacobians[k, i, nx] = states[k, i] + h * inputs[k, i - 4] - states[k + 1, i]
+        _gather_reduced(states[1:], first, reduced)
+        collision_constraints_jacobian(model.collision_lanes, reduced, values, slopes)
+        sr, cr = sincos(get(reduced, 0, lanes))
+        sp, cp = sincos(get(reduced, 1, lanes))
+        put(values, last, model.least_cosine - cr * cp)
+        put(slopes, (last, 0), sr * cp)
+        put(slopes, (last, 1), cr * sp)
+        for side in range(min(LANES, n - first)):
+            k = first + side
+            for i in range(nh):
+                rows[k, i] = values[i, side] + (model.margin if i < last else 0.0)
+                for j in range(4):
+                    row_jacobians[k, i, j] = slopes[i, j, side]
+                for j in range(8, nx):
+                    row_jacobians[k, i, j] = slopes[i, j - 3, side]
+
+
+@functions.implement(functions.constrain_horizon, LagrangianDoorModel)
+@kernel
+def _constrain_horizon(model: LagrangianDoorModel, states: Array, rows: Array) -> None:
+    n, nh = rows.shape[0], rows.shape[1]
+    lanes, values, last = model.collision_lanes.arm.lanes, model.row_lanes, nh - 1
+    reduced = model.state_lanes[: states.shape[1] - 3]
+    for first in range(0, n, LANES):
+        _gather_reduced(states[1:], first, reduced)
+        collision_constraints(model.collision_lanes, reduced, values)
+        _, cr = sincos(get(reduced, 0, lanes))
+        _, cp = sincos(get(reduced, 1, lanes))
+        put(values, last, model.least_cosine - cr * cp)
+        for side in range(min(LANES, n - first)):
+            for i in range(nh):
+                rows[first + side, i] = values[i, side] + (model.margin if i < last else 0.0)
 
 
 def lagrangian_problem(model: Model, disturbance: float = 0.0) -> Problem:
@@ -91,26 +237,20 @@ def lagrangian_problem(model: Model, disturbance: float = 0.0) -> Problem:
         disturbance: τ_d, torque in the sense of damping, beyond damping, friction and spring [N m].
 
     Returns:
-        The problem, whose constraints are h(x) + planner.margin ≤ 0 and the bounds of `[limits]`.
+        The problem, whose constraints are h(x) + planner.margin ≤ 0, the tilt and the bounds of `[limits]`.
 
     Raises:
         ScenarioError: if a vector of weights does not fit the arm.
     """
     planner = model.scenario.planner
     return Problem(
-        model=LagrangianDoorModel(
-            dynamics=lagrangian_model(model).parameters(disturbance),
-            collision=model.constraint_parameters(),
-            margin=planner.margin,
-            reduced=np.zeros(model.nx),
-            slopes=np.zeros((model.n_constraints, model.nx)),
-        ),
-        n_constraints=model.n_constraints,
+        model=LagrangianDoorModel.of(model, disturbance),
+        n_constraints=model.n_constraints + 1,
+        bounds=lagrangian_bounds(model),
+        constraint_names=(*model.constraint_names, "tilt"),
         horizon=planner.horizon_steps,
         time_step=planner.time_step,
         cost=lagrangian_cost(model),
-        bounds=lagrangian_bounds(model),
-        constraint_names=model.constraint_names,
     )
 
 

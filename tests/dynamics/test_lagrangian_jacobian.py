@@ -9,12 +9,11 @@ import pytest
 from finite_differences import central_difference
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
 
-from doorman.dynamics.lagrangian import LagrangianModel, lagrangian_step, lagrangian_step_jacobian
-from doorman.dynamics.lagrangian_acceleration import factorize, lagrangian_accelerations, substitute
-from doorman.dynamics.lagrangian_acceleration_jacobian import lagrangian_accelerations_jacobian
+from doorman.dynamics.lagrangian import LagrangianModel, lagrangian_linearize, lagrangian_step
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.door import Door
 from doorman.kinematics.vehicle import Vehicle
+from doorman.numba_types.handles import Handle
 from doorman.scenario import DoorSection
 
 RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.5, stiffness=1.5, rest_angle=1.2)
@@ -42,19 +41,38 @@ def random_point(model: LagrangianModel, rng: np.random.Generator) -> np.ndarray
 
 
 def test_jacobian_of_the_accelerations(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    p, nx = lagrangian.parameters(), lagrangian.nx
-
-    def accelerations(z: np.ndarray) -> np.ndarray:
-        lagrangian_accelerations(p, z[:nx].copy(), z[nx:].copy())
-        return p.accelerations[:, 0].copy()
-
+    """At the first stage of a step, of which `lagrangian_linearize` leaves the Jacobian in its memory."""
+    n, nx = lagrangian.n_arm, lagrangian.nx
+    memory = lagrangian.memory()
     for _ in range(5):
         z = random_point(lagrangian, rng)
-        jacobian = np.empty((4, 12 + lagrangian.n_arm))
-        lagrangian_accelerations_jacobian(p, z[:nx].copy(), z[nx:].copy(), jacobian)
-        np.testing.assert_allclose(p.accelerations[:, 0], accelerations(z), rtol=1e-12)
-        numeric = central_difference(accelerations, z)[:, : 12 + lagrangian.n_arm]
-        np.testing.assert_allclose(jacobian, numeric, rtol=1e-6, atol=1e-7 * np.abs(numeric).max())
+        x, u = z[:nx].copy(), z[nx:].copy()
+        lagrangian_linearize(Handle(lagrangian.parameters()), Handle(memory), x, u, memory.entries)
+        numeric = central_difference(lambda z: lagrangian.derivative(z[:nx], z[nx:])[4:8], z)[:, : 12 + n]
+        np.testing.assert_allclose(memory.jacobian[0], numeric, rtol=1e-6, atol=1e-7 * np.abs(numeric).max())
+
+
+def test_a_linearised_step_is_the_step(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
+    nx, memory = lagrangian.nx, lagrangian.memory()
+    z = random_point(lagrangian, rng)
+    x, u = z[:nx].copy(), z[nx:].copy()
+    lagrangian_linearize(Handle(lagrangian.parameters()), Handle(memory), x, u, memory.entries)
+    np.testing.assert_allclose(memory.entries[:, 0], lagrangian.step(x, u)[:8], rtol=1e-13, atol=1e-13)
+    by_state, by_input = lagrangian.step_jacobian(x, u)
+    np.testing.assert_array_equal(memory.entries[:, 1:], np.hstack([by_state, by_input])[:8])
+
+
+def test_states_side_by_side_are_linearised_as_one_by_one(
+    lagrangian: LagrangianModel, rng: np.random.Generator
+) -> None:
+    nx, width = lagrangian.nx, 8
+    points = np.array([random_point(lagrangian, rng) for _ in range(width)])
+    x, u = np.ascontiguousarray(points[:, :nx].T), np.ascontiguousarray(points[:, nx:].T)
+    parameters, memory, one = Handle(lagrangian.parameters()), lagrangian.memory(width), lagrangian.memory()
+    lagrangian_linearize(parameters, Handle(memory), x, u, memory.entries)
+    for k in range(width):
+        lagrangian_linearize(parameters, Handle(one), points[k, :nx].copy(), points[k, nx:].copy(), one.entries)
+        np.testing.assert_allclose(memory.entries[:, :, k], one.entries, rtol=1e-12, atol=1e-12)
 
 
 def test_sensitivities_of_a_step(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
@@ -105,22 +123,12 @@ def test_the_arm_is_integrated_exactly(lagrangian: LagrangianModel, rng: np.rand
     np.testing.assert_allclose(moved[8:], z[8:nx] + lagrangian.time_step * z[nx + 4 :], atol=1e-15)
 
 
-def test_compiled_steps_equal_their_plain_twins(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    nx, nu = lagrangian.nx, lagrangian.nu
-    z = random_point(lagrangian, rng)
-    for kernel, shape in ((lagrangian_step, (nx,)), (lagrangian_step_jacobian, (nx, nx + nu))):
-        compiled, plain = np.empty(shape), np.empty(shape)
-        kernel(lagrangian.parameters(), z[:nx].copy(), z[nx:].copy(), compiled)
-        kernel.py_func(lagrangian.parameters(), z[:nx].copy(), z[nx:].copy(), plain)
-        np.testing.assert_allclose(compiled, plain, rtol=1e-12, atol=1e-12)
-
-
 def test_a_disturbance_may_be_given_with_the_parameters(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
     z = random_point(lagrangian, rng)
     x, u = z[: lagrangian.nx].copy(), z[lagrangian.nx :].copy()
     other = LagrangianModel(lagrangian.coupling, lagrangian.time_step, disturbance=-1.1)
     out = np.empty(lagrangian.nx)
-    lagrangian_step(lagrangian.parameters(disturbance=-1.1), x, u, out)
+    lagrangian_step(Handle(lagrangian.parameters(disturbance=-1.1)), x, u, out)
     np.testing.assert_array_equal(out, other.step(x, u))
     assert lagrangian.parameters().disturbance == 0.3
 
@@ -136,13 +144,3 @@ def test_results_do_not_change_when_the_model_is_used_again(
     for result, before in zip(results, kept, strict=True):
         np.testing.assert_array_equal(result, before)
     np.testing.assert_array_equal(lagrangian.step_jacobian(one[:nx], one[nx:])[0], kept[1])
-
-
-def test_cholesky_solves(rng: np.random.Generator) -> None:
-    root, right = rng.normal(size=(4, 4)), rng.normal(size=(4, 6))
-    matrix = root @ root.T + np.eye(4)
-    factor, columns = matrix.copy(), right.copy()
-    factorize(factor)
-    substitute(factor, columns)
-    np.testing.assert_allclose(matrix @ columns, right, atol=1e-13)
-    np.testing.assert_allclose(np.tril(factor), np.linalg.cholesky(matrix), atol=1e-14)

@@ -20,10 +20,12 @@ class Reference:
     inputs: np.ndarray
     cost: float
     success: bool
+    price: float = 0.0
+    """Largest multiplier of an inequality: what a unit of its violation would save."""
 
 
 class InteriorPointReference:
-    """The same optimal control problem as `door_problem`, by multiple shooting and IPOPT.
+    """The same optimal control problem as `door_problem`, limits included, by multiple shooting and IPOPT.
 
     Args:
         model: doorman.Model, for its numbers only.
@@ -40,7 +42,7 @@ class InteriorPointReference:
         start = ca.SX.sym("x0", self.nx)
         states = [ca.SX.sym(f"x{k + 1}", self.nx) for k in range(self.n)]
         inputs = [ca.SX.sym(f"u{k}", self.nu) for k in range(self.n)]
-        weights = self._weights()
+        weights, limits = self._weights(), model.scenario.limits
         cost, equal, bounded = 0.0, [], []
         goal, hover = ca.DM(np.array(model.goal_state)), ca.DM(np.array(model.hover_input))
         x = start
@@ -48,16 +50,20 @@ class InteriorPointReference:
             dx, du = x - goal, inputs[k] - hover
             cost += 0.5 * self.dt * (ca.dot(weights[0] * dx, dx) + ca.dot(weights[2] * du, du))
             equal.append(states[k] - self._rk4(x, inputs[k]))
-            bounded.append(self.constraints(states[k]) + self.margin)
+            tilt = [ca.cos(limits.tilt) - ca.cos(states[k][0]) * ca.cos(states[k][1])] if limits.enabled else []
+            bounded.append(ca.vertcat(self.constraints(states[k]) + self.margin, *tilt))
             x = states[k]
         cost += 0.5 * ca.dot(weights[1] * (x - goal), x - goal)
         variables = ca.vertcat(*[ca.vertcat(u, x) for u, x in zip(inputs, states, strict=True)])
         rows = ca.vertcat(*[ca.vertcat(e, b) for e, b in zip(equal, bounded, strict=True)])
         nh = bounded[0].shape[0]
         self._lower = np.tile(np.concatenate([np.zeros(self.nx), np.full(nh, -np.inf)]), self.n)
+        ends = self._limits() if limits.enabled else (np.full(self.nx + self.nu, end) for end in (-np.inf, np.inf))
+        self._bounds = [np.tile(end, self.n) for end in ends]
         settings = {
             "ipopt.tol": 1e-9, "ipopt.constr_viol_tol": 1e-9, "ipopt.acceptable_tol": 1e-9, "ipopt.print_level": 0,
-            "ipopt.max_iter": 500, "ipopt.sb": "yes", "print_time": False, **(options or {}),
+            "ipopt.max_iter": 500, "ipopt.bound_relax_factor": 0.0, "ipopt.sb": "yes", "print_time": False,
+            **(options or {}),
         }  # fmt: skip
         self._solver = ca.nlpsol("door", "ipopt", {"x": variables, "p": start, "f": cost, "g": rows}, settings)
 
@@ -69,10 +75,28 @@ class InteriorPointReference:
         else:
             inputs, states = guess.inputs, guess.states[1:]
         first = np.hstack([inputs, states]).ravel()
-        result = self._solver(x0=first, p=state, lbg=self._lower, ubg=0.0)
+        low, high = self._bounds
+        result = self._solver(x0=first, p=state, lbx=low, ubx=high, lbg=self._lower, ubg=0.0)
         z = np.array(result["x"]).reshape(self.n, self.nu + self.nx)
         success = bool(self._solver.stats()["success"])
-        return Reference(np.vstack([state, z[:, self.nu :]]), z[:, : self.nu], float(result["f"]), success)
+        of_rows = np.array(result["lam_g"]).ravel()[np.isinf(self._lower)]
+        price = max(of_rows.max(), np.abs(np.array(result["lam_x"])).max())
+        return Reference(
+            np.vstack([state, z[:, self.nu :]]), z[:, : self.nu], float(result["f"]), success, float(price)
+        )
+
+    def _limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bounds of one node's [f_t, Ω, Ḣ_d, Φ, α, α̇, H]."""
+        limits, vehicle = self.model.scenario.limits, self.model.vehicle
+        given = limits.joint_rates
+        rates = np.array(vehicle.rate_limits) if given is None else np.full(self.model.n_arm, given)
+        high = np.concatenate(
+            [[vehicle.max_thrust], limits.body_rates, rates, np.full(5, np.inf), vehicle.upper_limits]
+        )
+        low = np.concatenate(
+            [[limits.min_thrust], -np.array(limits.body_rates), -rates, np.full(5, -np.inf), vehicle.lower_limits]
+        )
+        return low, high
 
     def _weights(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         given, n = self.model.scenario.planner.weights, self.model.n_arm

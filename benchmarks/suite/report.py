@@ -1,0 +1,165 @@
+"""The page of results, from the raw figures of the workloads that have run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from suite import plots, tables, texts
+from suite.statistics import milliseconds, ratios
+
+Results = dict[str, Any]
+
+
+def page(results: Results) -> str:
+    """Markdown of everything that has run."""
+    sections: list[tuple[str, str, Callable[[Any], str]]] = [
+        ("cold", "## Cold plans", lambda r: _with_plot(texts.COLD, "cold", tables.cold(r["rows"]))),
+        ("limits", "## Cold plans with limits", lambda r: f"{texts.LIMITS}\n\n{tables.cold(r['rows'])}"),
+        ("doors", "## Other doors", lambda r: _with_plot(texts.DOORS, "doors", tables.cold(r["rows"]))),
+        ("replans", "## Replans", lambda r: _replans(texts.REPLANS, "replans", r)),
+        ("disturbed", "## Replans under noise", lambda r: _replans(texts.DISTURBED, "disturbed", r)),
+        ("perturbed", "## Perturbed starts", _perturbed),
+        ("horizons", "## Longer horizons",
+         lambda r: _with_plot(texts.SIZES, "horizons", tables.sizes(r["rows"], "horizon", "N"))),
+        ("arms", "## Longer arms", lambda r: _with_plot(texts.SIZES, "arms", tables.sizes(r["rows"], "joints", "joints"))),
+        ("phases", "## Where the time goes",
+         lambda r: _with_plot(texts.PHASES, "phases", tables.phases(r["seconds"]))),
+        ("fresh", "## A fresh process", _fresh),
+        ("closed_loop", "## Real time", _real_time),
+    ]  # fmt: skip
+    parts = [texts.INTRODUCTION, _at_a_glance(results)]
+    parts += [f"{heading}\n\n{write(results[name])}" for name, heading, write in sections if name in results]
+    if "floor" in results:
+        parts.append(f"## Distance to the floor\n\n{_floor(results)}")
+    parts += [f"## Solvers that are missing\n\n{tables.missing(results['missing'])}", _machine(results["machine"])]
+    return "\n".join(parts)
+
+
+def draw(results: Results, folder: Path) -> None:
+    """Plots of everything that has run."""
+    figures = {
+        "cold": plots.cold, "doors": plots.doors, "replans": plots.replans, "disturbed": plots.disturbed,
+        "horizons": plots.horizons, "arms": plots.arms,
+    }  # fmt: skip
+    for name, figure in figures.items():
+        if name in results:
+            plots.save(figure(results[name]["rows"]), folder, name)
+    if "phases" in results:
+        plots.save(plots.phases(results["phases"]["seconds"]), folder, "phases")
+
+
+def _with_plot(text: str, name: str, table: str) -> str:
+    return f"{text}\n\n{table}\n![{name}](benchmarks/{name}.png)\n"
+
+
+def _at_a_glance(results: Results) -> str:
+    lines = []
+    if "cold" in results:
+        ratio = ratios(results["cold"]["rows"], "fatrop", ("task", "state"))
+        if len(ratio):
+            lines.append(
+                ["cold plan, times faster than CasADi + fatrop: median", tables.number(np.median(ratio)), "15"]
+            )
+            lines.append(["the same, least", tables.number(ratio.min()), "10"])
+    for name, goals in (("replans", ("3", "1e-5", "1e-6")), ("disturbed", ("", "1e-3", "1e-6"))):
+        if name in results:
+            lines += _replan_lines(results[name]["rows"], name, goals)
+    return "## At a glance\n\n" + tables.markdown(["figure", "measured", "goal"], lines) if lines else ""
+
+
+def _replan_lines(rows: Any, name: str, goals: tuple[str, str, str]) -> list[list[str]]:
+    good = [row for row in rows if "seconds" in row]
+    steady = {
+        solver: milliseconds([row for row in good if row["solver"] == solver and not row["interrupted"]])
+        for solver in ("doorman", "hpipm")
+    }
+    ours, lines = [row for row in good if row["solver"] == "doorman"], []
+    if name == "replans" and len(steady["hpipm"]):
+        ratio = float(np.median(steady["hpipm"]) / np.median(steady["doorman"]))
+        lines.append(["replan, times faster than one CasADi sqpmethod + HPIPM iteration", tables.number(ratio), "25"])
+    prefix = "replan" if name == "replans" else "replan under noise"
+    if goals[0]:
+        tail = float(np.percentile(steady["doorman"], 99) / np.median(steady["doorman"]))
+        lines.append([f"{prefix}, p99 over median", tables.number(tail), goals[0]])
+    gap = max(abs(row["gap"]) for row in ours)
+    violation = max(row["violation"] for row in ours if row["usable"])
+    lines.append([f"{prefix}, worst suboptimality", tables.number(gap), goals[1]])
+    lines.append([f"{prefix}, worst violation of a usable plan", tables.number(violation), goals[2]])
+    return lines
+
+
+def _replans(text: str, name: str, result: Any) -> str:
+    errors = {row["solver"]: row["error"] for row in result["rows"] if "error" in row}
+    said = "".join(f"\n{solver} fell out: {error}\n" for solver, error in errors.items())
+    times = tables.replan_times(result["rows"], result.get("cold_caches", ()))
+    return _with_plot(text, name, f"{times}{said}\n{tables.replan_quality(result['rows'])}")
+
+
+def _perturbed(result: Any) -> str:
+    return (
+        f"{texts.PERTURBED}\n\n{tables.perturbed(result['rows'])}\nPlans of doorman from starts that violate the constraints:\n\n"
+        f"{tables.recovery(result['rows'])}"
+    )
+
+
+def _fresh(result: Any) -> str:
+    rows = result["rows"]
+    worst = {
+        key: max(row[key] for row in rows)
+        for key in ("import", "planner", "first_plan", "total", "on_core", "peak_memory")
+    }
+    heading = [
+        "import, s",
+        "making the planner, s",
+        "first plan, s",
+        "in all, s",
+        "of that on the core, s",
+        "peak memory, MB",
+    ]
+    line = [tables.number(worst[key]) for key in ("import", "planner", "first_plan", "total", "on_core")]
+    return f"{texts.FRESH}\n\n{tables.markdown(heading, [[*line, tables.number(worst['peak_memory'] / 1e6)]])}"
+
+
+def _real_time(result: Any) -> str:
+    heading = ["plans", "missed deadlines", "missed though fast", "not usable", "ms, median", "p99", "p99.9", "max"]
+    durations = [tables.number(1e3 * result["durations"][key]) for key in ("median", "p99", "p99.9", "max")]
+    line = [str(result[key]) for key in ("plans", "missed", "missed_though_fast", "unusable")] + durations
+    priority = "with" if result["real_time_priority"] else "without"
+    return f"{texts.REAL_TIME} The planner ran {priority} real-time priority.\n\n{tables.markdown(heading, [line])}"
+
+
+def _floor(results: Results) -> str:
+    floor = results["floor"]
+    floor_time = floor["flop"] / floor["peak_flop_per_second"]
+    lines = [[name, f"{flop / 1e3:.0f}"] for name, flop in floor["flop_by_part"].items()]
+    lines.append(["in all", f"{floor['flop'] / 1e3:.0f}"])
+    text = f"{texts.FLOOR}\n\n{tables.markdown(['part', 'thousand operations'], lines)}\n"
+    text += f"At {floor['peak_flop_per_second'] / 1e9:.0f} Gflop/s that is {1e6 * floor_time:.1f} µs"
+    if "replans" in results:
+        rows = [row for row in results["replans"]["rows"] if row["solver"] == "doorman" and not row["interrupted"]]
+        median = float(np.median(milliseconds(rows)))
+        text += (
+            f"; doorman's median replan takes {1e3 * median:.0f} µs, {1e-3 * median / floor_time:.1f} times the floor"
+        )
+    return text + ".\n"
+
+
+def _machine(machine: Any) -> str:
+    ours = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
+    peers = ", ".join(f"{name} {version}" for name, version in machine["peer_versions"].items())
+    lines = [
+        ["measured", machine["when"]],
+        ["processor", f"{machine['processor']}; {machine['cores']} cores, solvers on core {machine['core']}"],
+        ["memory", f"{machine['memory'] / 2**30:.0f} GiB"],
+        ["load average at the start", f"{machine['load']:.2f}"],
+        ["system", machine["system"]],
+        ["Python", machine["python"]],
+        ["C compiler of the generated code", machine["compiler"]],
+        ["doorman's environment", ours],
+        ["the peers' environment", peers],
+    ]
+    return f"## Machine\n\n{tables.markdown(['what', 'value'], lines)}"

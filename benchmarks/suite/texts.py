@@ -1,0 +1,56 @@
+"""Words of the page of results."""
+
+from __future__ import annotations
+
+INTRODUCTION = """# Benchmarks
+
+doorman's planner against solvers that the Python package index carries: the same problem, the same states, the same core, one
+run. This page is written by `make bench`; [benchmarks/README.md](../benchmarks/README.md) says how everybody is set up and
+what is unfair about each row, for and against doorman. Absolute times belong to one machine and one hour of it: read ratios.
+"""
+
+COLD = """The paper's door, N = 50, Δt = 0.02 s, six inequalities at every node, no margin. States along the closed loop,
+each solved from hover inputs. Times are those that the solver had the core, the best of three calls in a row. *Solved*
+means: cost within 1e-6 of an interior-point reference (or below it), constraints and dynamics within 1e-6. Only solved
+states count in times and ratios; ratios are taken state by state."""
+
+LIMITS = """The same with limits of thrust, body rates, joint rates, joint angles and tilt at every node, as doorman's
+scenarios have them by default."""
+
+DOORS = """The same for doors drawn at random by seed (leaf 1.1–1.5 m and 6–20 kg, contact 0.55 m to D_w − 0.5 m from the
+hinge, damping up to 0.8 N m s/rad, every second one with friction up to 0.8 N m): nothing is tuned to the paper's door."""
+
+REPLANS = """One iteration from the shifted previous plan at each of 150 steps, several times over. For doorman the whole
+call `Planner.replan(state)` counts, by the clock on the wall; for the others the solver's call alone, without shifting and
+without taking the result apart. Every solver flies its 150 steps in a row, then the next has its turn. *Caches cold*: they
+take turns after every step, so that each finds its data out of the cache. A call is interrupted if the scheduler took the
+core away while it ran. *Suboptimality* is the relative difference of the cost from that of the converged optimum at the
+same state."""
+
+DISTURBED = (
+    """The same with noise on the state after every step: standard deviation 0.01, 0.03 rad/s on the door's rate."""
+)
+
+PERTURBED = """States of the loop with random errors of posture, attitude and rates, each solved from hover inputs. *Another
+local minimum*: optimal, but IPOPT from hover inputs finds a better one. *Less optimal than it says*: it holds, and the
+solver calls it converged, but the cost is more than 1e-6 above the reference's. *On the way back*: outside the constraints
+at first, inside at the end, and labelled so. *Failed and said so*: the solver calls its answer unusable. Slow solvers get
+the first of doorman's states."""
+
+SIZES = """Median times of solved states; where not all are solved, how many are. doorman solves all states, the others
+every tenth of them."""
+
+PHASES = """Every kernel of doorman's iteration called by itself from Python, again and again at the same 16 points of the
+loop; medians. A call from Python costs about 0.3 µs, which is in these figures. *Python* is what the whole call takes
+beyond its kernels: checks, copies of the trajectory, the plan."""
+
+FLOOR = """Operations that one iteration cannot do without, counted from the problem's expressions (zeros of the Jacobians
+left out; a division or root counts as 4, a sine as 16), against fused multiply-adds in registers on the same core. Chains
+of dependent roots and divisions, loads, stores and shuffles are not counted: nobody reaches this floor."""
+
+FRESH = """From the start of the interpreter to the first plan of the scenario `paper`, kernels compiled before; the worst
+of several processes."""
+
+REAL_TIME = """The scenario `paper` with its margin and limits. Planner at 1 kHz in one process and on one core; plant and
+controller in another, on another core. A plan that is not there when the next one is due, for whatever reason, is a missed
+deadline. *Missed though fast*: the plan itself took less than half the period, so that the system held it up."""

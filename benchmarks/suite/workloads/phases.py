@@ -1,0 +1,77 @@
+"""Where the time of doorman's own iteration goes: every kernel by itself, again and again at the same point."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import doorman
+from doorman.ocp import augmented_lagrangian, guess, hybrid, rollout, sweep
+from suite.session import Session
+from suite.task import Array
+from suite.tasks import paper
+from suite.workloads.cold import LOOP_STEPS
+
+CALLS = 200
+"""Of each kernel at each state; the median counts."""
+
+STATES = 16
+"""Of the loop."""
+
+
+def measure(session: Session) -> dict[str, Any]:
+    """Median seconds of every part of a replan, and of the whole call, on the solvers' core."""
+    task = paper()
+    available = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {session.core})
+    try:
+        planner = doorman.Planner(doorman.Scenario.load("paper", task.overrides))
+        samples = [_at(planner, state) for state in session.loop(task, LOOP_STEPS).states[:: LOOP_STEPS // STATES]]
+    finally:
+        os.sched_setaffinity(0, available)
+    return {"seconds": {name: float(np.median([sample[name] for sample in samples])) for name in samples[0]}}
+
+
+def _at(planner: doorman.Planner, state: Array) -> dict[str, float]:
+    """At one state, after a cold plan and a replan from there."""
+    planner.plan(state)
+    planner.replan(state, elapsed=0.0)
+    seconds = {name: _median(call) for name, call in kernels(planner, state).items()}
+    seconds["whole call"] = _median(lambda: planner.replan(state, elapsed=0.0))
+    seconds["Python"] = seconds["whole call"] - seconds["all kernels in one call"]
+    return seconds
+
+
+def kernels(planner: doorman.Planner, state: Array) -> dict[str, Callable[[], Any]]:
+    """The parts of an iteration as calls that leave the solver where it is, in the order in which they run.
+
+    Args:
+        planner: After a replan.
+        state: Its first state.
+    """
+    solver = planner.solver
+    model, work = solver._model, solver._memory
+    penalty, state = solver.options.penalty, state.copy()
+    return {
+        "shift": lambda: guess.shift_guess(work, state, 0.0, 2),
+        "linearise": lambda: augmented_lagrangian.linearize(model, work),
+        "active set": lambda: augmented_lagrangian.mark_active(work, penalty),
+        "backward": lambda: sweep.sweep(model, work, penalty, 0.0),
+        "forward": lambda: sweep.step_along(work, penalty),
+        "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
+        "all kernels in one call": lambda: hybrid.follow(model, work, state, 0.0, 2, 1, np.inf, True),
+    }
+
+
+def _median(call: Callable[[], Any]) -> float:
+    call()
+    seconds = []
+    for _ in range(CALLS):
+        started = time.perf_counter()
+        call()
+        seconds.append(time.perf_counter() - started)
+    return float(np.median(seconds))

@@ -1,0 +1,60 @@
+"""Packets of the Vicon Tracker UDP object stream as Tracker makes them."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+SIZES = (256, 512, 1024)
+"""Of packets [byte]; what the items leave is filled with zeros."""
+_OBJECT_ID = 0
+_BODY = struct.Struct("<24sdddddd")
+
+
+def euler_xyz(rotation: Array) -> Array:
+    """Angles (a, b, c) of R = Rx(a) Ry(b) Rz(c).
+
+    Args:
+        rotation: R, shape (3, 3).
+
+    Returns:
+        Shape (3,) [rad].
+    """
+    return np.array(
+        [
+            np.arctan2(-rotation[1, 2], rotation[2, 2]),
+            np.arcsin(np.clip(rotation[0, 2], -1.0, 1.0)),
+            np.arctan2(-rotation[0, 1], rotation[0, 0]),
+        ]
+    )
+
+
+def item(name: str, translation: Array, rotation: Array) -> bytes:
+    """One tracked object.
+
+    Args:
+        name: At most 24 bytes.
+        translation: Shape (3,) [mm].
+        rotation: Angles x, y', z'', shape (3,) [rad].
+    """
+    body = _BODY.pack(name.encode(), *translation.tolist(), *rotation.tolist())
+    return struct.pack("<BH", _OBJECT_ID, len(body)) + body
+
+
+def packet(frame_number: int, items: Sequence[bytes], size: int | None = SIZES[0]) -> bytes:
+    """A datagram.
+
+    Args:
+        frame_number: Taken modulo 2³².
+        items: At most 255.
+        size: It is padded to this size, or the next larger one that holds it [byte]; None pads nothing.
+    """
+    content = struct.pack("<IB", frame_number % (1 << 32), len(items)) + b"".join(items)
+    if size is None:
+        return content
+    return content.ljust(min((fit for fit in SIZES if fit >= max(size, len(content))), default=len(content)), b"\0")

@@ -1,0 +1,92 @@
+r"""When frames were taken, from their numbers: packets carry no time, and arrive late in ways that change.
+
+Frame k arrives at the earliest at :math:`l(k) = b + k T`, where T is the nominal period. b follows the quickest packets: it
+falls at once to where two packets in a row say that it is, and rises only as slowly as clocks drift apart, and only while
+packets are hardly late. So a delay that sets in, however long it lasts, is never taken for the new normal. The frame was taken at
+:math:`\min(l(k), \text{arrival}) - \text{latency}`.
+"""
+
+from __future__ import annotations
+
+_DRIFT = 2e-4
+"""Of two clocks against each other, at most [s/s]."""
+_DRIFTED = 0.01
+"""Lateness that may still be drift [s]."""
+
+
+class FrameClock:
+    """Maps frame numbers to this computer's monotonic clock.
+
+    Args:
+        rate: Nominal frames per second [1/s].
+        latency: Between exposure and arrival of the quickest packets [s].
+    """
+
+    def __init__(self, rate: float, latency: float) -> None:
+        self._nominal = 1.0 / rate
+        self._period = self._nominal
+        self._latency = latency
+        self._base = 0.0
+        self._frame = 0
+        self._arrival = 0.0
+        self._previous = 0.0
+
+    def start(self, frame: int, arrival: float) -> None:
+        """Begin anew: this frame counts as in time.
+
+        Args:
+            frame: Its number.
+            arrival: By `time.monotonic` [s].
+        """
+        self._base, self._frame, self._arrival, self._previous = arrival, frame, arrival, 0.0
+
+    def lateness(self, frame: int, arrival: float) -> float:
+        """Time between the earliest possible and the actual arrival of a frame; negative if it is early [s].
+
+        Args:
+            frame: Its number.
+            arrival: By `time.monotonic` [s].
+        """
+        return arrival - self._base - (frame - self._frame) * self._period
+
+    def observe(self, frame: int, arrival: float) -> float:
+        """Take in the arrival of a frame.
+
+        Args:
+            frame: Newer than the one before.
+            arrival: By `time.monotonic` [s].
+
+        Returns:
+            How late it is, 0 or more [s].
+        """
+        late = self.lateness(frame, arrival)
+        floor = max(late, self._previous)  # a single packet with a wrong number does not move the clock
+        if floor < 0.0:
+            moved = floor
+        elif floor <= _DRIFTED:
+            moved = min(floor, _DRIFT * (arrival - self._arrival))
+        else:
+            moved = 0.0
+        self._base += (frame - self._frame) * self._period + moved
+        self._frame, self._arrival, self._previous = frame, arrival, late - moved
+        return max(late - moved, 0.0)
+
+    def time_of(self, frame: int, arrival: float) -> float:
+        """When a frame was taken.
+
+        Args:
+            frame: Its number.
+            arrival: By `time.monotonic` [s].
+
+        Returns:
+            By the same clock [s].
+        """
+        return arrival - max(self.lateness(frame, arrival), 0.0) - self._latency
+
+    def follow(self, deviation: float) -> None:
+        """Take over a small deviation of the rate from its nominal value.
+
+        Args:
+            deviation: By which frames take longer, as a share of the nominal period.
+        """
+        self._period = self._nominal * (1.0 + deviation)

@@ -1,0 +1,118 @@
+"""What the adapter is told about stream, object, frames and the vehicle's motion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from ipaddress import IPv4Address
+
+from numpy.typing import ArrayLike
+
+from doorman.exceptions import BackendError
+from doorman.hardware.mocap.connection import parse_connection
+from doorman.hardware.mocap.frames import Alignment
+from doorman.hardware.mocap.gate import MotionGate
+from doorman.hardware.mocap.packets import NAME_SIZE
+
+
+@dataclass(frozen=True)
+class MocapConfig:
+    """A tracked object in a Vicon Tracker UDP object stream.
+
+    Raises:
+        BackendError: if a value is out of range.
+        DimensionError: if an array is not three finite numbers.
+    """
+
+    object_name: str
+    """As in Tracker."""
+    connection: str = "udp:51001"
+    """`udp:[HOST:]PORT`: where the stream is received; loopback unless a host is written."""
+    sender: str | None = None
+    """IPv4 address of the computer with Tracker; None takes the first that sends the object."""
+    rate: float = 100.0
+    """Frames per second, as Tracker numbers them [1/s]."""
+    latency: float = 0.005
+    """Between exposure and arrival of the quickest packets, which the stream does not tell [s]."""
+    origin_position: ArrayLike = (0.0, 0.0, 0.0)
+    """Vicon's origin, shape (3,), world frame [m]."""
+    origin_attitude: ArrayLike = (0.0, 0.0, 0.0)
+    """Attitude Φ of Vicon's axes in the world, shape (3,) [rad]."""
+    object_position: ArrayLike = (0.0, 0.0, 0.0)
+    """Origin of the tracked object, shape (3,), body frame [m]."""
+    object_attitude: ArrayLike = (0.0, 0.0, 0.0)
+    """Attitude Φ of the tracked object in the body, shape (3,) [rad]."""
+    stale_after: float = 0.03
+    """Age up to which a pose is fresh [s]."""
+    prediction_limit: float = 0.1
+    """Age up to which a pose is predicted [s]; older ones are lost."""
+    silent_after: float = 0.2
+    """Without a packet for this long, the stream is silent [s]."""
+    max_delay: float = 0.02
+    """A pose that arrives later than this after its time is reported [s]."""
+    velocity_window: float = 0.05
+    """Poses of this time give the velocity, which lags by half of it [s]."""
+    max_speed: float = 5.0
+    """Of the vehicle [m/s]."""
+    max_acceleration: float = 20.0
+    """Of the vehicle [m/s²]."""
+    max_rotation_rate: float = 8.0
+    """Of the vehicle [rad/s]."""
+    position_slack: float = 0.005
+    """What noise and vibration add to a step of the position [m]."""
+    attitude_slack: float = 0.05
+    """What they add to a step of the attitude [rad]."""
+    acquire_frames: int = 5
+    """Poses in a row that agree, before the object is taken as found."""
+    missing_frames: int = 3
+    """Frames in a row without the object that are reported as missing."""
+    open_timeout: float = 5.0
+    """`open` gives up after this [s]."""
+    hold: float = 0.5
+    """A fault of single packets is reported as ended after this time without another [s]."""
+
+    def __post_init__(self) -> None:
+        parse_connection(self.connection)
+        size = len(self.object_name.encode())
+        self._require(0 < size <= NAME_SIZE and "\0" not in self.object_name, "object_name", "1 to 24 bytes")
+        if self.sender is not None:
+            try:
+                IPv4Address(self.sender)
+            except ValueError:
+                self._require(False, "sender", "an IPv4 address")
+        self.alignment()
+        for name in (
+            "rate", "stale_after", "prediction_limit", "silent_after", "max_delay", "velocity_window", "max_speed",
+            "max_acceleration", "max_rotation_rate", "position_slack", "attitude_slack", "open_timeout", "hold",
+        ):  # fmt: skip
+            self._require(math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0, name, "> 0")
+        self._check_times()
+
+    def _check_times(self) -> None:
+        self._require(10.0 <= self.rate <= 2000.0, "rate", "10 to 2000 1/s")
+        self._require(0.0 <= self.latency < 0.5, "latency", "0 to 0.5 s")
+        least = self.latency + self.period
+        self._require(self.stale_after > least, "stale_after", f"above {least:g} s, latency and period")
+        self._require(self.prediction_limit >= self.stale_after, "prediction_limit", ">= stale_after")
+        self._require(self.velocity_window >= 2.0 * self.period, "velocity_window", "two periods at least")
+        self._require(self.silent_after > self.period, "silent_after", "above a period")
+        self._require(self.acquire_frames >= 3, "acquire_frames", ">= 3")
+        self._require(self.missing_frames >= 1, "missing_frames", ">= 1")
+
+    @property
+    def period(self) -> float:
+        """Of a frame [s]."""
+        return 1.0 / self.rate
+
+    def alignment(self) -> Alignment:
+        """Frames as told."""
+        return Alignment(self.origin_position, self.origin_attitude, self.object_position, self.object_attitude)
+
+    def gate(self) -> MotionGate:
+        """Limits as told."""
+        return MotionGate(self.max_speed, self.max_acceleration, self.max_rotation_rate, self.position_slack,
+                          self.attitude_slack)  # fmt: skip
+
+    def _require(self, good: bool, name: str, allowed: str) -> None:
+        if not good:
+            raise BackendError("out of range", field=f"mocap.{name}", given=getattr(self, name), allowed=allowed)

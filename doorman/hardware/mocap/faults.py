@@ -1,0 +1,169 @@
+"""What can be wrong with the poses and the stream that brings them, and the log of it."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import dataclass
+from enum import Flag, auto
+
+
+class MocapFault(Flag):
+    """What is wrong; several may hold at once."""
+
+    NONE = 0
+
+    DROPPED = auto()
+    """Frame numbers are missing: packets were lost."""
+    DUPLICATED = auto()
+    """A packet came twice."""
+    REORDERED = auto()
+    """A packet came after a newer one."""
+    CORRUPT = auto()
+    """A datagram is no packet of the stream, or holds impossible numbers."""
+    FOREIGN = auto()
+    """Somebody else sends to our port."""
+    NUMBERING = auto()
+    """Frame numbers do not fit the time that has passed."""
+    RESTARTED = auto()
+    """The frame numbers began anew; how late the poses are since then is not known from them."""
+    MISSING = auto()
+    """Packets come, but the object is not in them."""
+    OCCLUDED = auto()
+    """The object's pose repeats to the last bit, or is all zeros: the cameras do not see it."""
+    OUTLIER = auto()
+    """A pose lies beyond what speed and acceleration allow."""
+    JUMPED = auto()
+    """The object was found again where it cannot have moved to."""
+    DELAYED = auto()
+    """Poses arrive late."""
+    RATE = auto()
+    """Frames do not come at the configured rate, so that their numbers do not tell the time."""
+    SILENT = auto()
+    """No packets come."""
+    STALE = auto()
+    """No new pose for `stale_after`: poses are predicted."""
+    LOST = auto()
+    """No new pose for `prediction_limit`: there is no pose to fly on."""
+    SOCKET = auto()
+    """The socket failed."""
+    INTERNAL = auto()
+    """The adapter itself failed."""
+
+
+DISCARDING = (
+    MocapFault.DUPLICATED
+    | MocapFault.REORDERED
+    | MocapFault.CORRUPT
+    | MocapFault.FOREIGN
+    | MocapFault.NUMBERING
+    | MocapFault.OCCLUDED
+    | MocapFault.OUTLIER
+    | MocapFault.RATE
+)
+"""What is received under them is not used."""
+
+
+@dataclass(frozen=True)
+class MocapEvent:
+    """A fault that began or ended, or something worth knowing."""
+
+    time: float
+    """Of `time.monotonic` [s]."""
+    fault: MocapFault
+    """Which; `NONE` where nothing is wrong."""
+    began: bool
+    """False where it ended."""
+    text: str
+    """What happened, in words."""
+
+    def __str__(self) -> str:
+        """Render `mocap: silent began: no packet for 0.2 s`."""
+        return f"mocap: {self.text}"
+
+
+class EventLog:
+    """Newest events, written by one thread and taken by another.
+
+    Args:
+        size: Number of events that are kept; older ones are dropped.
+    """
+
+    def __init__(self, size: int = 4096) -> None:
+        self._events: deque[MocapEvent] = deque(maxlen=size)
+
+    def write(self, event: MocapEvent) -> None:
+        """Append an event."""
+        self._events.append(event)
+
+    def take(self) -> list[MocapEvent]:
+        """Remove and return all events, oldest first."""
+        taken = []
+        while self._events:
+            taken.append(self._events.popleft())
+        return taken
+
+
+class FaultBook:
+    """Faults that hold now. Those that strike single packets hold until they have not struck for a while.
+
+    Args:
+        log: Gets an event for every fault that begins or ends.
+        hold: For how long a fault that struck holds on [s].
+    """
+
+    def __init__(self, log: EventLog, hold: float) -> None:
+        self._log = log
+        self._hold = hold
+        self._ends: dict[MocapFault, float] = {}
+        self.holds = MocapFault.NONE
+        """Everything that is wrong now; replaced as a whole."""
+        self.counts: Counter[MocapFault] = Counter()
+        """How often each has struck or begun."""
+
+    def strike(self, fault: MocapFault, now: float, text: str) -> None:
+        """A single packet shows a fault.
+
+        Args:
+            fault: Which.
+            now: By `time.monotonic` [s].
+            text: What happened, in words.
+        """
+        self.counts[fault] += 1
+        self._ends[fault] = now + self._hold
+        self._change(fault, True, now, text)
+
+    def keep(self, fault: MocapFault, holds: bool, now: float, text: str = "") -> None:
+        """Begin or end a lasting fault; nothing happens if that is how it is already.
+
+        Args:
+            fault: Which.
+            holds: Whether it holds.
+            now: By `time.monotonic` [s].
+            text: What happened, in words.
+        """
+        if holds and not fault & self.holds:
+            self.counts[fault] += 1
+        self._change(fault, holds, now, text)
+
+    def note(self, now: float, text: str) -> None:
+        """Write down what is no fault."""
+        self._log.write(MocapEvent(now, MocapFault.NONE, True, text))
+
+    def tick(self, now: float) -> None:
+        """Let faults end that have not struck for a while."""
+        for fault in [fault for fault, end in self._ends.items() if end <= now]:
+            del self._ends[fault]
+            self._change(fault, False, now, "")
+
+    @property
+    def deadline(self) -> float:
+        """When the next fault ends if it does not strike again [s]; ∞ if there is none."""
+        return min(self._ends.values(), default=float("inf"))
+
+    def _change(self, fault: MocapFault, holds: bool, now: float, text: str) -> None:
+        if holds == bool(fault & self.holds):
+            return
+        self.holds = self.holds | fault if holds else self.holds & ~fault
+        name = (fault.name or "").lower()
+        tail = f": {text}" if text else ""
+        self._log.write(MocapEvent(now, fault, holds, f"{name} {'began' if holds else 'ended'}{tail}"))

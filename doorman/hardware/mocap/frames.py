@@ -1,0 +1,90 @@
+r"""From Vicon's millimetres and angles to the body's pose in the world; the conversions stand nowhere else.
+
+Tracker's rotations are Euler angles in the order x, y', z'' about turned axes: :math:`R_{VO} = R_x(a) R_y(b) R_z(c)` turns the
+object's axes into Vicon's. With Vicon's axes in the world :math:`(p_V, R_{WV})` and the object in the body :math:`(p_O, R_{BO})`,
+
+.. math::
+    R = R_{WV}\, R_{VO}\, R_{BO}^T, \qquad P = p_V + R_{WV}\, p_{VO} - R\, p_O
+
+World and body are this project's: z up, x forward, y left.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numpy.typing import ArrayLike
+
+from doorman.checks import vector
+from doorman.hardware.mocap.quaternions import Quaternion, Vector, conjugate, from_attitude, multiply, rotate
+
+METRES_PER_MILLIMETRE = 1e-3
+
+
+def object_quaternion(rotation: Vector) -> Quaternion:
+    r"""Quaternion of Tracker's angles, :math:`q_x(a)\, q_y(b)\, q_z(c)`.
+
+    Args:
+        rotation: (a, b, c) [rad].
+
+    Returns:
+        The object's axes into Vicon's.
+    """
+    ca, sa, cb, sb, cc, sc = (f(0.5 * angle) for angle in rotation for f in (math.cos, math.sin))
+    return (
+        ca * cb * cc - sa * sb * sc,
+        sa * cb * cc + ca * sb * sc,
+        ca * sb * cc - sa * cb * sc,
+        ca * cb * sc + sa * sb * cc,
+    )
+
+
+class Alignment:
+    """Where Vicon's axes stand in the world, and the tracked object in the body.
+
+    Args:
+        origin_position: p_V, shape (3,), world frame [m].
+        origin_attitude: Φ of R_WV, shape (3,) [rad].
+        object_position: p_O, shape (3,), body frame [m].
+        object_attitude: Φ of R_BO, shape (3,) [rad].
+
+    Raises:
+        DimensionError: if one of them is not three finite numbers.
+    """
+
+    def __init__(
+        self,
+        origin_position: ArrayLike,
+        origin_attitude: ArrayLike,
+        object_position: ArrayLike,
+        object_attitude: ArrayLike,
+    ) -> None:
+        self._origin = _triple(origin_position, "origin_position")
+        self._world = from_attitude(_triple(origin_attitude, "origin_attitude"))
+        self._offset = _triple(object_position, "object_position")
+        self._body = conjugate(from_attitude(_triple(object_attitude, "object_attitude")))
+
+    def body_pose(self, translation: Vector, rotation: Vector) -> tuple[Vector, Quaternion]:
+        """Pose of the body.
+
+        Args:
+            translation: Of the object, in Vicon's axes [mm].
+            rotation: Of the object, (a, b, c) [rad].
+
+        Returns:
+            P in the world frame [m] and the rotation of the body into the world.
+        """
+        quaternion = multiply(multiply(self._world, object_quaternion(rotation)), self._body)
+        x, y, z = (METRES_PER_MILLIMETRE * value for value in translation)
+        placed = rotate(self._world, (x, y, z))
+        lever = rotate(quaternion, self._offset)
+        return (
+            self._origin[0] + placed[0] - lever[0],
+            self._origin[1] + placed[1] - lever[1],
+            self._origin[2] + placed[2] - lever[2],
+        ), quaternion
+
+
+def _triple(values: ArrayLike, name: str) -> Vector:
+    x, y, z = (float(value) for value in vector(values, 3, f"mocap.{name}"))
+    return (x, y, z)

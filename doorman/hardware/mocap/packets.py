@@ -1,0 +1,80 @@
+"""Packets of the Vicon Tracker UDP object stream, little endian: frame number, number of items, items.
+
+An item is id (uint8), size of what follows (uint16), name (24 bytes), translation (3 float64) [mm] and rotation (3 float64)
+[rad]. Tracker pads packets to 256, 512 or 1024 bytes; what follows the last item means nothing.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple
+
+Vector = tuple[float, float, float]
+
+LARGEST = 65536
+"""Longer than any datagram [byte]."""
+OBJECT_ITEM = 0
+"""Id of items that are tracked objects."""
+NAME_SIZE = 24
+_HEADER = struct.Struct("<IB")
+_ITEM = struct.Struct("<BH")
+_OBJECT = struct.Struct(f"<{NAME_SIZE}s6d")
+
+
+class TrackedObject(NamedTuple):
+    """An object as Tracker sees it."""
+
+    name: str
+    translation: Vector
+    """In Vicon's axes [mm]."""
+    rotation: Vector
+    """About x, y' and z'' [rad]."""
+
+
+class ObjectPacket(NamedTuple):
+    """Content of one datagram; a frame may take several."""
+
+    frame_number: int
+    """Modulo 2³²."""
+    objects: tuple[TrackedObject, ...]
+
+
+class Malformed(NamedTuple):
+    """A datagram that is no packet of the object stream."""
+
+    reason: str
+
+
+def parse(datagram: bytes) -> ObjectPacket | Malformed:
+    """Content of a datagram.
+
+    Args:
+        datagram: As received.
+
+    Returns:
+        The packet, with whatever numbers it holds, or why it is none. Items that are no objects are skipped.
+    """
+    if len(datagram) < _HEADER.size:
+        return Malformed(f"{len(datagram)} bytes are no packet")
+    frame_number, items = _HEADER.unpack_from(datagram)
+    objects = []
+    offset = _HEADER.size
+    for index in range(items):
+        if offset + _ITEM.size > len(datagram):
+            return Malformed(f"ends before item {index + 1} of {items}")
+        kind, size = _ITEM.unpack_from(datagram, offset)
+        offset += _ITEM.size
+        if offset + size > len(datagram):
+            return Malformed(f"ends inside item {index + 1} of {items}")
+        if kind == OBJECT_ITEM:
+            if size != _OBJECT.size:
+                return Malformed(f"item {index + 1} of {items} is no object: {size} bytes")
+            objects.append(_object(datagram, offset))
+        offset += size
+    return ObjectPacket(frame_number, tuple(objects))
+
+
+def _object(datagram: bytes, offset: int) -> TrackedObject:
+    name, x, y, z, about_x, about_y, about_z = _OBJECT.unpack_from(datagram, offset)
+    text = name.split(b"\0", 1)[0].decode("utf-8", "replace")
+    return TrackedObject(text, (x, y, z), (about_x, about_y, about_z))

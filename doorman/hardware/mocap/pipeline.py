@@ -1,0 +1,91 @@
+"""Everything between datagrams and samples, without sockets, threads or a clock of its own."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from doorman.hardware.mocap.config import MocapConfig
+from doorman.hardware.mocap.faults import EventLog, FaultBook, MocapFault
+from doorman.hardware.mocap.figures import Figures, MocapStatistics
+from doorman.hardware.mocap.sample import nothing_yet
+from doorman.hardware.mocap.stream import RATE_AT_OPEN, Sender, StreamReader
+from doorman.hardware.mocap.tracker import PoseTracker
+
+
+class Pipeline:
+    """Takes datagrams in, and has the newest measurement with everything that is wrong.
+
+    Args:
+        config: Settings.
+        log: Gets what happens.
+    """
+
+    def __init__(self, config: MocapConfig, log: EventLog) -> None:
+        self._config = config
+        self.book = FaultBook(log, config.hold)
+        self._figures = Figures()
+        self._stream = StreamReader(config, self.book, self._figures)
+        self._tracker = PoseTracker(config, self.book, self._figures)
+        self.latest = nothing_yet()
+        """Newest measurement; replaced as a whole."""
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is a pose, and frames come at the configured rate."""
+        return self.latest.count > 0 and self._stream.monitor.near(RATE_AT_OPEN) is True
+
+    @property
+    def wrong_rate(self) -> float | None:
+        """The measured rate, if it is far from the configured one [1/s]."""
+        return self._stream.frame_rate if self._stream.monitor.near(RATE_AT_OPEN) is False else None
+
+    def feed(self, datagram: bytes, sender: Sender, arrival: float) -> None:
+        """Take in a datagram.
+
+        Args:
+            datagram: As received.
+            sender: Address and port that it came from.
+            arrival: By `time.monotonic`, not before the last call [s].
+        """
+        reading = self._stream.read(datagram, sender, arrival)
+        sample = None if reading is None else self._tracker.take(reading)
+        if sample is not None:
+            self.latest = replace(sample, fault=self.book.holds)
+
+    def tick(self, now: float) -> None:
+        """Let time pass.
+
+        Args:
+            now: By `time.monotonic` [s].
+        """
+        self._stream.tick(now)
+        if self.latest.count:
+            age = now - self.latest.time
+            limits = (
+                (MocapFault.STALE, self._config.stale_after),
+                (MocapFault.LOST, self._config.prediction_limit),
+            )
+            for fault, limit in limits:
+                self.book.keep(fault, age > limit, now, f"no pose for {1e3 * limit:.0f} ms" if age > limit else "")
+        self.book.tick(now)
+        if self.latest.fault != self.book.holds:
+            self.latest = replace(self.latest, fault=self.book.holds)
+
+    def deadline(self, now: float) -> float:
+        """When `tick` must be called next if nothing comes [s]; ∞ if there is nothing to wait for.
+
+        Args:
+            now: By `time.monotonic` [s].
+        """
+        ages = (self._config.stale_after, self._config.prediction_limit) if self.latest.count else ()
+        times = (*(self.latest.time + age for age in ages), self._stream.deadline, self.book.deadline)
+        return min((time for time in times if time > now), default=math.inf)
+
+    def diagnosis(self) -> str:
+        """Why there is no pose yet, in words."""
+        return self._stream.diagnosis()
+
+    def statistics(self) -> MocapStatistics:
+        """Figures so far."""
+        return self._figures.statistics(self.book.counts, self._stream.frame_rate, self._config.latency)

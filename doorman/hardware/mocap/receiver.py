@@ -1,0 +1,130 @@
+"""Mocap receiver: what a backend holds to know where the vehicle is."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from doorman.exceptions import BackendError
+from doorman.hardware.mocap.config import MocapConfig
+from doorman.hardware.mocap.connection import listen
+from doorman.hardware.mocap.faults import EventLog, MocapEvent
+from doorman.hardware.mocap.figures import MocapStatistics
+from doorman.hardware.mocap.sample import PoseSample
+from doorman.hardware.mocap.worker import MocapWorker
+
+STOP_TIMEOUT = 2.0
+"""How long `stop` waits for the thread [s]."""
+
+
+class MocapReceiver:
+    """The body's pose from a Vicon Tracker UDP object stream, received by a thread of its own.
+
+    `read` returns the newest pose at once, with its age as of the call. The constructor touches no device. Whatever happens to
+    the stream shows in samples and events; nothing raises but misuse.
+
+    Args:
+        config: Stream, object, frames and limits.
+    """
+
+    def __init__(self, config: MocapConfig) -> None:
+        self.config = config
+        self._log = EventLog()
+        self._worker: MocapWorker | None = None
+
+    def open(self, timeout: float | None = None) -> None:
+        """Listen, and wait for a steady pose at the configured rate.
+
+        Args:
+            timeout: How long to wait [s]; `config.open_timeout` if None.
+
+        Raises:
+            BackendError: if it is open already, the address cannot be listened on, the rate is another, or no pose comes; it
+                says what comes instead.
+        """
+        if self._worker is not None:
+            raise BackendError("the mocap receiver is open already", allowed="stop() before another open()")
+        patience = self.config.open_timeout if timeout is None else timeout
+        self._worker = MocapWorker(listen(self.config.connection), self.config, self._log)
+        self._worker.start()
+        try:
+            self._await_pose(self._worker, patience)
+        except BaseException:
+            self.stop()
+            raise
+
+    def read(self) -> PoseSample:
+        """Newest pose, at once. Look at `fresh` or `usable` before use.
+
+        Raises:
+            BackendError: if it is not open.
+        """
+        return self._as_of_now(self._opened())
+
+    def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
+        """Wait for a measurement that is newer than another.
+
+        Args:
+            sample: The other.
+            timeout: How long to wait [s].
+
+        Raises:
+            BackendError: if none comes in time, or it is not open.
+        """
+        worker = self._opened()
+        if not worker.wait(lambda pipeline: pipeline.latest.count > sample.count, timeout):
+            raise BackendError("no new pose", field="mocap", given=f"after {timeout:g} s")
+        return self._as_of_now(worker)
+
+    def events(self) -> list[MocapEvent]:
+        """Take what has happened since the last call, oldest first."""
+        return self._log.take()
+
+    @property
+    def statistics(self) -> MocapStatistics:
+        """How the stream ran since `open`.
+
+        Raises:
+            BackendError: if it is not open.
+        """
+        return self._opened().pipeline.statistics()
+
+    def stop(self) -> None:
+        """End the thread and close the socket; may be called twice."""
+        worker, self._worker = self._worker, None
+        if worker is not None and not worker.stop(STOP_TIMEOUT):
+            raise BackendError(
+                "the mocap receiver does not stop", field="mocap.connection", given=self.config.connection
+            )
+
+    def __enter__(self) -> MocapReceiver:
+        self.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def _await_pose(self, worker: MocapWorker, timeout: float) -> None:
+        found = worker.wait(lambda pipeline: pipeline.ready or pipeline.wrong_rate is not None, timeout)
+        rate = worker.pipeline.wrong_rate
+        if rate is not None:
+            raise BackendError("frames come at another rate", field="mocap.rate", given=self.config.rate,
+                               allowed=f"the stream's {rate:.1f} 1/s")  # fmt: skip
+        if not found:
+            raise BackendError(
+                f"no pose of '{self.config.object_name}' within {timeout:g} s: {worker.pipeline.diagnosis()}",
+                field="mocap.connection",
+                given=self.config.connection,
+                allowed="where Tracker's UDP object stream is sent to",
+            )
+
+    def _as_of_now(self, worker: MocapWorker) -> PoseSample:
+        sample = worker.latest
+        return sample.at(time.monotonic(), self.config.stale_after, self.config.prediction_limit)
+
+    def _opened(self) -> MocapWorker:
+        if self._worker is None:
+            raise BackendError("the mocap receiver is not open", allowed="open() before read()")
+        return self._worker

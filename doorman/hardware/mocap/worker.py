@@ -1,0 +1,157 @@
+"""The thread that owns the socket: it waits for packets and deadlines, and hands on the newest sample."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import threading
+import time
+from collections.abc import Callable
+
+from doorman.exceptions import BackendError
+from doorman.hardware.mocap.config import MocapConfig
+from doorman.hardware.mocap.connection import listen
+from doorman.hardware.mocap.faults import EventLog, MocapFault
+from doorman.hardware.mocap.packets import LARGEST
+from doorman.hardware.mocap.pipeline import Pipeline
+from doorman.hardware.mocap.sample import PoseSample
+
+REOPEN_INTERVAL = 0.1
+"""How often a socket that failed is opened again [s]."""
+INTERNAL_PAUSE = 0.001
+"""After a failure, so that a lasting one does not take the processor from everybody [s]."""
+LONGEST_WAIT = 0.1
+"""The thread looks at its deadlines at least this often [s]."""
+BATCH = 64
+"""Datagrams that are read before deadlines are looked at: a flood must not hide them."""
+_BROKEN = select.POLLERR | select.POLLHUP | select.POLLNVAL
+
+
+class MocapWorker:
+    """Receives until it is stopped.
+
+    Args:
+        channel: Bound socket; the worker closes it.
+        config: Settings.
+        log: Gets what happens.
+    """
+
+    def __init__(self, channel: socket.socket, config: MocapConfig, log: EventLog) -> None:
+        self._channel: socket.socket | None = channel
+        self._config = config
+        self._pipeline = Pipeline(config, log)
+        self._changed = threading.Condition()
+        self._stopping = False
+        self._wake_read, self._wake_write = os.pipe()
+        self._thread = threading.Thread(target=self._run, name="mocap", daemon=True)
+
+    @property
+    def latest(self) -> PoseSample:
+        """Newest measurement."""
+        return self._pipeline.latest
+
+    @property
+    def pipeline(self) -> Pipeline:
+        """To look at; only the thread may change it."""
+        return self._pipeline
+
+    def start(self) -> None:
+        """Begin to receive."""
+        self._thread.start()
+
+    def stop(self, timeout: float) -> bool:
+        """End the thread and close the socket.
+
+        Args:
+            timeout: How long to wait [s].
+
+        Returns:
+            Whether the thread has ended.
+        """
+        self._stopping = True
+        os.write(self._wake_write, b"!")
+        self._thread.join(timeout)
+        if self._thread.is_alive():
+            return False
+        os.close(self._wake_read)
+        os.close(self._wake_write)
+        return True
+
+    def wait(self, condition: Callable[[Pipeline], bool], timeout: float) -> bool:
+        """Wait until something is so.
+
+        Args:
+            condition: Looked at whenever something has changed.
+            timeout: How long to wait [s].
+
+        Returns:
+            Whether it came to be.
+        """
+        with self._changed:
+            return self._changed.wait_for(lambda: condition(self._pipeline), timeout)
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping:
+                try:
+                    self._turn()
+                except Exception as error:  # the last line of defence: without the thread, no fault would be told
+                    now = time.monotonic()
+                    self._pipeline.book.strike(MocapFault.INTERNAL, now, f"{type(error).__name__}: {error}")
+                    self._pause(INTERNAL_PAUSE)
+                with self._changed:
+                    self._changed.notify_all()
+        finally:
+            if self._channel is not None:
+                self._channel.close()
+
+    def _turn(self) -> None:
+        if self._channel is None:
+            self._reopen()
+        else:
+            self._receive(self._channel)
+        self._pipeline.tick(time.monotonic())
+
+    def _receive(self, channel: socket.socket) -> None:
+        """Wait for packets until the next deadline, and read what has come."""
+        try:
+            flags = self._poll(channel.fileno())
+            if flags & select.POLLIN:
+                for _ in range(BATCH):
+                    datagram, sender = channel.recvfrom(LARGEST)
+                    self._pipeline.feed(datagram, sender, time.monotonic())
+            elif flags & _BROKEN:
+                raise OSError(channel.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR), "the socket is broken")
+        except BlockingIOError:
+            return
+        except OSError as error:
+            channel.close()
+            self._channel = None
+            self._pipeline.book.keep(MocapFault.SOCKET, True, time.monotonic(), str(error.strerror or error))
+
+    def _poll(self, descriptor: int) -> int:
+        if descriptor < 0:
+            return select.POLLNVAL
+        now = time.monotonic()
+        patience = min(self._pipeline.deadline(now) - now, LONGEST_WAIT)
+        poll = select.poll()
+        poll.register(descriptor, select.POLLIN)
+        poll.register(self._wake_read, select.POLLIN)
+        for ready, flags in poll.poll(1e3 * patience + 0.1):  # a little more: the deadline has passed then
+            if ready == descriptor:
+                return flags
+        return 0
+
+    def _pause(self, duration: float) -> None:
+        """Wait, but not past `stop`."""
+        select.select([self._wake_read], [], [], duration)
+
+    def _reopen(self) -> None:
+        self._pause(REOPEN_INTERVAL)
+        if self._stopping:
+            return
+        with contextlib.suppress(BackendError):  # not yet: tried again
+            self._channel = listen(self._config.connection)
+            self._pipeline.book.keep(MocapFault.SOCKET, False, time.monotonic(), "opened again")

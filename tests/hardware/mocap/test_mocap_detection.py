@@ -1,0 +1,218 @@
+"""How soon faults are told and acted on, with the default configuration and a clock of the test's own: exact and repeatable.
+
+The emulated Tracker's packets go straight into the pipeline behind the socket. What the thread and the network add is not in it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+from mocap_rig import NAME, swaying, true_position
+from mocap_table import milliseconds
+
+from doorman.hardware.emulators.mocap_stream import TrackerSetup, TrackerStream
+from doorman.hardware.mocap import MocapConfig, MocapFault, PoseQuality
+from doorman.hardware.mocap.faults import EventLog
+from doorman.hardware.mocap.pipeline import Pipeline
+
+STEP = 0.001
+SENDER = ("127.0.0.1", 4000)
+CONFIG = MocapConfig(NAME)
+
+
+class Simulated:
+    """Tracker and pipeline on a common clock."""
+
+    def __init__(self) -> None:
+        self.log = EventLog()
+        self.pipeline = Pipeline(CONFIG, self.log)
+        self.stream = TrackerStream(swaying, TrackerSetup(NAME, first_frame=500_000))
+        self.now = 100.0
+        self.exposure = 100.0
+        self.extra: Callable[[float], None] = lambda now: None
+        self.checked = 0
+        self.run(0.6, step=0.005)
+
+    def run(self, seconds, until=lambda: False, step=STEP):
+        """Let time pass; returns how much until a condition held."""
+        start = self.now
+        while self.now < start + seconds:
+            if until():
+                return self.now - start
+            self.now += step
+            while self.exposure <= self.now:
+                self.stream.expose(self.exposure)
+                self.exposure += 1.0 / self.stream.rate
+            for datagram in self.stream.take(self.now):
+                self.pipeline.feed(datagram, SENDER, self.now)
+            self.extra(self.now)
+            self.pipeline.tick(self.now)
+            self.check()
+        return math.inf
+
+    def sample(self):
+        return self.pipeline.latest.at(self.now, CONFIG.stale_after, CONFIG.prediction_limit)
+
+    def check(self):
+        """Whatever is wrong: a pose that becomes fresh was true at the time of its stamp, or later."""
+        if self.pipeline.latest.count == self.checked:
+            return
+        self.checked = self.pipeline.latest.count
+        sample = self.sample()
+        if sample.fresh and not any(self.stream.faults.jump):
+            times = [sample.time + share * (self.now - sample.time) for share in (-0.05, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
+            error = min(math.dist(sample.position, true_position(at)) for at in times)
+            assert error < 0.0025, f"older than it says: {error:.4f} m"
+
+    def told(self, fault):
+        return lambda: bool(fault & self.pipeline.book.holds)
+
+
+def set_fault(**fields):
+    def switch(simulated):
+        for name, value in fields.items():
+            setattr(simulated.stream.faults, name, value)
+
+    return switch
+
+
+def set_stream(**fields):
+    def switch(simulated):
+        for name, value in fields.items():
+            setattr(simulated.stream, name, value)
+
+    return switch
+
+
+def lose_one(simulated):
+    simulated.stream.faults.loss = 1.0
+    simulated.stream.expose(simulated.exposure)
+    simulated.exposure += CONFIG.period
+    simulated.stream.faults.loss = 0.0
+
+
+def hold_one_back(simulated):
+    simulated.stream.faults.reorder = 1.0
+    simulated.stream.expose(simulated.exposure)
+    simulated.exposure += CONFIG.period
+    simulated.stream.faults.reorder = 0.0
+
+
+def send_damaged(simulated):
+    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, SENDER, now)
+
+
+def send_foreign(simulated):
+    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, ("10.0.0.9", 1), now)
+
+
+CASES = {
+    "test_packets_lost": (lose_one, MocapFault.DROPPED),
+    "test_short_gap": (set_fault(silent=True), MocapFault.STALE),
+    "test_silence": (set_fault(silent=True), MocapFault.SILENT),
+    "test_occlusion": (set_fault(frozen=True), MocapFault.OCCLUDED),
+    "test_occlusion_told_as_zeros": (set_fault(zeroed=True), MocapFault.OCCLUDED),
+    "test_object_missing": (set_fault(absent=True), MocapFault.MISSING),
+    "test_wrong_object": (set_fault(wrong_name="wand"), MocapFault.MISSING),
+    "test_single_outliers": (set_fault(outliers=1.0), MocapFault.OUTLIER),
+    "test_jump_that_lasts": (set_fault(jump=(0.0, 3.0, 0.0)), MocapFault.JUMPED),
+    "test_delay_that_lasts": (set_fault(delay=0.2), MocapFault.STALE),
+    "test_packets_reordered": (hold_one_back, MocapFault.REORDERED),
+    "test_packets_duplicated": (set_fault(duplicate=1.0), MocapFault.DUPLICATED),
+    "test_damaged_packets": (send_damaged, MocapFault.CORRUPT),
+    "test_numbers_that_are_not_finite": (set_fault(not_finite=True), MocapFault.CORRUPT),
+    "test_stray_frame_number": (set_fault(number_offset=100_000), MocapFault.NUMBERING),
+    "test_frame_numbers_begin_anew": (set_stream(frame_number=1_000_000), MocapFault.RESTARTED),
+    "test_frame_numbers_go_back": (set_stream(frame_number=7), MocapFault.RESTARTED),
+    "test_frame_number_that_stands_still": (set_fault(stuck_number=True), MocapFault.DUPLICATED),
+    "test_rate_that_changes": (set_stream(rate=80.0), MocapFault.RATE),
+    "test_foreign_sender": (send_foreign, MocapFault.FOREIGN),
+}
+
+
+@pytest.mark.parametrize("row", CASES)
+def test_a_fault_is_told_within_the_time_of_the_table(row):
+    switch, fault = CASES[row]
+    simulated = Simulated()
+    assert simulated.sample().fresh
+    switch(simulated)
+    taken = simulated.run(3.0, simulated.told(fault))
+    assert taken <= milliseconds(row) / 1e3 + STEP
+
+
+@pytest.mark.parametrize(
+    "switch",
+    [
+        set_fault(silent=True), set_fault(frozen=True), set_fault(zeroed=True), set_fault(absent=True),
+        set_fault(not_finite=True), set_fault(stuck_number=True), set_fault(jump=(1.0, 0.0, 0.0)),
+        set_fault(delay=0.5), set_fault(loss=1.0), set_fault(wrong_name="wand"), set_stream(frame_number=9),
+    ],
+)  # fmt: skip
+def test_a_lasting_fault_ends_predictions_after_their_limit(switch):
+    """Counted from the last pose: at most a period and the latency before the fault."""
+    simulated = Simulated()
+    switch(simulated)
+    stale = simulated.run(1.0, lambda: simulated.sample().quality is PoseQuality.PREDICTED)
+    lost = simulated.run(1.0, lambda: simulated.sample().quality is PoseQuality.LOST)
+    slack = STEP + CONFIG.period + CONFIG.latency
+    assert CONFIG.stale_after - slack <= stale <= CONFIG.stale_after + slack
+    assert stale + lost <= CONFIG.prediction_limit + slack
+
+
+@pytest.mark.parametrize(
+    "switch",
+    [set_fault(silent=True), set_fault(frozen=True), set_fault(absent=True), set_fault(not_finite=True),
+     set_fault(jump=(1.0, 0.0, 0.0)), set_fault(wrong_name="wand")],
+)  # fmt: skip
+def test_poses_are_back_soon_after_the_fault(switch):
+    simulated = Simulated()
+    switch(simulated)
+    simulated.run(0.5)
+    simulated.stream.faults = type(simulated.stream.faults)()
+    back = simulated.run(1.0, lambda: simulated.sample().fresh)
+    assert back <= CONFIG.acquire_frames * CONFIG.period + CONFIG.latency + CONFIG.prediction_limit + 2 * STEP
+
+
+@pytest.mark.parametrize("delay", [0.04, 0.2, 1.0])
+def test_a_delay_that_lasts_stays_stale(delay):
+    simulated = Simulated()
+    simulated.stream.faults.delay = delay
+    simulated.run(0.05 + delay)
+    assert simulated.run(15.0, lambda: simulated.sample().fresh, step=0.01) == math.inf
+    simulated.stream.faults.delay = 0.0
+    simulated.run(delay + 0.2)
+    assert simulated.sample().fresh
+
+
+@pytest.mark.parametrize("rate", [80.0, 130.0])
+def test_a_wrong_rate_is_not_fresh(rate):
+    simulated = Simulated()
+    simulated.stream.rate = rate
+    simulated.run(1.5)
+    assert simulated.run(5.0, lambda: simulated.sample().fresh, step=0.004) == math.inf
+
+
+def test_a_rate_as_of_television_is_followed():
+    """119.88 frames a second, where 120 were told."""
+    simulated = Simulated()
+    simulated.stream.rate = 100.0 / 1.001
+    simulated.run(12.0)
+    assert simulated.sample().fresh
+    assert not simulated.pipeline.book.holds
+    assert simulated.pipeline.statistics().frame_rate == pytest.approx(99.9, abs=0.02)
+
+
+def test_deadlines_are_those_of_the_next_change():
+    simulated = Simulated()
+    simulated.stream.faults.silent = True
+    simulated.run(0.02)
+    names = []
+    while math.isfinite(due := simulated.pipeline.deadline(simulated.now)):
+        before = simulated.pipeline.book.holds
+        simulated.run(due - simulated.now - 2 * STEP)
+        assert simulated.pipeline.book.holds == before
+        simulated.run(3 * STEP)
+        names.append(simulated.pipeline.book.holds & ~before)
+    assert names[:3] == [MocapFault.STALE, MocapFault.LOST, MocapFault.SILENT]

@@ -1,0 +1,90 @@
+"""What docs/hardware/mocap.md says: its example runs, its rows are tests, its names exist, its numbers are those of the code."""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+from mocap_rig import free_port, swaying
+from mocap_table import PAGE, table
+
+from doorman.hardware.emulators.mocap import MocapEmulator, StreamFaults, TrackerSetup
+from doorman.hardware.mocap import MocapConfig, MocapFault, MocapStatistics, PoseQuality, PoseSample
+from doorman.hardware.mocap.clock import _DRIFT, _DRIFTED
+from doorman.hardware.mocap.rate import FINE
+from doorman.hardware.mocap.sequence import FORGIVEN, NEW_RUN
+from doorman.hardware.mocap.worker import REOPEN_INTERVAL
+
+HERE = Path(__file__).parent
+
+
+def names_of_tests() -> set[str]:
+    return {
+        node.name
+        for path in HERE.glob("test_*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
+    }
+
+
+def test_every_row_of_the_fault_table_is_a_test():
+    rows = table("Faults")
+    assert len(rows) >= 25
+    assert {re.fullmatch(r"`(\w+)`", row[-1])[1] for row in rows} <= names_of_tests()
+    assert all(len(row) == 6 and all(row) for row in rows)
+
+
+def test_every_fault_is_in_the_table():
+    told = {name for row in table("Faults") for name in re.findall(r"\b[A-Z]{4,}\b", row[1])}
+    assert told == {fault.name for fault in MocapFault}
+
+
+def test_every_quality_is_in_the_table():
+    assert [row[0].strip("`") for row in table("Samples")] == [quality.name for quality in PoseQuality]
+
+
+def test_names_exist():
+    known = {field.name for kind in (MocapConfig, MocapStatistics, PoseSample, TrackerSetup) for field in fields(kind)}
+    known |= {"MocapReceiver", "MocapEvent", "MocapFault", "TrackerSetup", "usable", "open", "source"}
+    known |= {one.name for kind in (PoseQuality, MocapFault) for one in kind}
+    used = set(re.findall(r"`([A-Za-z_]+)`", PAGE))
+    assert {name for name in used if not name.startswith("test_")} <= known
+
+
+@pytest.mark.parametrize("name", ["silent", "frozen", "zeroed", "absent", "wrong_name", "jump", "outliers", "delay"])
+def test_faults_of_the_emulator_exist(name):
+    assert name in {field.name for field in fields(StreamFaults)}
+
+
+def test_numbers_are_those_of_the_code():
+    config = MocapConfig("quad")
+    assert f"{1e3 * config.stale_after:g} ms after the last good measurement" in PAGE
+    assert f"`LOST` after {1e3 * config.prediction_limit:g} ms" in PAGE
+    assert f"after {config.hold:g} s without another" in PAGE
+    assert f"{1e3 * config.latency:g} ms is an assumption" in PAGE
+    assert f"otherwise: {1e3 * config.velocity_window / 2:g} ms by default" in PAGE
+    assert (
+        f"up to {1e3 * _DRIFTED:g} ms may pass for drift of the clocks, at most\n{1e3 * _DRIFT:g} ms a second" in PAGE
+    )
+    assert f"Up to {100 * FINE:g} % the rate is followed" in PAGE
+    assert f"{NEW_RUN} frames at the right pace" in PAGE
+    assert f"if {FORGIVEN:g} s behind or more" in PAGE
+    assert f"every {1e3 * REOPEN_INTERVAL:g} ms" in PAGE
+    assert f"measured {config.acquire_frames} frames after" in PAGE
+    limit, lag = config.prediction_limit, config.velocity_window / 2
+    assert f"{2e3 * limit * (limit / 2 + lag):.0f} mm at 2 m/s²" in PAGE
+    gate = config.position_slack + config.max_acceleration * config.period * (config.period / 2 + lag)
+    assert f"{1e3 * gate:.0f} mm off the\ncourse" in PAGE
+
+
+def test_the_example_runs(capsys):
+    code = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1]
+    port = free_port()
+    code = code.replace("udp:192.168.10.7:51001", f"udp:{port}")
+    setup = TrackerSetup("hexarotor", object_position=(0.0, 0.0, 0.06))
+    with MocapEmulator(swaying, setup, ("127.0.0.1", port)):
+        exec(compile(code, "docs/hardware/mocap.md", "exec"), {})
+    assert "mocap: object acquired" in capsys.readouterr().out

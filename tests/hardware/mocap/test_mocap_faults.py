@@ -1,0 +1,315 @@
+"""Faults of docs/hardware/mocap.md: injected on the wire, told, and brought to their end state."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import time
+
+import numpy as np
+import pytest
+from mocap_rig import is_predicted, true_position
+
+from doorman.exceptions import BackendError
+from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, TrackerSetup
+from doorman.hardware.mocap import MocapFault, PoseQuality
+
+
+def test_packets_lost(rig):
+    rig.emulator.faults.loss = 0.3
+    rig.until_event(MocapFault.DROPPED)
+    rig.until_fresh(after=time.monotonic())
+    rig.emulator.faults.loss = 0.0
+    rig.until_event(MocapFault.DROPPED, began=False)
+    assert rig.receiver.statistics.dropped > 0
+
+
+def test_short_gap(rig):
+    before = rig.until_fresh()
+    rig.emulator.faults.silent = True
+    sample = rig.until(is_predicted)
+    assert not sample.fresh
+    assert sample.usable
+    assert rig.config.stale_after < sample.age <= rig.config.prediction_limit
+    rig.assert_true(before)
+    assert np.linalg.norm(sample.position - true_position(sample.time + sample.age)) < 0.03
+    rig.emulator.faults.silent = False
+    rig.until_fresh(after=sample.time)
+
+
+def test_silence(rig):
+    rig.emulator.faults.silent = True
+    silenced = time.monotonic()
+    rig.until_lost()
+    rig.until_event(MocapFault.SILENT)
+    stale, lost = rig.has(MocapFault.STALE), rig.has(MocapFault.LOST)
+    assert stale.time <= lost.time
+    rig.emulator.faults.silent = False
+    sample = rig.until_fresh(after=silenced)
+    assert not sample.fault & (MocapFault.LOST | MocapFault.SILENT) or rig.until_event(MocapFault.SILENT, began=False)
+
+
+def test_occlusion(rig):
+    rig.emulator.faults.frozen = True
+    frozen = time.monotonic()
+    rig.until_event(MocapFault.OCCLUDED)
+    lost = rig.until_lost()
+    assert lost.time < frozen + 2 * rig.config.period
+    rig.emulator.faults.frozen = False
+    rig.until_fresh(after=frozen + 0.1)
+    rig.until_event(MocapFault.OCCLUDED, began=False)
+
+
+def test_occlusion_told_as_zeros(rig):
+    rig.emulator.faults.zeroed = True
+    rig.until_event(MocapFault.OCCLUDED)
+    lost = rig.until_lost()
+    assert np.linalg.norm(lost.position) > 0.5
+    rig.emulator.faults.zeroed = False
+    rig.until_fresh(after=lost.time)
+
+
+def test_object_missing(rig):
+    rig.emulator.faults.absent = True
+    assert "no object" in rig.until_event(MocapFault.MISSING).text
+    lost = rig.until_lost()
+    rig.emulator.faults.absent = False
+    rig.until_fresh(after=lost.time)
+    rig.until_event(MocapFault.MISSING, began=False)
+
+
+def test_wrong_object(rig):
+    rig.emulator.faults.wrong_name = "wand"
+    assert "the stream holds wand" in rig.until_event(MocapFault.MISSING).text
+    lost = rig.until_lost()
+    rig.emulator.faults.wrong_name = None
+    rig.until_fresh(after=lost.time)
+
+
+def test_single_outliers(rig):
+    rig.emulator.faults.outliers = 0.2
+    rig.until_event(MocapFault.OUTLIER)
+    for _ in range(10):
+        rig.until_fresh(after=rig.receiver.read().time)
+    rig.emulator.faults.outliers = 0.0
+    rig.until_event(MocapFault.OUTLIER, began=False)
+
+
+def test_jump_that_lasts(rig):
+    rig.emulator.faults.jump = (0.0, 3.0, 0.0)
+    jumped = time.monotonic()
+    rig.until_event(MocapFault.OUTLIER)
+    lost = rig.until_lost()
+    assert lost.time < jumped + 2 * rig.config.period, "nothing is believed until the old track is given up"
+    event = rig.until_event(MocapFault.JUMPED)
+    assert event.time - lost.time > rig.config.prediction_limit
+    sample = rig.until(lambda sample: sample.fresh and sample.time > jumped)
+    assert sample.position - true_position(sample.time) == pytest.approx([0.0, 3.0, 0.0], abs=0.02)
+
+
+def test_found_again_where_it_may_be(rig):
+    rig.emulator.faults.absent = True
+    lost = rig.until_lost()
+    rig.emulator.faults.absent = False
+    rig.until_fresh(after=lost.time)
+    assert any("acquired again" in event.text for event in rig.events())
+    assert not rig.has(MocapFault.JUMPED)
+
+
+def test_delay_that_lasts(own_rig):
+    own_rig.emulator.faults.delay = 0.25
+    own_rig.until_event(MocapFault.DELAYED)
+    end = time.monotonic() + 0.6
+    delayed = own_rig.until(lambda sample: sample.quality is PoseQuality.LOST and MocapFault.DELAYED in sample.fault)
+    while time.monotonic() < end:
+        delayed = own_rig.receiver.wait(delayed, 1.0)
+        assert not delayed.fresh
+        assert delayed.age > 0.23, "a delay that lasts is not taken for the new normal"
+    own_rig.assert_true(delayed)
+    own_rig.emulator.faults.delay = 0.0
+    own_rig.until_fresh()
+
+
+def test_jitter(rig):
+    rig.emulator.faults.jitter = 0.03
+    for _ in range(30):
+        rig.until_fresh(after=rig.receiver.read().time)
+    assert rig.receiver.statistics.delay_p99 > 0.01
+
+
+def test_packets_reordered(rig):
+    rig.emulator.faults.reorder = 0.3
+    rig.until_event(MocapFault.REORDERED)
+    newest = rig.receiver.read()
+    for _ in range(20):
+        sample = rig.receiver.wait(newest, 1.0)
+        assert sample.frame_number > newest.frame_number
+        newest = sample
+    rig.emulator.faults.reorder = 0.0
+    rig.until_event(MocapFault.REORDERED, began=False)
+    rig.until_fresh(after=newest.time)
+
+
+def test_packets_duplicated(rig):
+    rig.emulator.faults.duplicate = 1.0
+    rig.until_event(MocapFault.DUPLICATED)
+    sample = rig.until_fresh(after=rig.receiver.read().time)
+    assert MocapFault.OCCLUDED not in sample.fault, "a packet that comes twice is not a pose that repeats"
+    rig.emulator.faults.duplicate = 0.0
+    rig.until_event(MocapFault.DUPLICATED, began=False)
+
+
+def test_damaged_packets(rig):
+    rig.emulator.faults.truncate = 0.3
+    rig.emulator.faults.garbage = 0.3
+    rig.until_event(MocapFault.CORRUPT)
+    rig.until_fresh(after=time.monotonic())
+    rig.emulator.faults.truncate = rig.emulator.faults.garbage = 0.0
+    rig.until_event(MocapFault.CORRUPT, began=False)
+
+
+def test_flipped_bits(rig):
+    rig.emulator.faults.corrupt = 0.3
+    for _ in range(20):
+        sample = rig.until(lambda sample, after=rig.receiver.read().time: sample.fresh and sample.time > after)
+        rig.assert_true(sample, 0.1)  # flips in the last bits of a number are not to be told from noise
+    rig.emulator.faults.corrupt = 0.0
+    rig.until_fresh(after=time.monotonic())
+
+
+def test_numbers_that_are_not_finite(rig):
+    rig.emulator.faults.not_finite = True
+    assert "impossible pose" in rig.until_event(MocapFault.CORRUPT).text
+    lost = rig.until_lost()
+    assert np.isfinite(lost.position).all()
+    rig.emulator.faults.not_finite = False
+    rig.until_fresh(after=lost.time)
+
+
+def test_stray_frame_number(rig):
+    rig.emulator.faults.number_offset = 100_000
+    rig.until_event(MocapFault.NUMBERING)
+    rig.emulator.faults.number_offset = 0
+    rig.until_fresh(after=time.monotonic())
+
+
+def test_frame_numbers_begin_anew(own_rig):
+    own_rig.emulator.stream.frame_number = 1_000_000
+    event = own_rig.until_event(MocapFault.RESTARTED)
+    sample = own_rig.until_fresh(after=event.time)
+    assert sample.frame_number > 1_000_000
+    own_rig.until_event(MocapFault.NUMBERING, began=False)
+
+
+def test_frame_numbers_go_back(make_rig):
+    rig = make_rig(emulator={"first_frame": 1_000_000})
+    rig.receiver.open()
+    rig.emulator.stream.frame_number = 7
+    event = rig.until_event(MocapFault.RESTARTED)
+    assert rig.until_fresh(after=event.time).frame_number < 1_000_000
+
+
+def test_frame_number_that_stands_still(rig):
+    rig.emulator.faults.stuck_number = True
+    rig.until_event(MocapFault.DUPLICATED)
+    rig.until_lost()
+    rig.emulator.faults.stuck_number = False
+    rig.until_fresh()
+
+
+def test_frames_left_out_by_tracker(own_rig):
+    own_rig.emulator.faults.stride = 3
+    own_rig.until_event(MocapFault.DROPPED)
+    own_rig.until_event(MocapFault.DROPPED, began=False)
+    own_rig.until_fresh(after=time.monotonic())
+
+
+@pytest.mark.parametrize("rate", [60.0, 180.0])
+def test_rate_that_changes(own_rig, rate):
+    own_rig.until_fresh()
+    own_rig.emulator.stream.rate = rate
+    event = own_rig.until_event(MocapFault.RATE)
+    own_rig.until_lost()
+    assert event.began
+    own_rig.receiver.stop()
+    with pytest.raises(BackendError, match="frames come at another rate") as refusal:
+        own_rig.receiver.open()
+    told = float(re.search(r"the stream's ([\d.]+) 1/s", str(refusal.value))[1])
+    assert told == pytest.approx(rate, rel=0.1)
+
+
+def test_foreign_sender(rig):
+    liar = MocapEmulator(lambda at: BodyPose([9.0, 9.0, 9.0]), rig.config.object_name, rig.emulator.target)
+    with liar:
+        rig.until_event(MocapFault.FOREIGN)
+        for _ in range(10):
+            rig.until_fresh(after=rig.receiver.read().time)
+    rig.until_event(MocapFault.FOREIGN, began=False)
+
+
+def test_another_tracker_takes_over(own_rig):
+    own_rig.emulator.stop()
+    own_rig.until_event(MocapFault.SILENT)
+    setup = TrackerSetup(own_rig.config.object_name, first_frame=5_000_000)
+    successor = MocapEmulator(own_rig.emulator.stream.source, setup, own_rig.emulator.target)
+    with successor:
+        event = own_rig.until_event(MocapFault.RESTARTED)
+        own_rig.until_fresh(after=event.time)
+
+
+def test_flood(rig):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+        fresh = 0
+        for _ in range(200):
+            for _ in range(20):
+                channel.sendto(os.urandom(64), rig.emulator.target)
+            fresh += rig.receiver.read().fresh
+            time.sleep(0.001)
+    rig.until_event(MocapFault.FOREIGN)
+    assert fresh > 0
+    rig.until_fresh(after=time.monotonic())
+
+
+def test_socket_that_fails(own_rig):
+    reading, writing = os.pipe()
+    os.dup2(reading, own_rig.receiver._worker._channel.fileno())  # what was a socket is none any more
+    os.close(reading)
+    os.close(writing)
+    own_rig.until_event(MocapFault.SOCKET)
+    own_rig.until_event(MocapFault.SOCKET, began=False)
+    own_rig.until_fresh(after=time.monotonic())
+
+
+def test_adapter_that_fails_in_itself(own_rig, monkeypatch):
+    pipeline = own_rig.receiver._worker.pipeline
+    feed, failures = pipeline.feed, []
+
+    def failing(*arguments):
+        if len(failures) < 5:
+            failures.append(arguments)
+            raise RuntimeError("on purpose")
+        feed(*arguments)
+
+    monkeypatch.setattr(pipeline, "feed", failing)
+    assert "on purpose" in own_rig.until_event(MocapFault.INTERNAL).text
+    own_rig.until_fresh(after=time.monotonic())
+    own_rig.until_event(MocapFault.INTERNAL, began=False)
+
+
+def test_thread_that_is_held_up(own_rig, monkeypatch):
+    """Packets that wait in the socket keep their age: the last of them is fresh, the others are late."""
+    pipeline = own_rig.receiver._worker.pipeline
+    tick, held = pipeline.tick, []
+
+    def holding(now):
+        if not held:
+            held.append(now)
+            time.sleep(0.3)
+        tick(now)
+
+    own_rig.until_fresh()
+    monkeypatch.setattr(pipeline, "tick", holding)
+    own_rig.until(lambda sample: held and not sample.usable)
+    own_rig.until_event(MocapFault.DELAYED)
+    own_rig.until_fresh(after=held[0])

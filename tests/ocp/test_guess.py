@@ -1,0 +1,189 @@
+"""First guesses: rollouts, straight lines, and the previous plan shifted, against numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from double_integrator import FAR, STEP, Variant
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from random_horizon import N, cart
+
+from doorman.numba_types.handles import Handle, held
+from doorman.ocp.guess import (
+    aim_straight,
+    last_violation,
+    nearest_shift,
+    roll_blindly,
+    settle_integrators,
+    shift_guess,
+    shift_rows,
+)
+from doorman.ocp.workspace import Multipliers, Workspace
+
+Array = NDArray[np.float64]
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def interpolated(rows: Array, shift: float) -> Array:
+    """Rows `shift` steps later; the last one is held."""
+    at = np.arange(len(rows)) + shift
+    return np.column_stack([np.interp(at, np.arange(len(rows)), column) for column in rows.T])
+
+
+@given(SEEDS, st.integers(1, 12), st.floats(0.0, 15.0), st.booleans())
+def test_shifted_rows_are_interpolated_and_the_last_one_is_held(seed: int, m: int, shift: float, plain: bool) -> None:
+    rows = np.random.default_rng(seed).normal(size=(m, 3))
+    expected = interpolated(rows, shift)
+    (shift_rows.py_func if plain else shift_rows)(rows, shift)
+    np.testing.assert_allclose(rows, expected, atol=1e-12)
+
+
+def test_no_shift_keeps_the_bits(rng: np.random.Generator) -> None:
+    rows = rng.normal(size=(7, 4))
+    kept = rows.copy()
+    shift_rows(rows, 0.0)
+    np.testing.assert_array_equal(rows, kept)
+
+
+@given(SEEDS, st.integers(1, 6), st.booleans())
+def test_nearest_point_of_the_polyline(seed: int, limit: int, plain: bool) -> None:
+    """No point of a fine sampling of the polyline is nearer than the one found."""
+    rng = np.random.default_rng(seed)
+    states = np.cumsum(rng.normal(size=(7, 4)), axis=0)
+    state = states[0] + rng.normal(size=4)
+    weights = rng.uniform(0.0, 5.0, 4)
+    shift = (nearest_shift.py_func if plain else nearest_shift)(states, state, weights, limit)
+    assert 0.0 <= shift <= limit
+
+    def distance(at: Array | float) -> Array:
+        points = np.column_stack([np.interp(np.atleast_1d(at), np.arange(7), column) for column in states.T])
+        return (points - state) ** 2 @ weights
+
+    assert distance(shift)[0] <= distance(np.linspace(0.0, limit, 400 * limit + 1)).min() + 1e-12
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.25, 1.0, 1.75, 2.0])
+def test_a_point_on_the_polyline_is_found(shift: float, rng: np.random.Generator) -> None:
+    states = np.cumsum(rng.uniform(0.5, 1.0, size=(7, 4)), axis=0)
+    node, part = int(shift), shift % 1.0
+    point = (1.0 - part) * states[node] + part * states[node + 1]
+    assert nearest_shift(states, point, np.ones(4), 2) == pytest.approx(shift, abs=1e-12)
+
+
+def test_a_plan_at_rest_is_not_shifted() -> None:
+    assert nearest_shift(np.ones((5, 3)), np.zeros(3), np.ones(3), 2) == 0.0
+
+
+def test_the_limit_and_the_end_of_the_plan_hold() -> None:
+    line = np.arange(5.0)[:, None]
+    assert nearest_shift(line, np.array([9.0]), np.ones(1), 2) == 2.0
+    assert nearest_shift(line, np.array([9.0]), np.ones(1), 50) == 4.0
+    assert nearest_shift(line, np.array([-9.0]), np.ones(1), 2) == 0.0
+
+
+def random_guess(rng: np.random.Generator) -> Workspace:
+    work = Workspace.of(cart())
+    for array in (*work.nominal, *work.multipliers):
+        array[:] = rng.normal(size=array.shape)
+    return work
+
+
+def integrated(work: Workspace) -> Array:
+    """The last state, the integral of the last input."""
+    return work.nominal.states[0, 2] + STEP * np.concatenate([[0.0], np.cumsum(work.nominal.inputs[:, 1])])
+
+
+def test_integrators_follow_from_their_inputs(rng: np.random.Generator) -> None:
+    work = random_guess(rng)
+    kept = work.nominal.states[:, :2].copy()
+    settle_integrators(held(work))
+    np.testing.assert_allclose(work.nominal.states[:, 2], integrated(work), atol=1e-14)
+    np.testing.assert_array_equal(work.nominal.states[:, :2], kept)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0, 1.6])
+def test_a_shift_moves_states_inputs_and_multipliers_together(shift: float, rng: np.random.Generator) -> None:
+    work = random_guess(rng)
+    nominal, multipliers = work.nominal, work.multipliers
+    expected = [interpolated(rows, shift) for rows in (nominal.states, nominal.inputs)]
+    moved = {
+        name: interpolated(getattr(multipliers, name), shift) for name in Multipliers._fields if name != "end_rows"
+    }
+    of_the_end, state = multipliers.end_rows.copy(), rng.normal(size=3)
+    shift_guess(held(work), state, shift, 2)
+    np.testing.assert_array_equal(nominal.states[0], state)
+    np.testing.assert_allclose(nominal.states[1:, :2], expected[0][1:, :2], atol=1e-13)
+    np.testing.assert_allclose(nominal.inputs, expected[1], atol=1e-13)
+    np.testing.assert_allclose(nominal.states[:, 2], integrated(work), atol=1e-13)
+    for name, rows in moved.items():
+        np.testing.assert_allclose(getattr(multipliers, name), rows, atol=1e-13, err_msg=name)
+    np.testing.assert_array_equal(multipliers.end_rows, of_the_end)
+
+
+def test_a_shift_that_is_not_given_is_looked_for(rng: np.random.Generator) -> None:
+    one, other = random_guess(np.random.default_rng(1)), random_guess(np.random.default_rng(1))
+    state = 0.3 * one.nominal.states[1] + 0.7 * one.nominal.states[2]
+    shift = nearest_shift(one.nominal.states, state, one.weights.state, 2)
+    shift_guess(held(one), state, -1.0, 2)
+    shift_guess(held(other), state, shift, 2)
+    for mine, theirs in zip((*one.nominal, *one.multipliers), (*other.nominal, *other.multipliers), strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+def test_a_blind_rollout_obeys_the_dynamics_whatever_it_violates(rng: np.random.Generator) -> None:
+    variant = Variant(wall=0.0, bend=0.8, horizon=N)
+    work = random_guess(rng)
+    roll_blindly(Handle(variant.model()), held(work))
+    assert variant.defect(work.nominal.states, work.nominal.inputs) <= 1e-13
+
+
+def test_a_blind_rollout_that_goes_astray_is_held_where_it_does(rng: np.random.Generator) -> None:
+    """Finite, so that iterations have something to begin with."""
+    variant = Variant(bend=4e6, horizon=N)
+    work = random_guess(rng)
+    inputs = work.nominal.inputs.copy()
+    roll_blindly(Handle(variant.model()), held(work))
+    states = work.nominal.states
+    assert np.abs(states).max() < 1e6
+    broken = int(np.flatnonzero((states[1:, :2] == states[:-1, :2]).all(axis=1))[0])
+    assert 0 < broken < N
+    np.testing.assert_array_equal(states[broken:, :2], np.tile(states[broken, :2], (N + 1 - broken, 1)))
+    assert variant.defect(states[: broken + 1], inputs[:broken]) <= 1e-9
+    np.testing.assert_allclose(states[:, 2], integrated(work), atol=1e-12)
+
+
+def test_a_straight_line_leads_to_the_goal_within_the_rates(rng: np.random.Generator) -> None:
+    for rate, reaches in ((FAR, True), (0.1, False)):
+        problem = Variant(rate=(-rate, rate), horizon=N).problem()
+        work = Workspace.of(problem)
+        work.nominal.states[0] = rng.normal(size=3)
+        aim_straight(held(work))
+        states, goal = work.nominal.states, problem.cost.state_goal
+        np.testing.assert_allclose(states[:, :2], np.linspace(states[0, :2], goal[:2], N + 1), atol=1e-13)
+        assert (states[-1, 2] == pytest.approx(goal[2])) == reaches
+        assert np.abs(np.diff(states[:, 2])).max() <= STEP * rate + 1e-12
+
+
+@pytest.mark.parametrize(
+    ("field", "index", "node"),
+    [
+        (None, None, -1), ("rows", (2, 1), 3), ("input_rows", (4, 0), 4), ("end_rows", (0,), N), ("states", (5, 0), 5),
+        ("inputs", (3, 1), 3),
+    ],
+)  # fmt: skip
+def test_the_last_violated_node(field: str | None, index: tuple[int, ...], node: int) -> None:
+    work = Workspace.of(cart())
+    for values in (work.nominal.rows, work.nominal.input_rows, work.nominal.end_rows):
+        values[:] = -1.0
+    assert last_violation(held(work), 1e-6) == -1
+    work.nominal.states[0] = 9.0  # the start itself is not constrained
+    assert last_violation(held(work), 1e-6) == -1
+    if field is not None:
+        array = getattr(work.nominal, field)
+        array[index] = 0.7
+        assert last_violation(held(work), 1e-6) == node
+        assert last_violation(held(work), 0.71) == -1
+        array[index] = np.nan
+        assert last_violation(held(work), 1e-6) == node
