@@ -135,7 +135,7 @@ def measure(work: Workspace, trajectory: Trajectory) -> None:
                 worst, node, row = value, k + 1 if index < nx else k, nh + nt + ng + i
     work.result[RESULT.DEFECT] = 0.0
     work.result[RESULT.VIOLATION] = worst
-    work.result[RESULT.INFEASIBILITY] = total if np.isfinite(finite) else np.inf
+    work.result[RESULT.INFEASIBILITY] = total if abs(finite) < np.inf else np.inf
     work.result[RESULT.NODE] = node
     work.result[RESULT.ROW] = row
 
@@ -206,7 +206,7 @@ def take_multipliers(work: Workspace, scale: float) -> None:
 @kernel
 def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
     """Whether a pair is better than every pair in the filter, in one respect or the other."""
-    if not (np.isfinite(infeasibility) and np.isfinite(cost)):
+    if not (abs(infeasibility) < np.inf and abs(cost) < np.inf):
         return False
     for i in range(int(work.result[RESULT.ENTRIES])):
         before = work.filter[i, 0]
@@ -304,7 +304,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     if max_iterations > 1:
         measure_nominal(work)
         result[RESULT.COST] = total_cost(model, work, work.nominal)
-        if not np.isfinite(result[RESULT.INFEASIBILITY] + result[RESULT.COST]):
+        if not abs(result[RESULT.INFEASIBILITY] + result[RESULT.COST]) < np.inf:
             return FAILED
     for iteration in range(max_iterations):
         result[RESULT.ITERATIONS] = iteration + 1.0

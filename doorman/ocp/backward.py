@@ -215,4 +215,4 @@ def backward(model: object, work: Workspace, start: int, regularization: float, 
         for a in range(nu):
             change = work.weights.input[a] * abs(work.policy.gains[k, a, nx])
             result[RESULT.CHANGE] = max(result[RESULT.CHANGE], change)
-    return DONE if np.isfinite(result[RESULT.DECREASE]) else NOT_CONVEX
+    return DONE if abs(result[RESULT.DECREASE]) < np.inf else NOT_CONVEX

@@ -112,7 +112,7 @@ def iterate_carefully(model: object, work: Workspace, max_iterations: int, deadl
         measure_nominal(work)
         classify(work, work.nominal, penalty)
         settled = direction(model, work, penalty, _SWEEPS, regularization)
-        if settled < 0 or not np.isfinite(result[RESULT.INFEASIBILITY] + result[RESULT.CHANGE]):
+        if settled < 0 or not abs(result[RESULT.INFEASIBILITY] + result[RESULT.CHANGE]) < np.inf:
             return FAILED
         weight = max(weight, 1.5 * result[RESULT.COSTATE])
         before = merit(model, work, penalty, weight)

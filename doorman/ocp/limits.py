@@ -34,7 +34,7 @@ def reduced_bounds(model: Model) -> Bounds:
 
 
 def lagrangian_bounds(model: Model) -> Bounds:
-    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]: the body rates' limits hold for Φ̇, the tilt's for roll and pitch each.
+    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]: the body rates' limits hold for Φ̇.
 
     Args:
         model: Model of the scenario.
@@ -45,8 +45,7 @@ def lagrangian_bounds(model: Model) -> Bounds:
     lower, upper = np.asarray(reduced.input_lower).copy(), np.asarray(reduced.input_upper).copy()
     lower[1:4], upper[1:4] = -np.inf, np.inf
     arm = np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]
-    tilt, free = np.full(2, limits.tilt), np.full(2, np.inf)
-    moving = np.concatenate([tilt, free, limits.body_rates, free[:1]])
+    moving = np.concatenate([np.full(4, np.inf), limits.body_rates, [np.inf]])
     return Bounds(
         state_lower=np.concatenate([-moving, arm[0]]),
         state_upper=np.concatenate([moving, arm[1]]),

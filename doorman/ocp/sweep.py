@@ -174,7 +174,7 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float)
             costate = max(costate, abs(node.value[i, nx]))
     work.result[RESULT.DECREASE] = 0.5 * decrease
     work.result[RESULT.COSTATE] = costate
-    return bool(np.isfinite(decrease))
+    return bool(abs(decrease) < np.inf)
 
 
 @kernel
