@@ -25,7 +25,7 @@ _ENOUGH = 0.003
 """A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost, or the active
 set did not settle."""
 
-_EXTRA_ITERATIONS = 3
+EXTRA_ITERATIONS = 3
 """Largest number of these."""
 
 _AGREEMENT = 1e-7
@@ -105,7 +105,13 @@ class Hybrid(Cddp):
         return self.solve(state, first.inputs, max_iterations=1) if second.status is not first.status else second
 
     def follow(
-        self, state: Array, shift: float, limit: int, max_iterations: int = 1, time_limit: float = math.inf
+        self,
+        state: Array,
+        shift: float,
+        limit: int,
+        max_iterations: int = 1,
+        time_limit: float = math.inf,
+        extra_iterations: int = EXTRA_ITERATIONS,
     ) -> PlanStatus:
         """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
 
@@ -115,6 +121,7 @@ class Hybrid(Cddp):
             limit: Steps within which that is looked for.
             max_iterations: Iterations.
             time_limit: No iteration begins later than this after the call [s].
+            extra_iterations: Further ones where the step was large.
 
         Returns:
             How it ended; the trajectory is `trajectory()`, its other figures are the properties below.
@@ -122,7 +129,9 @@ class Hybrid(Cddp):
         started = time.monotonic()
         work, options = self._work, self.options
         deadline, guessing = started + time_limit, options.guess_active_sets
-        code = follow(self._model, self._memory, state, shift, limit, max_iterations, deadline, guessing)
+        code = follow(
+            self._model, self._memory, state, shift, limit, max_iterations, extra_iterations, deadline, guessing
+        )
         if code >= 0 and not self._resume(int(code)):
             return PlanStatus.DIVERGED
         if code < -1:
@@ -163,7 +172,7 @@ class Hybrid(Cddp):
         kernels.iterate(self._model, self._memory, 1, 0.0)
         guess.choose_guess(self._model, self._memory)
         guess.accept_trial(self._memory)
-        follow(self._model, self._memory, self.problem.cost.state_goal.copy(), -1.0, 2, 1, 0.0, True)
+        follow(self._model, self._memory, self.problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
 
 
 @kernel
@@ -180,12 +189,13 @@ def follow(
     shift: float,
     limit: int,
     max_iterations: int,
+    extra_iterations: int,
     deadline: float,
     guessing: bool,
 ) -> int:
     """Shift, iterate and roll out in one call; the code of `roll_out`, or −9 if no sweep goes through."""
     guess.shift_guess(work, state, shift, limit)
-    done, most = 0, max_iterations + _EXTRA_ITERATIONS
+    done, most = 0, max_iterations + extra_iterations
     while done < most and (done < max_iterations or is_rough(work)):
         if done > 0 and clock() > deadline:
             break

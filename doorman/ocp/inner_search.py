@@ -15,7 +15,7 @@ from doorman.compilation import kernel
 from doorman.ocp.functions import expand_end_cost, expand_stage_cost
 from doorman.ocp.workspace import Trajectory, Workspace
 
-_BISECTIONS = 12
+_BISECTIONS = 40
 
 
 @kernel

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 from doorman.model import Model
-from doorman.ocp.hybrid import Hybrid
+from doorman.ocp.hybrid import EXTRA_ITERATIONS, Hybrid
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
 from doorman.ocp.solution import PlanStatus, Solution, row_name
@@ -174,7 +174,8 @@ class Planner:
             return self._from(self.solver.solve(x, max_iterations=budget, time_limit=time_limit), started)
         steps = -1.0 if elapsed is None else min(max(elapsed / self.settings.time_step, 0.0), self._problem.horizon)
         solver, most = self.solver, self.settings.iterations if max_iterations is None else max_iterations
-        status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit)
+        extra = EXTRA_ITERATIONS if max_iterations is None else 0
+        status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit, extra)
         iterations = solver.iterations
         if (not status.usable or solver.change > _JUMP) and iterations < budget:
             left = time_limit - (time.perf_counter() - started)

@@ -76,9 +76,10 @@ def test_more_iterations_come_nearer() -> None:
         planner = Planner(Scenario.load("paper", {"planner.iterations": iterations}))
         state = planner.plan(planner.model.start_state).states[3] + 0.02
         replanned = planner.replan(state, elapsed=0.06)
-        assert replanned.iterations <= iterations
+        assert iterations <= replanned.iterations <= iterations + 3  # more only where the step was large
+        assert planner.replan(state, elapsed=0.0, max_iterations=1).iterations == 1
         losses.append(replanned.cost / planner.plan(state).cost - 1.0)
-    assert losses[0] > 1e-7 > losses[1]
+    assert max(losses) < 1e-5
 
 
 def test_replan_without_a_previous_plan_is_cold(fresh) -> None:
@@ -103,14 +104,13 @@ def test_a_jump_of_the_state_is_planned_anew(fresh) -> None:
 def test_a_plan_that_is_not_usable_says_so_and_is_forgotten(fresh) -> None:
     planner, model = fresh("paper"), model_of("paper")
     planner.plan(model.start_state)
-    away, flying = model.start_state.copy(), model.start_state.copy()
-    away[2], flying[4] = -3.0, 1e9
-    for state, status in ((away, PlanStatus.INFEASIBLE), (flying, PlanStatus.DIVERGED)):
-        for plan in (planner.plan(state), planner.replan(state)):
-            assert plan.status is status
-            assert not plan.usable
-            assert plan.cost == math.inf
-            assert plan.max_violation > 1e-3
+    flying = model.start_state.copy()
+    flying[4] = 1e9
+    for plan in (planner.plan(flying), planner.replan(flying)):
+        assert plan.status is PlanStatus.DIVERGED
+        assert not plan.usable and not plan.flyable
+        assert plan.cost == math.inf
+        assert plan.max_violation > 1e-3
     back = planner.replan(model.start_state)
     np.testing.assert_array_equal(back.states, fresh("paper").plan(model.start_state).states)
 

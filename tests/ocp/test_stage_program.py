@@ -107,6 +107,7 @@ def test_projected_rows_are_those_of_the_factor(problem: Problem, rng: np.random
 def test_nothing_violated_is_nothing_active(problem: Problem, rng: np.random.Generator) -> None:
     work = random_program(problem, rng)
     set_rows(work, work.program.jacobian.copy(), -rng.random(len(work.program.constraints)))
+    work.program.proposal[:] = False
     work.program.proposal[0] = problem.nu == 8  # with two inputs one wrong row makes too many others wrong
     assert solved(work)
     assert not work.program.proposal.any()
