@@ -245,12 +245,12 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
         step_along(work)
         if not classify(work, work.trial, penalty):
             return 1
-        if turn >= _FLIPS:
-            base = work.nominal if turn == _FLIPS else work.saved
-            part = best_part(model, work, base, penalty)
+        if turn > _FLIPS:  # both ends satisfy the linearised dynamics, as the nominal trajectory need not
+            part = best_part(model, work, work.saved, penalty)
             if part < 1.0:
-                shorten(work, base, part)
+                shorten(work, work.saved, part)
                 classify(work, work.trial, penalty)
+        if turn >= _FLIPS:
             copy_trajectory(work.trial, work.saved)
     return 0
 

@@ -24,9 +24,7 @@ from doorman.ocp.augmented_lagrangian import (
     total_cost,
 )
 from doorman.ocp.careful import merit
-from doorman.ocp.inner_search import best_part, shorten
 from doorman.ocp.problem import Problem
-from doorman.ocp.sweep import classify, step_along, sweep
 from doorman.ocp.workspace import FILTER_SIZE, RESULT, Workspace
 
 Array = NDArray[np.float64]
@@ -187,38 +185,6 @@ def slope_along(dense: DenseHorizon, base: Array, step: Array, part: float) -> f
     for _, _, slope, value, multiplier in dense.rows():
         gradient += max(0.0, multiplier + PENALTY * (value + slope @ z)) * slope
     return float(gradient @ step)
-
-
-def test_best_part_of_a_step_is_where_the_augmented_lagrangian_is_least(
-    problem: Problem, rng: np.random.Generator
-) -> None:
-    """Exact line search between two sweeps: by bisection, so to 2⁻¹² of the step."""
-    shortened = 0
-    for _ in range(12):
-        work = random_horizon(problem, rng)
-        activate(work, problem, rng)
-        model, memory, dense = Handle(problem.model), held(work), DenseHorizon(work)
-        classify(memory, work.nominal, PENALTY)
-        assert sweep(model, memory, PENALTY, 0.0)
-        step_along(memory)
-        steps = [getattr(work.trial, name) - getattr(work.nominal, name) for name in ("states", "inputs")]
-        step = np.concatenate([each.ravel() for each in steps])
-        part = best_part(model, memory, work.nominal, PENALTY)
-        assert 0.0 < part <= 1.0
-        if part == 1.0:
-            assert slope_along(dense, 0.0 * step, step, 1.0) <= 1e-9
-            continue
-        shortened += 1
-        assert (
-            slope_along(dense, 0.0 * step, step, part - 2.0**-12)
-            <= 0.0
-            <= slope_along(dense, 0.0 * step, step, part + 2.0**-12)
-        )
-        kept = [array.copy() for array in work.trial]
-        shorten(memory, work.nominal, part)
-        for array, whole, start in zip(work.trial, kept, work.nominal, strict=True):
-            np.testing.assert_allclose(array, start + part * (whole - start), atol=1e-12)
-    assert shortened >= 2
 
 
 def test_merit_is_the_augmented_lagrangian_with_the_defects(rng: np.random.Generator) -> None:

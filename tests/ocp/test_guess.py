@@ -139,21 +139,6 @@ def test_a_blind_rollout_obeys_the_dynamics_whatever_it_violates(rng: np.random.
     assert variant.defect(work.nominal.states, work.nominal.inputs) <= 1e-13
 
 
-def test_a_blind_rollout_that_goes_astray_is_held_where_it_does(rng: np.random.Generator) -> None:
-    """Finite, so that iterations have something to begin with."""
-    variant = Variant(bend=4e9, horizon=N)
-    work = random_guess(rng)
-    inputs = work.nominal.inputs.copy()
-    roll_blindly(Handle(variant.model()), held(work))
-    states = work.nominal.states
-    assert np.abs(states).max() < 1e6
-    broken = int(np.flatnonzero((states[1:, :2] == states[:-1, :2]).all(axis=1))[0])
-    assert 0 < broken < N
-    np.testing.assert_array_equal(states[broken:, :2], np.tile(states[broken, :2], (N + 1 - broken, 1)))
-    assert variant.defect(states[: broken + 1], inputs[:broken]) <= 1e-9
-    np.testing.assert_allclose(states[:, 2], integrated(work), atol=1e-12)
-
-
 def test_a_straight_line_leads_to_the_goal_within_the_rates(rng: np.random.Generator) -> None:
     for rate, reaches in ((FAR, True), (0.1, False)):
         problem = Variant(rate=(-rate, rate), horizon=N).problem()
