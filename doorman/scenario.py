@@ -11,9 +11,9 @@ import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator, field_validator, model_validator
 
 from doorman.exceptions import ScenarioError
 from doorman.resources import scenario_directory, shipped, urdf_directory
@@ -54,6 +54,10 @@ class DoorSection(_Section):
     urdf: Name = "hinged_door"
     leaf: Name = "leaf"
     hinge: Name = "hinge"
+    width: Positive | None = None
+    """D_w [m]; leaf and frame are stretched to it. By default the URDF's."""
+    mass: Positive | None = None
+    """Of the leaf [kg], its inertia in proportion; by default the URDF's."""
     damping: NonNegative | None = None
     """b [N m s/rad]; by default the URDF's `<dynamics damping>`."""
     friction: NonNegative | None = None
@@ -130,6 +134,37 @@ class LimitsSection(_Section):
     """Largest angle between the body's z axis and the vertical [rad]."""
 
 
+class PushSection(_Section):
+    """What a plan may ask of a tip that can only push (`contact.kind = "push"`)."""
+
+    max_rate: Positive = 0.11
+    """Largest rate of the door [rad/s]."""
+    max_acceleration: Positive = 0.06
+    """Largest acceleration of the door in the sense of opening [rad/s²]."""
+    stopping_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = 0.3
+    """η: share of the estimated resistance that a plan counts on to stop the door before the goal."""
+    least_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.5
+    """Least push, as a share of the estimated resistance; at most 1 − η, else the door cannot always be stopped."""
+    least_force: Positive = 0.1
+    """Least normal force of the tip, whatever the resistance [N]."""
+    friction_coefficient: Positive = 0.6
+    """μ between tip and leaf that a plan counts on."""
+    velocity_gain: Positive = 6.0
+    """Impedance along the normal: force per difference of the tip's speed from the plan's [N s/m]."""
+    hold_tolerance: Positive = 0.006
+    """The door is held where it is within this of the goal [rad]."""
+    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.2
+    """Share of the estimated friction that the tip presses with while it holds the door."""
+    hold_gain: NonNegative = 0.5
+    """Change of the push while the door is held, per tolerance beyond the tolerance [N/s]."""
+
+    @model_validator(mode="after")
+    def _can_brake(self) -> PushSection:
+        if self.least_share + self.stopping_share > 1.0:
+            raise ValueError("least_share + stopping_share <= 1, else a door cannot always be stopped")
+        return self
+
+
 class ControlSection(_Section):
     """Gains of the DOB position controller and of the state converter's look-ahead."""
 
@@ -163,6 +198,85 @@ class ControlSection(_Section):
     """[rad]."""
 
 
+class ContactStateSection(_Section):
+    """When the tip counts as pressing on the leaf."""
+
+    touched_above: Positive = 0.35
+    """Estimated normal force above which it touches [N],"""
+    touched_after: NonNegative = 0.06
+    """for so long [s]."""
+    lost_below: NonNegative = 0.08
+    """Estimated normal force below which contact is lost [N],"""
+    lost_after: NonNegative = 0.05
+    """for so long [s]."""
+
+
+class EstimationSection(_Section):
+    """Observer of the vehicle and filter of the door; prior values are pairs of mean and standard deviation."""
+
+    vehicle_observer_rate: Positive = 15.0
+    """Bandwidth of the observer of velocity and outer force [rad/s]."""
+    wind_rate: Positive = 1.0
+    """Bandwidth of the wind's estimate in free flight [rad/s]; it rests in contact."""
+    angle_deviation: Positive = 0.01
+    """Of the door's angle at the start [rad]."""
+    angle_noise: Positive = 0.005
+    """Of the angle that the tip measures [rad]."""
+    push_noise: Positive = 0.1
+    """Density of the push's noise [N s^½]."""
+    torque_deviation: NonNegative = 0.15
+    """Of torques in the hinge that come and go [N m],"""
+    torque_time: Positive = 2.0
+    """with this correlation time [s]."""
+    damping: tuple[NonNegative, Positive] = (0.7, 0.7)
+    """b [N m s/rad]."""
+    friction: tuple[NonNegative, Positive] = (0.8, 0.6)
+    """τ_c [N m]."""
+    stiffness: tuple[NonNegative, Positive] = (0.5, 0.7)
+    """k, of a closer that is relaxed at the start [N m/rad]."""
+    inertia_deviation: Positive = 0.5
+    """Of I_D, as a share of the URDF's."""
+    contact: ContactStateSection = ContactStateSection()
+
+
+class MissionTimeOutsSection(_Section):
+    """Longest time of every phase [s]."""
+
+    hover: Positive = 15.0
+    approach: Positive = 20.0
+    touch: Positive = 15.0
+    open: Positive = 60.0
+    recover: Positive = 6.0
+    release: Positive = 4.0
+    retreat: Positive = 30.0
+
+
+class MissionSection(_Section):
+    """From hover to hover."""
+
+    start: Literal["hover", "contact"] = "hover"
+    """Where a flight begins: away from the door, or with the tip on the leaf."""
+    hover_distance: Positive = 0.6
+    """Between tip and leaf before the approach [m]."""
+    approach_speed: Positive = 0.15
+    """[m/s]."""
+    touch_distance: Positive = 0.06
+    """From here on the tip goes on at [m]"""
+    touch_speed: Positive = 0.04
+    """this speed [m/s]."""
+    touch_force: Positive = 0.5
+    """With which the tip presses after the touch [N]."""
+    hold_time: Positive = 1.0
+    """For which the door must stay at the goal before it is let go [s]."""
+    hold_open: NonNegative = 3.0
+    """For which a door is held whose closer would shut it on the vehicle; the mission ends there [s]."""
+    recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 8
+    """How often contact may be lost before the opening is given up."""
+    retreat_speed: Positive = 0.25
+    """[m/s]."""
+    time_out: MissionTimeOutsSection = MissionTimeOutsSection()
+
+
 class NoiseSection(_Section):
     """Standard deviations of the simulated sensors' white noise."""
 
@@ -172,6 +286,36 @@ class NoiseSection(_Section):
     body_rates: NonNegative = 0.01
     arm_angles: NonNegative = 0.0005
     arm_rates: NonNegative = 0.005
+
+
+class SensorsSection(_Section):
+    """How the simulated motion capture delivers position, velocity and attitude."""
+
+    latency: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.0
+    """Pose and arm come this long after they were true [s]; body rates do not."""
+    rate: Positive | None = None
+    """Poses per second, each held until the next; by default one at every tick of the controller."""
+    dropout_rate: NonNegative = 0.0
+    """Gaps without a new pose, per second without one."""
+    dropout_duration: NonNegative = 0.2
+    """Longest gap [s]; gaps are evenly spread from 0 to it."""
+    velocity: Literal["measured", "differenced"] = "measured"
+    """Velocity with noise of its own, or the difference of the last two noisy positions."""
+
+
+class GustSection(_Section):
+    """Wind in the simulation: a steady horizontal force that varies by chance."""
+
+    vehicle: NonNegative = 0.0
+    """Mean force on the vehicle [N]."""
+    leaf: NonNegative = 0.0
+    """Mean force on the leaf at half its width [N]; its share along the leaf's normal turns the door."""
+    direction: Angle = 0.0
+    """Towards which the wind blows, from the world's x axis about z [rad]."""
+    variation: NonNegative = 0.15
+    """Standard deviation of the force over its mean."""
+    correlation_time: Positive = 1.0
+    """Of the variation [s]."""
 
 
 class SimulationSection(_Section):
@@ -199,7 +343,66 @@ class SimulationSection(_Section):
     """True damping of the hinge [N m s/rad]; by default what the planner is told."""
     door_friction: NonNegative | None = None
     """True Coulomb friction of the hinge [N m]; by default what the planner is told."""
+    door_stiffness: NonNegative | None = None
+    """True stiffness of a spring or closer [N m/rad]; by default what the planner is told."""
+    door_rest_angle: Angle | None = None
+    """Where that spring is relaxed [rad]; by default what the planner is told."""
+    door_mass: Positive | None = None
+    """True mass of the leaf [kg], its inertia in proportion; by default what the planner is told."""
     noise: NoiseSection = NoiseSection()
+    sensors: SensorsSection = SensorsSection()
+    gust: GustSection = GustSection()
+
+
+class Distribution(_Section):
+    """How one value of a campaign is drawn: evenly between `min` and `max`, from a `choice`, or with `mean` and `std`."""
+
+    min: Number | None = None
+    max: Number | None = None
+    choice: Annotated[tuple[Any, ...], Field(min_length=1)] | None = None
+    """Each entry as likely as the others."""
+    mean: Number | None = None
+    std: NonNegative | None = None
+    """Of a normal distribution."""
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Distribution:
+        if {name for name, value in self if value is not None} not in ({"min", "max"}, {"choice"}, {"mean", "std"}):
+            raise ValueError("min and max, or choice, or mean and std")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise ValueError("min up to max")
+        return self
+
+
+class CampaignSection(_Section):
+    """Many flights of the same task, each with values drawn by chance."""
+
+    seed: Annotated[int, Field(strict=True, ge=0)] = 0
+    """Of all draws; what run i draws depends on it and on i alone."""
+    runs: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 200
+    """Number of flights."""
+    duration: Positive | None = None
+    """Longest flight [s]; by default each ends by itself."""
+    time_out: Positive = 1800.0
+    """Wall-clock time after which a flight is given up [s]."""
+    low_friction: NonNegative = 0.5
+    """Doors with less true friction in the hinge are reported by themselves too [N m]."""
+    vary: dict[str, Distribution] = {}
+    """What is drawn for every run, by dotted key of the scenario."""
+
+    @field_validator("vary", mode="before")
+    @classmethod
+    def _dotted(cls, tables: Any) -> Any:
+        return _flat(tables) if isinstance(tables, dict) else tables
+
+
+def _flat(tables: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Distributions by dotted key, from nested tables: `a.b = {…}` is as good as `"a.b" = {…}`."""
+    flat: dict[str, Any] = {}
+    for key, value in tables.items():
+        nested = isinstance(value, dict) and value and all(isinstance(item, dict) for item in value.values())
+        flat |= _flat(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+    return flat
 
 
 class Scenario(_Section):
@@ -215,8 +418,12 @@ class Scenario(_Section):
     goal: GoalSection = GoalSection()
     planner: PlannerSection = PlannerSection()
     limits: LimitsSection = LimitsSection()
+    push: PushSection = PushSection()
     control: ControlSection = ControlSection()
+    estimation: EstimationSection = EstimationSection()
+    mission: MissionSection = MissionSection()
     simulation: SimulationSection = SimulationSection()
+    campaign: CampaignSection = CampaignSection()
 
     _source: Path | None = PrivateAttr(default=None)
 
@@ -335,13 +542,19 @@ def _explain(root: type[BaseModel], error: ValidationError, path: Path) -> Scena
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] != "extra_forbidden":
-        words = _ALLOWED.get(first["type"]) or first["msg"].removeprefix("Input should be ")
+        said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+        words = _ALLOWED.get(first["type"]) or said
         return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
     section: type[BaseModel] = root
     for part in first["loc"][:-1]:
-        section = section.model_fields[str(part)].annotation  # type: ignore[assignment]
+        section = _below(section, str(part))
     keys = list(section.model_fields)
     nearest = difflib.get_close_matches(str(first["loc"][-1]), keys, n=1, cutoff=0.0)[0]
     return ScenarioError(
         f"unknown key; the nearest is '{nearest}'{more}", file=path, field=field, allowed=", ".join(keys)
     )
+
+
+def _below(section: Any, part: str) -> Any:
+    """The section under a key, or the type of the values where a section maps names to sections."""
+    return section.model_fields[part].annotation if hasattr(section, "model_fields") else get_args(section)[1]

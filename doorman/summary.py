@@ -22,6 +22,9 @@ OPEN_TOLERANCE = math.radians(2.0)
 _KEPT_CONTACT = 0.9
 """A smaller share of time in contact is worth a word in the verdict."""
 
+FLOWN = "flown to its end"
+"""Message of a mission that went all its way."""
+
 _CLEARANCE_INTERVAL = 0.01
 """Between states at which FCL measures the clearance [s]."""
 
@@ -30,7 +33,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     """Figures of a simulated run.
 
     Args:
-        recording: With the topics `truth`, `estimate`, `plan` and `mission`.
+        recording: With the topics `truth`, `estimate` and `mission`, and `plan` if the mission came so far.
         model: Model of the scenario that was flown.
 
     Returns:
@@ -47,19 +50,28 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     truth = recording["truth"]
     time, angle = truth.time, truth["door_angle"]
     target = float(model.goal_state[3])
+    touched = np.flatnonzero(truth["touching"])
+    touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
     opened_at = time_to_open(time, angle, target)
     states = _true_states(recording)
+    outcome, reason = _outcome(recording)
     return {
+        "outcome": outcome,
+        "reason": reason,
         "opened": opened_at is not None,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
-        "time_to_open_s": opened_at,
-        "max_constraint_violation_m": float(max(model.constraints_along(states).max(), 0.0)),
+        "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
+        "hover_to_goal_s": opened_at,
+        "duration_s": float(time[-1]),
+        "max_constraint_violation_m": _largest_violation(recording, model, states),
         "min_clearance_m": _min_clearance(recording, model),
         "collisions": int(truth["collisions"].sum()),
-        "contact_fraction": _contact_fraction(time, truth["touching"], opened_at),
+        "contact_fraction": _contact_fraction(recording, 0.0),
+        "contact_fraction_after_1s": _contact_fraction(recording, 1.0),
         "max_pull_force_n": float(truth["max_pull"].max()),
         "door_angle_estimate_error_deg_max": _estimate_error(recording),
+        "estimates": _estimates(recording, model),
         **_planner_figures(recording),
         "realtime_factor": _realtime_factor(recording),
     }
@@ -80,6 +92,8 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
         return False, f"Something was touched ({summary['collisions']} contacts other than tip and leaf); {where}."
     if summary["min_clearance_m"] <= 0.0:
         return False, f"Shapes overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
+    if summary["outcome"] == "given up":
+        return False, f"The mission was given up: {summary['reason']}; {where}."
     if not summary["opened"]:
         lost = summary["contact_fraction"] < _KEPT_CONTACT
         why = f"the tip was on the leaf for only {summary['contact_fraction']:.0%} of the time and " if lost else ""
@@ -110,6 +124,22 @@ def _true_states(recording: Recording) -> Array:
     return np.hstack(columns)
 
 
+def _largest_violation(recording: Recording, model: Model, states: Array) -> float:
+    """While the tip is at the door: the constraints take for granted that it is."""
+    begin, end = _at_the_door(recording)
+    tied = states[begin:end]
+    return float(max(model.constraints_along(tied).max(), 0.0)) if len(tied) else 0.0
+
+
+def _at_the_door(recording: Recording) -> tuple[int, int]:
+    """First tick of contact, and the tick at which the tip lets go, or one after the last."""
+    truth, mission = recording["truth"], recording["mission"]
+    touched = np.flatnonzero(truth["touching"])
+    let_go = [time for time, state in zip(mission.time, mission["state"], strict=True) if state == "release"]
+    end = int(np.searchsorted(truth.time, let_go[0])) if let_go else len(truth.time)
+    return (int(touched[0]), end) if len(touched) else (end, end)
+
+
 def _min_clearance(recording: Recording, model: Model) -> float:
     truth = recording["truth"]
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
@@ -122,13 +152,48 @@ def _min_clearance(recording: Recording, model: Model) -> float:
     return float(clearances.worst.distance)
 
 
-def _contact_fraction(time: Array, touching: NDArray[np.bool_], opened_at: float | None) -> float:
-    touched = np.flatnonzero(touching)
-    if len(touched) == 0:
+def _contact_fraction(recording: Recording, after: float) -> float:
+    """Share of time in contact from a time after the first touch until the tip lets go, or the end."""
+    truth, (begin, end) = recording["truth"], _at_the_door(recording)
+    if begin >= end:
         return 0.0
-    until = len(time) if opened_at is None else int(np.searchsorted(time, opened_at, side="right"))
-    span = touching[touched[0] : max(until, touched[0] + 1)]
-    return float(np.mean(span))
+    later = int(np.searchsorted(truth.time, truth.time[begin] + after - 1e-9))
+    return float(np.mean(truth["touching"][later:end])) if end > later else 1.0
+
+
+def _outcome(recording: Recording) -> tuple[str, str]:
+    """How the mission ended, and why if it did not complete."""
+    mission = recording["mission"]
+    states, words = [str(state) for state in mission["state"]], str(mission["message"][-1])
+    if words == "interrupted" or words.startswith("failed: "):
+        return words.split(":")[0], words
+    if "done" not in states:
+        return "cut off", f"the flight ended in the phase {states[-2] if len(states) > 1 else states[-1]}"
+    return ("completed", "") if words == FLOWN else ("given up", words)
+
+
+def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
+    """Parameters of the hinge as estimated at the end, with their standard deviations, and the true ones."""
+    estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.door
+    mass = 1.0 if simulation.door_mass is None else simulation.door_mass / door.mass
+    true = {
+        "damping": door.damping if simulation.door_damping is None else simulation.door_damping,
+        "friction": door.friction if simulation.door_friction is None else simulation.door_friction,
+        "stiffness": door.stiffness if simulation.door_stiffness is None else simulation.door_stiffness,
+        "inertia": door.inertia * mass,
+    }
+    found = {
+        name: {"value": float(estimate["hinge"][-1, i]), "deviation": float(estimate["hinge_deviation"][-1, i]),
+               "true": float(value)}
+        for i, (name, value) in enumerate(true.items())
+    }  # fmt: skip
+    turned = float(model.start_state[3] - recording["truth"]["door_angle"][-1])
+    found["torque"] = {
+        "value": found["friction"]["value"] + found["stiffness"]["value"] * turned,
+        "deviation": float(estimate["torque_deviation"][-1]),
+        "true": true["friction"] + true["stiffness"] * turned,
+    }
+    return found
 
 
 def _estimate_error(recording: Recording) -> float:
@@ -139,6 +204,9 @@ def _estimate_error(recording: Recording) -> float:
 
 
 def _planner_figures(recording: Recording) -> dict[str, Any]:
+    if "plan" not in recording:
+        nothing = {"median": None, "p99": None, "max": None}
+        return {"planner_ms": nothing, "planner_rate_hz": 0.0, "deadline_misses": 0, "planned_normal_force_n_min": None}
     plan = recording["plan"]
     replans = plan["solve_time"][1:] * 1e3 if len(plan.time) > 1 else plan["solve_time"] * 1e3
     span = float(plan.time[-1] - plan.time[0])
@@ -150,6 +218,7 @@ def _planner_figures(recording: Recording) -> dict[str, Any]:
         },
         "planner_rate_hz": (len(plan.time) - 1) / span if span > 0.0 else 0.0,
         "deadline_misses": int(plan["deadline_missed"].sum()),
+        "planned_normal_force_n_min": float(plan["normal_force"].min()),
     }
 
 

@@ -20,6 +20,12 @@ from doorman.recording import Recorder
 TICK = 0.004
 
 
+@pytest.fixture(scope="module")
+def model() -> Model:
+    """The paper's task from the touch on."""
+    return Model(Scenario.load("paper", {"mission.start": "contact"}))
+
+
 class ScriptedBackend(Backend):
     """A vehicle held at the scenario's start, whose measurements may be changed by a script."""
 
@@ -35,7 +41,7 @@ class ScriptedBackend(Backend):
         x, rest = self.model.start_state, np.zeros(3)
         position = self.model.coupling.vehicle_position(x[:3], x[3], x[5:])
         arm = np.zeros(self.model.n_arm)
-        measurement = Measurement(TICK * self.ticks, position, rest, x[:3].copy(), rest, x[5:].copy(), arm)
+        measurement = Measurement(TICK * self.ticks, position, rest, x[:3].copy(), rest, x[5:].copy(), arm, TICK * self.ticks)
         self.ticks += 1
         return self.change(measurement)
 
@@ -145,7 +151,8 @@ def test_a_flight_opens_ticks_records_and_stops(model: Model) -> None:
     assert len(backend.commands) == 51
     for topic in ("measurement", "estimate", "setpoint", "command", "controller"):
         np.testing.assert_allclose(recording[topic].time, TICK * np.arange(51))
-    assert recording["mission"]["message"].tolist() == ["flown to its end"]
+    assert recording["mission"]["state"].tolist() == ["open", "end"]
+    assert recording["mission"]["message"].tolist() == ["", "flown to its end"]
     times, angles, collected = zip(*reports, strict=True)
     assert 15 <= len(times) <= 21
     np.testing.assert_allclose(angles, math.pi / 2, atol=1e-12)
@@ -225,9 +232,9 @@ def test_however_a_flight_ends_the_backend_is_stopped_and_it_is_recorded(
         Mission(model, recorder=recorder).fly(backend, 1.0)
     assert backend.stopped == 1 and gc.isenabled()
     recording = recorder.recording()
-    assert recording["mission"]["message"].tolist() == [message]
+    assert recording["mission"]["message"].tolist() == ["", message]
     assert recording["measurement"].time[-1] == pytest.approx(0.1)
-    assert recording["mission"]["wall_time"][0] > 0.0
+    assert recording["mission"]["wall_time"][-1] > 0.0
 
 
 def test_a_measurement_that_is_not_finite_ends_the_flight(model: Model) -> None:
@@ -251,7 +258,7 @@ def test_a_mission_flies_once(model: Model) -> None:
 
 
 def test_the_door_observer_can_be_switched_off() -> None:
-    model = Model(Scenario.load("paper", {"control.door_observer_rate": 0.0}))
+    model = Model(Scenario.load("paper", {"control.door_observer_rate": 0.0, "mission.start": "contact"}))
     planner = NotedPlanner(model)
     Mission(model, planner).fly(ScriptedBackend(model), 0.1)
     assert {told["disturbance"] for told in planner.told} == {0.0}

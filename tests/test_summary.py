@@ -15,6 +15,7 @@ from doorman.recording import Recorder
 from doorman.summary import summarize, time_to_open, verdict
 
 KEYS = {
+    "outcome", "reason", "hover_to_goal_s", "duration_s", "contact_fraction_after_1s", "estimates", "planned_normal_force_n_min",
     "opened", "final_door_angle_deg", "target_door_angle_deg", "time_to_open_s", "max_constraint_violation_m",
     "min_clearance_m", "collisions", "contact_fraction", "max_pull_force_n", "door_angle_estimate_error_deg_max",
     "planner_ms", "planner_rate_hz", "deadline_misses", "realtime_factor",
@@ -29,7 +30,8 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
     m = len(angles)
     columns: dict[str, Any] = {
         "touching": [True] * m, "max_pull": [0.0] * m, "collisions": [0] * m, "estimated": angles,
-        "solve_time": [0.001] * m, "deadline_missed": [False] * m, "wall_time": 0.5, **changes,
+        "solve_time": [0.001] * m, "deadline_missed": [False] * m, "wall_time": 0.5,
+        "phases": [("open", ""), ("done", ""), ("end", "flown to its end")], **changes,
     }  # fmt: skip
     recorder, arm = Recorder(None, {}), model.goal_arm
     for k, angle in enumerate(angles):
@@ -39,10 +41,13 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
         names = ("touching", "max_pull", "collisions")
         recorder.write("truth", 0.1 * k, {**truth, **{name: columns[name][k] for name in names}})
         state = np.concatenate([attitude, [columns["estimated"][k], 0.0], arm])
-        recorder.write("estimate", 0.1 * k, {"state": state})
+        hinge = {"hinge": [0.5, 0.4, 0.1, 5.0], "hinge_deviation": [0.1, 0.2, 0.3, 0.4], "torque_deviation": 0.25}
+        recorder.write("estimate", 0.1 * k, {"state": state, **hinge})
         names = ("solve_time", "deadline_missed")
-        recorder.write("plan", 0.1 * k, {name: columns[name][k] for name in names})
-    recorder.write("mission", 0.1 * (m - 1), {"wall_time": columns["wall_time"]})
+        plan = {name: columns[name][k] for name in names}
+        recorder.write("plan", 0.1 * k, {**plan, "normal_force": [0.3 + 0.1 * k, 0.7]})
+    for state, message in columns["phases"]:
+        recorder.write("mission", 0.1 * (m - 1), {"state": state, "message": message, "wall_time": columns["wall_time"]})
     return recorder.recording()
 
 
@@ -62,8 +67,43 @@ def test_a_run_that_opens_the_door(model: Model) -> None:
     assert summary["planner_ms"] == pytest.approx({"median": 1.0, "p99": 1.0, "max": 1.0})
     assert summary["planner_rate_hz"] == pytest.approx(10.0)
     assert summary["realtime_factor"] == pytest.approx(1.0)
+    assert (summary["outcome"], summary["reason"]) == ("completed", "")
+    assert summary["hover_to_goal_s"] == pytest.approx(0.4) and summary["duration_s"] == pytest.approx(0.5)
+    assert summary["planned_normal_force_n_min"] == pytest.approx(0.3)
+    friction, torque = summary["estimates"]["friction"], summary["estimates"]["torque"]
+    assert (friction["value"], friction["deviation"], friction["true"]) == (0.4, 0.2, model.door.friction)
+    assert torque["value"] == pytest.approx(0.4 + 0.1 * math.radians(90.0 - 20.5))
     good, sentence = verdict(summary)
     assert good and "0.40 s" in sentence and "20.5°" in sentence
+
+
+def test_time_to_open_counts_from_the_first_touch(model: Model) -> None:
+    summary = summarize(made_up(model, OPENING, touching=[False, True, True, True, True, True]), model)
+    assert summary["time_to_open_s"] == pytest.approx(0.3) and summary["hover_to_goal_s"] == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("phases", "outcome", "reason"),
+    [
+        ([("open", ""), ("done", "why"), ("end", "why")], "given up", "why"),
+        ([("hover", ""), ("open", ""), ("end", "flown to its end")], "cut off", "the flight ended in the phase open"),
+        ([("open", ""), ("end", "interrupted")], "interrupted", "interrupted"),
+        ([("open", ""), ("end", "failed: link lost")], "failed", "failed: link lost"),
+    ],
+)
+def test_outcomes(model: Model, phases: list[tuple[str, str]], outcome: str, reason: str) -> None:
+    summary = summarize(made_up(model, OPENING, phases=phases), model)
+    assert (summary["outcome"], summary["reason"]) == (outcome, reason)
+    if outcome == "given up":
+        good, sentence = verdict(summary)
+        assert not good and "given up: why" in sentence
+
+
+def test_constraints_count_only_while_the_tip_is_at_the_door(model: Model) -> None:
+    """With the whole turn the disc leaves the doorway; not while the tip was away."""
+    tied = summarize(made_up(model, OPENING, turn=1.0), model)["max_constraint_violation_m"]
+    away = summarize(made_up(model, OPENING, turn=1.0, touching=[False] * 6), model)["max_constraint_violation_m"]
+    assert tied > 0.01 and away == 0.0
 
 
 def test_violation_and_clearance_are_of_the_true_states(model: Model) -> None:
@@ -111,9 +151,9 @@ def test_an_estimate_a_turn_off_is_no_error(model: Model) -> None:
     [
         ([False] * 6, 0.0),
         ([True] * 6, 1.0),
-        ([False, False, True, True, True, False], 1.0),  # counts from the first touch until opened, at 0.4 s
-        ([True, False, False, True, True, False], 0.6),
-        ([False, True, False, False, False, True], 0.25),
+        ([False, False, True, True, True, False], 0.75),  # counts from the first touch on
+        ([True, False, False, True, True, False], 0.5),
+        ([False, True, False, False, False, True], 0.4),
         ([False, False, False, False, False, True], 1.0),
     ],
 )

@@ -8,12 +8,17 @@ from typing import Annotated
 
 import typer
 
+from doorman.cli.campaign_command import add_campaign_command
+from doorman.cli.vehicle_commands import add_vehicle_commands
 from doorman.exceptions import DoormanError
 
 BAD_INPUT = 2
 """Exit status for input that cannot be used; what was asked for and did not come true is 1."""
 
-_EXTRAS = {"mujoco": "sim", "matplotlib": "viz", "meshcat": "viz"}
+_EXTRAS = {
+    "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
+    "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
+}  # fmt: skip
 """Extra of the package that brings a module in."""
 
 _HELP = """
@@ -83,14 +88,17 @@ def open_command(
         Path | None,
         typer.Option(metavar="DIR", help="Folder for the results.", show_default="a new one under runs"),
     ] = None,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Simulated time to fly.")] = 12.0,
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Simulated time at most.", show_default="to the mission's end"),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
     realtime: Annotated[bool, typer.Option("--realtime", help="Do not run ahead of the clock.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
     ] = False,
 ) -> None:
-    """Fly a scenario in simulation.
+    """Fly a scenario in simulation, from hover to hover.
 
     Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
     all its values (scenario.toml), plots of the states and of constraints and forces (states, constraints; each .png and
@@ -186,3 +194,7 @@ def _leave(command: Callable[[], int]) -> None:
 
 def _complain(message: str) -> None:
     typer.echo(f"doorman: {' '.join(message.split())}", err=True)
+
+
+add_vehicle_commands(app, _leave)
+add_campaign_command(app, _leave)

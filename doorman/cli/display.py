@@ -52,7 +52,7 @@ def flight_progress(duration: float, shown: bool) -> Iterator[OnProgress]:
             if time.monotonic() - last_drawn < _REFRESH_INTERVAL and now < duration:
                 return
             last_drawn = time.monotonic()
-            position = f"{now:.1f} of {duration:g} s, door at {math.degrees(door_angle):.0f}°"
+            position = f"{now:.1f} s, door at {math.degrees(door_angle):.0f}°"
             progress.update(task, description="Flying", completed=now, now=position, refresh=True)
 
         yield on_progress
@@ -114,11 +114,13 @@ def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
 
 
 def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    opened_at, factor, planner = summary["time_to_open_s"], summary["realtime_factor"], summary["planner_ms"]
+    opened_at, factor = summary["time_to_open_s"], summary["realtime_factor"]
+    planner = {name: math.nan if value is None else value for name, value in summary["planner_ms"].items()}
     return [
+        ("mission", summary["outcome"]),
         ("door's angle at the end", f"{summary['final_door_angle_deg']:.2f}°"),
         ("target", f"{summary['target_door_angle_deg']:.2f}°"),
-        ("time to open", "not opened" if opened_at is None else f"{opened_at:.2f} s"),
+        ("time to open, from the touch", "not opened" if opened_at is None else f"{opened_at:.2f} s"),
         ("largest constraint violation", f"{summary['max_constraint_violation_m'] * 1e3:.1f} mm"),
         ("smallest clearance", f"{summary['min_clearance_m'] * 1e3:.1f} mm"),
         ("contacts other than tip and leaf", f"{summary['collisions']}"),

@@ -34,10 +34,18 @@ RUN_FILES = (
 
 _LONGEST = 3600.0
 """Longest flight [s]."""
+_TYPICAL = 35.0
+"""For the progress bar of a flight without an end of its own [s]."""
 
 
 def open_door(
-    source: str, settings: Sequence[str], out: Path | None, duration: float, seed: int, realtime: bool, as_json: bool
+    source: str,
+    settings: Sequence[str],
+    out: Path | None,
+    duration: float | None,
+    seed: int,
+    realtime: bool,
+    as_json: bool,
 ) -> int:
     """Fly a scenario in simulation and write the folder of the run.
 
@@ -45,7 +53,7 @@ def open_door(
         source: Name or path of the scenario.
         settings: Overrides, `key=value`.
         out: Folder to write; made if it does not exist. None: a new one under `runs`.
-        duration: Simulated time [s].
+        duration: Simulated time at most [s]; to the mission's end if None.
         seed: Of the sensors' noise.
         realtime: Do not run ahead of the clock.
         as_json: Print the summary as JSON and nothing else.
@@ -57,10 +65,10 @@ def open_door(
         DoormanError: if the input cannot be used or the simulation fails.
         OSError: if the folder cannot be written.
     """
-    if not 0.0 < duration <= _LONGEST:
+    if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
     scenario = Scenario.load(source, parse_overrides(settings))
-    with flight_progress(duration, shown=not as_json) as on_progress:
+    with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
         model = Model(scenario)
         folder = _run_folder(out, scenario.name)
         (folder / "scenario.toml").write_text(effective_toml(scenario), encoding="utf-8")
@@ -71,7 +79,7 @@ def open_door(
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
     _write_pictures(recording, model, folder)
-    good, sentence = _outcome(recording, duration)
+    good, sentence = _outcome(recording)
     if as_json:
         typer.echo(text)
         typer.echo(sentence, err=True)
@@ -80,12 +88,12 @@ def open_door(
     return 0 if good else 1
 
 
-def _outcome(recording: Recording, duration: float) -> tuple[bool, str]:
+def _outcome(recording: Recording) -> tuple[bool, str]:
     good, sentence = verdict(recording.summary or {})
     end = recording["mission"]
     if end["message"][-1] != "interrupted":
         return good, sentence
-    return False, f"Interrupted after {end.time[-1]:.1f} of {duration:g} s. Until then: {sentence}"
+    return False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"
 
 
 def _write_pictures(recording: Recording, model: Model, folder: Path) -> None:

@@ -65,3 +65,19 @@ class DisturbanceObserver:
         self._outer += excess
         self._inner += _UNWINDING * self.rate * excess
         return self.estimate
+
+    def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:
+        """Set the estimate along one direction, at rest there: for a bumpless change of what holds the vehicle.
+
+        Args:
+            direction: Unit vector, shape (3,).
+            disturbance: δ̂ from now on, of which the share along `direction` is taken, shape (3,) [N].
+            velocity: ṗ, shape (3,) [m/s].
+        """
+        if self._outer is None:
+            return
+        change = (direction @ (disturbance - self.estimate)) * direction
+        self.estimate = self.estimate + change
+        self._outer = self._outer + change
+        settled = self.damping * self.rate * self.estimate - self._gain * velocity
+        self._inner = self._inner + (direction @ (settled - self._inner)) * direction

@@ -59,7 +59,7 @@ class DoorObserver:
             return self.estimate
         momentum = self._inertia * door_rate
         if self._momentum is None:
-            self._momentum = momentum
+            self._momentum = momentum + self.estimate / self.rate
         push = math.sin(door_angle) * force[0] - math.cos(door_angle) * force[1]
         door = self._door
         resistance = door.damping * door_rate + door.stiffness * (door_angle - door.rest_angle)
@@ -69,3 +69,7 @@ class DoorObserver:
         self.estimate = min(max(raw, -self.limit), self.limit)
         self._momentum = momentum + self.estimate / self.rate  # anti-windup: the state stays where the bound is
         return self.estimate
+
+    def pause(self) -> None:
+        """Keep the estimate while the tip is away; the next update begins from the rate that it is given."""
+        self._momentum = None

@@ -4,7 +4,7 @@ r"""DOB position controller: from a setpoint to thrust and attitude.
 
 with e = p_d − p and F_R the planned force on the door. Along the door's normal δ̂ is left out: there the force is planned, and
 what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust
-saturate, and the saturated F is what the observer is told. Source: Kim, Choi and Kim, IEEE TCST 2018.
+saturate, and the saturated F is what the observer is told. Where the setpoint gives a push, it replaces F along the normal. Source: Kim, Choi and Kim, IEEE TCST 2018.
 """
 
 from __future__ import annotations
@@ -39,6 +39,8 @@ class Setpoint:
     """Unit direction in which the planned force acts and the observer is not heeded, or zero, shape (3,)."""
     arm_rates: Array
     """Ḣ_d, shape (n,) [rad/s]."""
+    push: float | None = None
+    """Force of the rotors along `normal`, in place of position control there [N]."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,8 @@ class PositionController:
             + self._position_gain * (setpoint.position - position)
         )
         wanted = self.mass * correction + self._weight + setpoint.force - disturbance
+        if setpoint.push is not None:
+            wanted = wanted + (setpoint.push - setpoint.normal @ wanted) * setpoint.normal
         force = saturate(wanted, self.max_thrust, self.settings.max_tilt)
         self._acting = force - self._weight - setpoint.force
         return Thrust(

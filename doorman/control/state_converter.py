@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,8 +13,21 @@ from doorman.kinematics.door import door_normal
 from doorman.model import Model
 from doorman.ocp.planner import Plan
 from doorman.ocp.planning_model import planning_model
+from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DoorMotion:
+    """Motion of a door at one time."""
+
+    angle: float
+    """α [rad]."""
+    rate: float
+    """α̇ [rad/s]."""
+    acceleration: float
+    """α̈ [rad/s²]."""
 
 
 class StateConverter:
@@ -55,6 +70,21 @@ class StateConverter:
         angle, rate = self._coupling.door_state(position, velocity, attitude, body_rates, arm_angles, arm_rates)
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
 
+    def tip(self, measurement: Measurement, velocity: Array) -> tuple[float, float]:
+        """Angle and angular rate of the tip about the hinge: the door's, where they touch.
+
+        Args:
+            measurement: Position, attitude, body rates and arm.
+            velocity: Ṗ, shape (3,), world frame [m/s].
+
+        Returns:
+            α [rad] and α̇ [rad/s].
+        """
+        return self._coupling.door_state(
+            measurement.position, velocity, measurement.attitude,
+            measurement.body_rates, measurement.arm_angles, measurement.arm_rates,
+        )  # fmt: skip
+
     def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:
         """State that the planner starts from.
 
@@ -96,6 +126,21 @@ class StateConverter:
             arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
         )
 
+    def door_motion(self, plan: Plan, time: float) -> DoorMotion:
+        """The door's planned motion.
+
+        Args:
+            plan: A usable plan.
+            time: Since the plan's first state [s].
+
+        Returns:
+            Angle, rate and acceleration, the latter by central differences over four steps.
+        """
+        before, after = self._around(plan, time)
+        state = self._at(plan, time)[0]
+        change = self._at(plan, after)[0][4] - self._at(plan, before)[0][4] if after > before else 0.0
+        return DoorMotion(float(state[3]), float(state[4]), float(change / max(after - before, 1e-9)))
+
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)
@@ -106,12 +151,17 @@ class StateConverter:
 
         The posture's part counts: yawing about the tied tip is swinging the vehicle's mass about it.
         """
-        half, end = 2.0 * plan.time_step, plan.time_step * len(plan.inputs)
-        before, after = max(time - half, 0.0), min(time + half, end * (1.0 - 1e-9))
+        before, after = self._around(plan, time)
         if after <= before:
             return np.zeros(3)
         change = self._motion(plan, after).velocity - self._motion(plan, before).velocity
         return np.asarray(change / (after - before))
+
+    @staticmethod
+    def _around(plan: Plan, time: float) -> tuple[float, float]:
+        """Two times of the plan around one, four steps apart where it goes on so long."""
+        half, end = 2.0 * plan.time_step, plan.time_step * len(plan.inputs)
+        return max(time - half, 0.0), min(time + half, end * (1.0 - 1e-9))
 
     def _force(self, plan: Plan, time: float) -> Array:
         """`planned_force` at a time of the plan; none after its end."""

@@ -94,7 +94,7 @@ def _linearize_step(model: DoorModel, x: Array, u: Array, jacobian: Array) -> No
 
 @functions.implement(functions.constrain, DoorModel)
 @kernel
-def _constrain(model: DoorModel, x: Array, h: Array) -> None:
+def constrain_door(model: DoorModel, x: Array, h: Array) -> None:
     collision_constraints(model.collision, x, h)
     last = h.shape[0] - 1
     for i in range(last):
@@ -106,7 +106,7 @@ def _constrain(model: DoorModel, x: Array, h: Array) -> None:
 
 @functions.implement(functions.linearize_constraints, DoorModel)
 @kernel
-def _linearize_constraints(model: DoorModel, x: Array, h: Array, jacobian: Array) -> None:
+def linearize_door_constraints(model: DoorModel, x: Array, h: Array, jacobian: Array) -> None:
     jacobian[:, :] = 0.0
     collision_constraints_jacobian(model.collision, x, h, jacobian)
     last = h.shape[0] - 1
@@ -131,7 +131,7 @@ def _gather(rows: Array, first: int, lanes: Array) -> None:
 
 @functions.implement(functions.linearize_horizon, DoorModel)
 @kernel
-def _linearize_horizon(
+def linearize_door_horizon(
     model: DoorModel, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
 ) -> None:
     n, nx, nh = inputs.shape[0], states.shape[1], rows.shape[1]
@@ -170,7 +170,7 @@ def _linearize_horizon(
 
 @functions.implement(functions.constrain_horizon, DoorModel)
 @kernel
-def _constrain_horizon(model: DoorModel, states: Array, rows: Array) -> None:
+def constrain_door_horizon(model: DoorModel, states: Array, rows: Array) -> None:
     n, nh = rows.shape[0], rows.shape[1]
     lanes, values, last = model.collision_lanes.arm.lanes, model.row_lanes, nh - 1
     for first in range(0, n, LANES):

@@ -83,7 +83,7 @@ class Hybrid(Cddp):
         return 0 <= self._last_violated() < self.problem.horizon
 
     def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> Solution:
-        """Solve from the last trajectory, and from the input goal where nothing comes of that.
+        """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
         Args:
             state: First state, shape (nx,).
@@ -94,8 +94,8 @@ class Hybrid(Cddp):
             The better of the two solutions.
         """
         started = time.monotonic()
-        work = self._work
-        first = self.solve(state, work.nominal.inputs.copy(), max_iterations=max_iterations, time_limit=time_limit)
+        share = max(max_iterations // 2, 1)
+        first = self.solve(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
         left = time_limit - (time.monotonic() - started)
         if first.status.usable or first.iterations >= max_iterations or left <= 0.0:
             return first
@@ -129,6 +129,7 @@ class Hybrid(Cddp):
         started = time.monotonic()
         work, options = self._work, self.options
         deadline, guessing = started + time_limit, options.guess_active_sets
+        np.copyto(self._last_inputs, work.nominal.inputs)
         code = follow(
             self._model, self._memory, state, shift, limit, max_iterations, extra_iterations, deadline, guessing
         )
@@ -167,6 +168,7 @@ class Hybrid(Cddp):
         return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
 
     def _compile(self) -> None:
+        self._last_inputs = self._work.nominal.inputs.copy()
         super()._compile()
         iterate_carefully(self._model, self._memory, 1, 0.0)
         kernels.iterate(self._model, self._memory, 1, 0.0)

@@ -16,6 +16,7 @@ from doorman.model import GRAVITY, Model
 from doorman.numba_types.handles import Handle
 from doorman.ocp.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
 from doorman.ocp.problem import Problem
+from doorman.ocp.quasi_static_planning import push_along_normal
 
 Array = NDArray[np.float64]
 
@@ -46,6 +47,19 @@ class LagrangianPlanning:
     def problem(self) -> Problem:
         """The door problem with full dynamics, see `PlanningModel`."""
         return lagrangian_problem(self.model)
+
+    def fitted(self, parameters: Any, friction: float, disturbance: float, start: Array) -> Any:
+        """The same constraints wherever a plan starts, see `PlanningModel`."""
+        dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
+        return parameters._replace(dynamics=dynamics)
+
+    def relaxed(self, parameters: Any) -> bool:
+        """Never, see `PlanningModel`."""
+        return False
+
+    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal, see `PlanningModel`."""
+        return push_along_normal(*self.reduced(states, inputs))
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`, see `PlanningModel`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ COLD_ITERATIONS = 200
 LARGEST_PRICE = 100.0
 """Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
 
-_RECOVERY_ITERATIONS = 20
+_RECOVERY_ITERATIONS = 40
 """Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
 
 _JUMP = 1.0
@@ -87,6 +87,8 @@ class Planner:
         self._problem = self.planning.problem()
         self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
         self._started = False
+        self._parameters = self._problem.model
+        self._friction, self._disturbance = self.model.door.friction, 0.0
 
     def update_door(self, *, friction: float | None = None, disturbance: float | None = None) -> None:
         """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
@@ -98,19 +100,30 @@ class Planner:
         Raises:
             DimensionError: if a value is not finite, or the friction is negative.
         """
-        model = self._problem.model
-        dynamics = model.dynamics
-        dynamics = dynamics._replace(
-            friction=dynamics.friction if friction is None else float(friction),
-            disturbance=dynamics.disturbance if disturbance is None else float(disturbance),
-        )
-        for name, value in (("friction", dynamics.friction), ("disturbance", dynamics.disturbance)):
+        friction = self._friction if friction is None else float(friction)
+        disturbance = self._disturbance if disturbance is None else float(disturbance)
+        for name, value in (("friction", friction), ("disturbance", disturbance)):
             if not math.isfinite(value) or (name == "friction" and value < 0.0):
                 raise DimensionError(
                     "not a torque", field=name, given=value, allowed="a finite torque, friction >= 0 [N m]"
                 )
-        self._problem = replace(self._problem, model=model._replace(dynamics=dynamics))
-        self.solver.update_model(self._problem.model)
+        self._friction, self._disturbance = friction, disturbance
+
+    def normal_forces(self, plan: Plan) -> Array:
+        """Force of the tip on the door along its normal, at every node but the last; positive where it presses.
+
+        Args:
+            plan: This planner's last plan.
+
+        Returns:
+            λ_n, shape (N,) [N].
+        """
+        return self.planning.normal_forces(self._parameters, plan.states, plan.inputs)
+
+    def _fit(self, state: Array) -> None:
+        """Fit the problem to what is known of the hinge, and to a start."""
+        self._parameters = self.planning.fitted(self._problem.model, self._friction, self._disturbance, state)
+        self.solver.update_model(self._parameters)
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
         """Plan from hover inputs until converged.
@@ -128,9 +141,9 @@ class Planner:
             SingularityError: if its pitch is not inside ±90°.
         """
         started = time.perf_counter()
-        solution = self.solver.solve(
-            self.planning.check_state(state), max_iterations=max_iterations, time_limit=time_limit
-        )
+        x = self.planning.check_state(state)
+        self._fit(x)
+        solution = self.solver.solve(x, max_iterations=max_iterations, time_limit=time_limit)
         return self._from(solution, started)
 
     def replan(
@@ -170,6 +183,7 @@ class Planner:
                 "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
                 allowed=">= 1 iteration and > 0 s",
             )  # fmt: skip
+        self._fit(x)
         if not self._started:
             return self._from(self.solver.solve(x, max_iterations=budget, time_limit=time_limit), started)
         steps = -1.0 if elapsed is None else min(max(elapsed / self.settings.time_step, 0.0), self._problem.horizon)
@@ -199,6 +213,8 @@ class Planner:
         self, trajectory: tuple[Array, Array], cost: float, status: PlanStatus, iterations: int, started: float
     ) -> Plan:
         violation, node, row = self.solver.worst()
+        if status.usable and self.planning.relaxed(self._parameters):
+            status = PlanStatus.RELAXED
         words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
         return Plan(
             states=trajectory[0],

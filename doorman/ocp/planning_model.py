@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.exceptions import ScenarioError
 from doorman.model import Model
 from doorman.ocp.lagrangian_planning import LagrangianPlanning
 from doorman.ocp.problem import Problem
+from doorman.ocp.push_planning import PushPlanning
 from doorman.ocp.quasi_static_planning import QuasiStaticPlanning
 
 Array = NDArray[np.float64]
@@ -55,10 +57,38 @@ class PlanningModel(Protocol):
         """The scenario's optimal control problem.
 
         Returns:
-            A problem whose model has fields `dynamics.friction` and `dynamics.disturbance` for what is known of the hinge.
+            The problem; `fitted` takes its model.
 
         Raises:
             ScenarioError: if a vector of weights does not fit the arm.
+        """
+
+    def fitted(self, parameters: Any, friction: float, disturbance: float, start: Array) -> Any:
+        """Parameters of the problem for what is known of the hinge, and for a start.
+
+        Args:
+            parameters: The problem's model.
+            friction: τ_c [N m].
+            disturbance: τ_d, in the sense of damping [N m].
+            start: x, shape (nx,).
+
+        Returns:
+            Parameters of the same type.
+        """
+
+    def relaxed(self, parameters: Any) -> bool:
+        """Whether `fitted` had to widen constraints so that they contain the start."""
+
+    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+        """Force of the tip on the door along its normal, positive where it presses, as the model understands it.
+
+        Args:
+            parameters: What `fitted` returned.
+            states: x_0 … x_N, shape (N + 1, nx).
+            inputs: u_0 … u_{N−1}, shape (N, nu).
+
+        Returns:
+            At every input, shape (N,) [N].
         """
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
@@ -110,11 +140,22 @@ class PlanningModel(Protocol):
 
 
 def planning_model(model: Model) -> PlanningModel:
-    """The model that a scenario plans with, `planner.model`.
+    """The model that a scenario plans with: by `planner.model`, and `contact.kind` with the simplified dynamics.
 
     Args:
         model: Model of the scenario.
+
+    Raises:
+        ScenarioError: if there is no such model for the contact.
     """
+    push = model.scenario.contact.kind == "push"
     if model.scenario.planner.model == "lagrangian":
+        if push:
+            raise ScenarioError(
+                "a tip that can only push is planned with the simplified dynamics", file=model.scenario.source,
+                field="planner.model", given="lagrangian", allowed="quasi_static",
+            )  # fmt: skip
         return LagrangianPlanning(model)
+    if push:
+        return PushPlanning(model)
     return QuasiStaticPlanning(model)

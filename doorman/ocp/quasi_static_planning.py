@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -40,6 +41,19 @@ class QuasiStaticPlanning:
         """The paper's problem, see `PlanningModel`."""
         return door_problem(self.model)
 
+    def fitted(self, parameters: Any, friction: float, disturbance: float, start: Array) -> Any:
+        """The same constraints wherever a plan starts, see `PlanningModel`."""
+        dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
+        return parameters._replace(dynamics=dynamics)
+
+    def relaxed(self, parameters: Any) -> bool:
+        """Never, see `PlanningModel`."""
+        return False
+
+    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal, see `PlanningModel`."""
+        return push_along_normal(*self.reduced(states, inputs))
+
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         """The reduced state itself: body rates are inputs here."""
         return np.array(reduced, dtype=np.float64)
@@ -66,3 +80,18 @@ class QuasiStaticPlanning:
             return following
 
         return step
+
+
+def push_along_normal(states: Array, inputs: Array) -> Array:
+    r"""Push of the rotors along the door's normal, :math:`f_t\,n_D^T R e_3`.
+
+    Args:
+        states: Reduced, shape (m, 5 + n); a last one without input is left out.
+        inputs: Reduced, shape (m or m − 1, 4 + n).
+
+    Returns:
+        Shape of the inputs' first axis [N].
+    """
+    roll, pitch, turn = states[: len(inputs), 0], states[: len(inputs), 1], states[: len(inputs), 3] - states[: len(inputs), 2]
+    direction = np.cos(roll) * np.sin(pitch) * np.sin(turn) + np.sin(roll) * np.cos(turn)
+    return np.asarray(inputs[:, 0] * direction)

@@ -25,6 +25,8 @@ class PlanStatus(Enum):
     """Out of iterations or time; dynamics and constraints hold, the cost may still fall."""
     STALLED = "stalled"
     """No step lowers the cost any further at any regularisation; dynamics and constraints hold."""
+    RELAXED = "relaxed"
+    """As at the limit of iterations; but constraints that the start violates are widened until they contain it."""
     RECOVERING = "recovering"
     """The start violates constraints, or leads into them, faster than the bounds of the inputs allow to correct: dynamics and
     these bounds hold, the constraints hold from some node on to the end. To be flown where the start is where the vehicle is."""
@@ -38,7 +40,7 @@ class PlanStatus(Enum):
     @property
     def usable(self) -> bool:
         """Whether dynamics and constraints hold along the whole trajectory."""
-        return self in (PlanStatus.CONVERGED, PlanStatus.ITERATION_LIMIT, PlanStatus.STALLED)
+        return self in (PlanStatus.CONVERGED, PlanStatus.ITERATION_LIMIT, PlanStatus.STALLED, PlanStatus.RELAXED)
 
     @property
     def flyable(self) -> bool:

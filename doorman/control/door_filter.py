@@ -1,0 +1,172 @@
+r"""Filter of the door: angle, rate and the hinge's parameters, from the tip where it touches and from the model where not.
+
+States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D]`. With the push F_n of the rotors and
+:math:`I = I_D + m_A D_V^2` in contact, without a push and :math:`I = I_D` out of it,
+
+.. math:: I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) - w
+
+w is a torque that comes and goes (wind on the leaf, what the model leaves out): a first-order Markov process. An extended
+Kalman filter measures the tip's angle. A door that stands still says nothing of its parameters but that its friction
+suffices: they rest until it moves. Their standard deviations are what the motion has taught; damping, friction and closer
+stay correlated where the door has only seen one speed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import Model
+from doorman.scenario import EstimationSection
+
+Array = NDArray[np.float64]
+
+ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA = range(7)
+_MOVING = 0.02
+"""Slower than this the door counts as standing [rad/s]."""
+_STUCK_RATE = 8.0
+"""Bandwidth with which a standing door's angle is followed [rad/s]."""
+_LEAST_INERTIA_SHARE = 0.2
+
+
+@dataclass(frozen=True)
+class HingeEstimate:
+    """Parameters of the hinge with their standard deviations, SI units."""
+
+    damping: float
+    friction: float
+    stiffness: float
+    inertia: float
+    damping_deviation: float
+    friction_deviation: float
+    stiffness_deviation: float
+    inertia_deviation: float
+    torque_deviation: float
+    """Of friction and closer together at the present angle [N m]."""
+
+
+class DoorFilter:
+    """Estimate of the door's state and parameters.
+
+    Args:
+        model: Model of the scenario.
+        settings: Prior and noise.
+    """
+
+    def __init__(self, model: Model, settings: EstimationSection) -> None:
+        self._settings = settings
+        self._lever = model.coupling.distance_from_hinge
+        self._vehicle_inertia = model.vehicle.mass * self._lever**2
+        self._rest = float(model.start_state[3])
+        self._least_inertia = _LEAST_INERTIA_SHARE * model.door.inertia
+        inertia = model.door.inertia
+        prior = (
+            (self._rest, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation), settings.damping,
+            settings.friction, settings.stiffness, (inertia, settings.inertia_deviation * inertia),
+        )  # fmt: skip
+        self.state = np.array([mean for mean, _ in prior])
+        """z, shape (7,)."""
+        self.covariance = np.diag([deviation**2 for _, deviation in prior])
+        """Shape (7, 7)."""
+        self._seen = -math.inf
+
+    @property
+    def angle(self) -> float:
+        """α [rad]."""
+        return float(self.state[ANGLE])
+
+    @property
+    def rate(self) -> float:
+        """α̇ [rad/s]."""
+        return float(self.state[RATE])
+
+    def hinge(self) -> HingeEstimate:
+        """Parameters with their standard deviations."""
+        chosen = [DAMPING, FRICTION, STIFFNESS, INERTIA]
+        deviations = np.sqrt(np.diag(self.covariance)[chosen])
+        turned = self._rest - self.state[ANGLE]
+        p = self.covariance
+        torque = p[FRICTION, FRICTION] + turned * (2.0 * p[FRICTION, STIFFNESS] + turned * p[STIFFNESS, STIFFNESS])
+        return HingeEstimate(*(float(x) for x in (*self.state[chosen], *deviations)), math.sqrt(max(torque, 0.0)))
+
+    def sliding_torque(self) -> float:
+        """Torque against a slow opening at the present angle, Coulomb friction and closer [N m]."""
+        return float(self.state[FRICTION] - self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))
+
+    def follow(self, angle: float, rate: float) -> None:
+        """Take angle and rate from outside: of a tip that is tied to the leaf."""
+        self.state[ANGLE], self.state[RATE] = angle, rate
+
+    def update(
+        self, push: float, touching: bool, tip_angle: float, measured_at: float, now: float, time_step: float
+    ) -> None:
+        """Advance by one period.
+
+        Args:
+            push: F_n of the rotors, wind included [N].
+            touching: Whether the tip is on the leaf.
+            tip_angle: Angle of the tip about the hinge [rad].
+            measured_at: When it was true [s].
+            now: [s].
+            time_step: Since the last call [s].
+        """
+        if not time_step > 0.0:
+            return
+        if touching and abs(self.rate) < _MOVING:
+            self._track(tip_angle, time_step)
+            return
+        self._predict(push if touching else 0.0, touching, time_step)
+        if touching and measured_at > self._seen:
+            self._correct(tip_angle, now - measured_at)
+        self._seen = measured_at
+
+    def _track(self, tip_angle: float, time_step: float) -> None:
+        """A standing door: follow the tip, leave the parameters alone."""
+        off = tip_angle - self.state[ANGLE]
+        self.state[ANGLE] += time_step * (self.state[RATE] + 2.0 * _STUCK_RATE * off)
+        self.state[RATE] += time_step * _STUCK_RATE**2 * off
+
+    def _predict(self, push: float, touching: bool, time_step: float) -> None:
+        z, settings = self.state, self._settings
+        inertia = z[INERTIA] + (self._vehicle_inertia if touching else 0.0)
+        slip = math.tanh(z[RATE] / (0.5 * _MOVING))
+        torque = z[DAMPING] * z[RATE] + z[FRICTION] * slip + z[STIFFNESS] * (z[ANGLE] - self._rest) + z[TORQUE]
+        acceleration = -(self._lever * push + torque) / inertia
+        change = np.eye(7)
+        change[ANGLE, RATE] = time_step
+        change[RATE, ANGLE] = -time_step * z[STIFFNESS] / inertia
+        stiff = z[FRICTION] * (1.0 - slip * slip) / (0.5 * _MOVING)
+        change[RATE, RATE] = 1.0 - time_step * min((z[DAMPING] + stiff) / inertia, 0.5 / time_step)
+        change[RATE, TORQUE] = -time_step / inertia
+        change[RATE, DAMPING] = -time_step * z[RATE] / inertia
+        change[RATE, FRICTION] = -time_step * slip / inertia
+        change[RATE, STIFFNESS] = -time_step * (z[ANGLE] - self._rest) / inertia
+        change[RATE, INERTIA] = -time_step * acceleration / inertia
+        fade = math.exp(-time_step / settings.torque_time)
+        change[TORQUE, TORQUE] = fade
+        z[ANGLE] += time_step * z[RATE]
+        rate = z[RATE] + time_step * acceleration
+        holds = z[FRICTION] > abs(z[STIFFNESS] * (z[ANGLE] - self._rest))
+        if not touching and holds and (rate * z[RATE] <= 0.0 or abs(rate) < 0.5 * _MOVING):
+            rate = 0.0  # friction stops a free door, it does not drive it back
+        z[RATE] = rate
+        z[TORQUE] *= fade
+        covariance = change @ self.covariance @ change.T
+        covariance[RATE, RATE] += time_step * (settings.push_noise * self._lever / inertia) ** 2
+        covariance[TORQUE, TORQUE] += (1.0 - fade**2) * settings.torque_deviation**2
+        self.covariance = covariance
+
+    def _correct(self, tip_angle: float, age: float) -> None:
+        """Measure the angle as it was `age` ago."""
+        row = np.zeros(7)
+        row[ANGLE], row[RATE] = 1.0, -age
+        spread = self.covariance @ row
+        gain = spread / (row @ spread + self._settings.angle_noise**2)
+        self.state += gain * (tip_angle - row @ self.state)
+        self.state[[DAMPING, FRICTION, STIFFNESS]] = np.maximum(self.state[[DAMPING, FRICTION, STIFFNESS]], 0.0)
+        self.state[INERTIA] = max(self.state[INERTIA], self._least_inertia)
+        self.covariance -= np.outer(gain, spread)
+        self.covariance = 0.5 * (self.covariance + self.covariance.T)

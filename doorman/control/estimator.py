@@ -1,0 +1,155 @@
+"""Estimator: everything that is inferred from measurements, in one place: vehicle, wind, tip force, contact and door."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.contact_monitor import ContactMonitor
+from doorman.control.door_filter import DoorFilter, HingeEstimate
+from doorman.control.door_observer import DoorObserver
+from doorman.control.state_converter import StateConverter
+from doorman.control.vehicle_observer import VehicleObserver
+from doorman.kinematics.door import door_normal
+from doorman.model import GRAVITY, Model
+from doorman.signals import Measurement
+
+Array = NDArray[np.float64]
+
+
+class Tie(Enum):
+    """What is known of tip and leaf."""
+
+    FREE = "free"
+    """The tip is away from the leaf."""
+    PUSHING = "pushing"
+    """It should press on the leaf; whether it does is estimated."""
+    GRIPPED = "gripped"
+    """It is tied to the leaf."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What is known at one time."""
+
+    time: float
+    """[s]."""
+    position: Array
+    """P, shape (3,), world frame [m]."""
+    velocity: Array
+    """Ṗ, shape (3,), world frame [m/s]."""
+    arm_angles: Array
+    """H, shape (n,) [rad]."""
+    state: Array
+    """Reduced, [Φ, α, α̇, H], yaw without jumps, shape (5 + n,)."""
+    tip_speed: float
+    """Of the tip along the door's normal [m/s]."""
+    wind: Array
+    """Outer force of free flight, shape (3,), world frame [N]."""
+    tip_force: Array
+    """Force of the tip on the door, shape (3,), world frame [N]."""
+    normal_force: float
+    """Its share along n_D: positive when the tip presses [N]."""
+    touching: bool
+    """Contact state."""
+    door_disturbance: float
+    """τ̂_d, all of the hinge's torque that the scenario does not name, in the sense of damping [N m]."""
+    hinge: HingeEstimate
+
+    @property
+    def door_angle(self) -> float:
+        """α [rad]."""
+        return float(self.state[3])
+
+    @property
+    def door_rate(self) -> float:
+        """α̇ [rad/s]."""
+        return float(self.state[4])
+
+
+class Estimator:
+    """Estimates of one flight.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter) -> None:
+        settings, control = model.scenario.estimation, model.scenario.control
+        self._converter = converter
+        self._rate = settings.wind_rate
+        self._vehicle = VehicleObserver(model.vehicle.mass, settings.vehicle_observer_rate)
+        self._weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        self.contact = ContactMonitor(settings.contact)
+        self.door = DoorFilter(model, settings)
+        self._hinge_torque = DoorObserver(model, control.door_observer_rate, control.max_door_disturbance)
+        self._lever = model.coupling.distance_from_hinge
+        self._wind = np.zeros(3)
+        self._yaw = 0.0
+
+    def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
+        """Take in one measurement.
+
+        Args:
+            measurement: What the sensors say.
+            force: Of the rotors since the last call, shape (3,), world frame [N].
+            tie: What is known of tip and leaf.
+            time_step: Since the last call [s].
+
+        Returns:
+            The estimate.
+        """
+        vehicle, now = self._vehicle, measurement.time
+        vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step)
+        velocity = vehicle.velocity.copy()
+        tip_angle, tip_rate = self._converter.tip(measurement, velocity)
+        if tie is Tie.FREE:
+            self._wind = self._wind + min(self._rate * time_step, 1.0) * (vehicle.outer_force - self._wind)
+        tip_force = self._wind - vehicle.outer_force
+        normal = door_normal(self.door.angle)
+        normal_force = float(normal @ tip_force)
+        touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(normal_force, time_step))
+        self._update_door(tie, touching, tip_angle, tip_rate, measurement, force, time_step)
+        state = np.concatenate([measurement.attitude, [self.door.angle, self.door.rate], measurement.arm_angles])
+        state[2] += 2.0 * math.pi * round((self._yaw - state[2]) / (2.0 * math.pi))  # without jumps at ±π
+        self._yaw = float(state[2])
+        return Estimate(
+            time=now,
+            position=vehicle.position.copy(),
+            velocity=velocity,
+            arm_angles=measurement.arm_angles,
+            state=state,
+            tip_speed=-self._lever * tip_rate,
+            wind=self._wind,
+            tip_force=tip_force,
+            normal_force=normal_force,
+            touching=touching,
+            door_disturbance=self._hinge_torque.estimate,
+            hinge=self.door.hinge(),
+        )
+
+    def _update_door(
+        self,
+        tie: Tie,
+        touching: bool,
+        tip_angle: float,
+        tip_rate: float,
+        measurement: Measurement,
+        force: Array,
+        time_step: float,
+    ) -> None:
+        acting = force + self._wind
+        if tie is Tie.GRIPPED:
+            self.door.follow(tip_angle, tip_rate)
+        else:
+            push = float(door_normal(self.door.angle) @ acting)
+            self.door.update(push, touching, tip_angle, measurement.pose_time, measurement.time, time_step)
+        if touching:
+            self._hinge_torque.update(self.door.angle, self.door.rate, acting, time_step)
+        else:
+            self._hinge_torque.pause()

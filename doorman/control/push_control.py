@@ -1,0 +1,87 @@
+r"""Following a plan that pushes: force along the door's normal, position along the others.
+
+.. math::
+    F_n = \mathrm{clip}\big(F_n^{plan} + m_A\,n_D^T\ddot P_{posture} + k_v (v_{plan} - v),\ F_{least},\ F_{most}\big)
+          - n_D^T \hat F_{wind}
+
+with the tip's speed v along the normal: the planned force as feed-forward, an impedance around the planned motion. A
+position loop there would fight the door.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.control.state_converter import StateConverter
+from doorman.kinematics.door import door_normal
+from doorman.model import Model
+from doorman.ocp.planner import Plan
+
+Array = NDArray[np.float64]
+
+
+class PushController:
+    """Setpoints along a plan whose tip pushes, and for a door that is held.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter) -> None:
+        self._converter = converter
+        self._settings, self._control = model.scenario.push, model.scenario.control
+        self._lever, self._mass = model.coupling.distance_from_hinge, model.vehicle.mass
+        self._moving = model.door.inertia + self._mass * self._lever**2
+        self.push = 0.0
+        """F_n that was asked for last, without the wind's share [N]."""
+
+    def follow(self, plan: Plan, time: float, estimate: Estimate) -> Setpoint:
+        """Setpoint for a time of the plan.
+
+        Args:
+            plan: A usable plan.
+            time: Since its first state [s].
+            estimate: What is known now.
+
+        Returns:
+            The setpoint, with a push.
+        """
+        setpoint = self._converter.setpoint(plan, time, estimate.arm_angles)
+        normal = door_normal(estimate.door_angle)
+        motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
+        swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
+        posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
+        planned = float(np.linalg.norm(setpoint.force)) * np.sign(setpoint.normal @ setpoint.force)
+        push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
+        return self._with(setpoint, normal, push, estimate)
+
+    def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
+        """The same position, with a push of its own.
+
+        Args:
+            setpoint: Position and posture.
+            push: F_n [N].
+            estimate: What is known now.
+        """
+        return self._with(setpoint, door_normal(estimate.door_angle), push, estimate, bounded=False)
+
+    def _with(
+        self, setpoint: Setpoint, normal: Array, push: float, estimate: Estimate, bounded: bool = True
+    ) -> Setpoint:
+        if bounded:
+            least, most = self.bounds(estimate)
+            push = min(max(push, least), most)
+        self.push = push
+        return replace(setpoint, normal=normal, push=push - float(normal @ estimate.wind), force=push * normal)
+
+    def bounds(self, estimate: Estimate) -> tuple[float, float]:
+        """Least and largest push: the tip never lets go, and never throws the door [N]."""
+        resistance = max(0.0, -estimate.door_disturbance) / self._lever
+        least = max(self._settings.least_force, self._settings.least_share * resistance)
+        return least, resistance + self._moving / self._lever * self._settings.max_acceleration

@@ -1,0 +1,102 @@
+"""Smooth reference motions in free flight: to the door, and back out of the doorway."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.position_controller import Setpoint
+from doorman.kinematics.door import door_normal
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_ACCELERATION = 0.25
+"""Of a reference motion [m/s²]."""
+_YAW_RATE = 0.4
+"""[rad/s]."""
+_ARM_GAIN = 2.0
+_ARM_RATE = 0.5
+"""Of the arm in free flight [1/s], [rad/s]."""
+_ROOM = 0.05
+"""Between disc and jambs on the way out [m]."""
+_BACK = 0.25
+"""Way straight back from the leaf before the way out [m]."""
+
+
+class Glide:
+    """Reference that moves to targets with bounded speed and acceleration.
+
+    Args:
+        position: Where it starts, at rest, shape (3,), world frame [m].
+        yaw: ψ [rad].
+    """
+
+    def __init__(self, position: Array, yaw: float) -> None:
+        self.position = position.copy()
+        self.velocity = np.zeros(3)
+        self.yaw = yaw
+
+    def to(self, target: Array, yaw: float, speed: float, arm_rates: Array, time_step: float) -> Setpoint:
+        """Advance by one period towards a target.
+
+        Args:
+            target: Shape (3,), world frame [m].
+            yaw: ψ there [rad].
+            speed: Largest [m/s].
+            arm_rates: Ḣ_d, shape (n,) [rad/s].
+            time_step: [s].
+
+        Returns:
+            The setpoint.
+        """
+        away = target - self.position
+        distance = float(np.linalg.norm(away))
+        wanted = np.zeros(3)
+        if distance > 1e-9:
+            wanted = min(speed, math.sqrt(_ACCELERATION * distance), 2.0 * distance) / distance * away
+        change = wanted - self.velocity
+        size = float(np.linalg.norm(change))
+        if size > _ACCELERATION * time_step:
+            change *= _ACCELERATION * time_step / size
+        self.velocity = self.velocity + change
+        self.position = self.position + time_step * self.velocity
+        self.yaw += float(np.clip(yaw - self.yaw, -_YAW_RATE * time_step, _YAW_RATE * time_step))
+        acceleration = change / time_step if time_step > 0.0 else np.zeros(3)
+        none = np.zeros(3)
+        return Setpoint(self.position.copy(), self.velocity.copy(), acceleration, self.yaw, none, none, arm_rates)
+
+    def near(self, target: Array, tolerance: float) -> bool:
+        """Whether the reference has come this near to a target [m]."""
+        return bool(np.linalg.norm(target - self.position) < tolerance)
+
+
+def arm_rates_to(target: Array, arm_angles: Array) -> Array:
+    """Joint rates towards a posture, shape (n,) [rad/s]."""
+    return np.asarray(np.clip(_ARM_GAIN * (target - arm_angles), -_ARM_RATE, _ARM_RATE))
+
+
+def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
+    """Way from the leaf to a hover outside: back from the leaf, between the jambs, out of the doorway.
+
+    Args:
+        model: Model of the scenario.
+        position: P, shape (3,), world frame [m].
+        door_angle: α [rad].
+
+    Returns:
+        Targets of O_B, each of shape (3,), world frame [m].
+    """
+    radius, hinge = model.vehicle.radius, model.door.hinge_position
+    lowest, highest = hinge[1] + radius + _ROOM, hinge[1] + model.door.width - radius - _ROOM
+    middle = 0.5 * (lowest + highest)
+    lowest, highest = min(lowest, middle), max(highest, middle)
+    outside = hinge[0] - radius - model.scenario.mission.hover_distance
+    back = position - _BACK * door_normal(door_angle)
+    if position[0] > hinge[0] - radius:  # some of the disc is in the doorway
+        back[1] = min(max(back[1], lowest), highest)
+        back[0] = position[0]
+        return [back, np.array([outside, back[1], position[2]])]
+    return [back, np.array([min(back[0], outside), back[1], position[2]])]

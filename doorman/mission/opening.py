@@ -1,0 +1,132 @@
+"""Opening: following plans until the door stands at the goal, and holding it there."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.control.push_control import PushController
+from doorman.control.state_converter import StateConverter
+from doorman.mission.schedule import PlanSchedule
+from doorman.model import GRAVITY, Model
+from doorman.ocp.push_planning import push_state
+
+Array = NDArray[np.float64]
+
+_NEAR = math.radians(2.0)
+_SLOW = 0.005
+"""A door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
+_SETTLING = 4.0
+"""Hold times after which it is."""
+_PROGRESS = math.radians(0.5)
+_PATIENCE = 10.0
+"""Time without progress after which an opening is given up [s]."""
+
+
+class Opening:
+    """Setpoints from the touch until the door is open.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+        schedule: Plans.
+        push: Controller of a tip that can only push; None if it grips.
+    """
+
+    def __init__(
+        self, model: Model, converter: StateConverter, schedule: PlanSchedule, push: PushController | None
+    ) -> None:
+        self._converter, self._schedule, self._push = converter, schedule, push
+        self._settings, self._hold_time = model.scenario.push, model.scenario.mission.hold_time
+        self._goal, self._lever = float(model.goal_state[3]), model.coupling.distance_from_hinge
+        self._weight = model.vehicle.mass * GRAVITY
+        self._nearest = math.inf
+        self._progress_at = 0.0
+        self._good_since: float | None = None
+        self._slow_since: float | None = None
+        self._held: Setpoint | None = None
+        self._integral = 0.0
+        self._last = 0.0
+
+    def resume(self, now: float, push: float) -> None:
+        """Begin, or go on after contact was regained.
+
+        Args:
+            now: [s].
+            push: F_n that the tip presses with [N].
+        """
+        self._schedule.forget()
+        self._held, self._progress_at, self._nearest, self._last = None, now, math.inf, now
+        if self._push is not None:
+            self._push.push = push
+
+    def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
+        """Setpoint for now.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,) [rad/s].
+        """
+        now, off = estimate.time, estimate.door_angle - self._goal
+        time_step, self._last = now - self._last, now
+        self._judge(now, off, estimate.door_rate)
+        if self._push is not None and self._holds(off, estimate):
+            return self._hold(self._push, off, estimate, time_step)
+        state = self._converter.planner_state(estimate.state, body_rates)
+        if self._push is not None:
+            state = push_state(state, self._push.push, self._weight)
+        current = self._schedule.update(now, state, estimate.door_disturbance)
+        if current is None:
+            setpoint = self._converter.hold(estimate.position, float(estimate.state[2]))
+            return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
+        if self._push is None:
+            return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
+        return self._push.follow(current.plan, now - current.start, estimate)
+
+    def done(self, now: float) -> bool:
+        """Whether the door has stood at the goal for long enough."""
+        good = self._good_since is not None and now - self._good_since >= self._hold_time
+        slow = self._slow_since is not None and now - self._slow_since >= _SETTLING * self._hold_time
+        return good or slow
+
+    def stuck(self, estimate: Estimate) -> str:
+        """Why the opening should be given up; empty if it should not."""
+        if estimate.time - self._progress_at < _PATIENCE or self._slow_since is not None:
+            return ""
+        return (
+            f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
+            f"against {max(0.0, -estimate.door_disturbance):.2f} N m"
+        )
+
+    def _judge(self, now: float, off: float, rate: float) -> None:
+        """Note how long the door has been at the goal, and when it last came nearer."""
+        if abs(off) < self._nearest - _PROGRESS:
+            self._nearest, self._progress_at = abs(off), now
+        good = abs(off) < self._settings.hold_tolerance and abs(rate) < 4.0 * _SLOW
+        slow = abs(off) < _NEAR and abs(rate) < _SLOW
+        self._good_since = (self._good_since if self._good_since is not None else now) if good else None
+        self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None
+
+    def _holds(self, off: float, estimate: Estimate) -> bool:
+        """Whether the door is to be held where it is."""
+        tolerance = self._settings.hold_tolerance
+        if self._held is not None and off > 3.0 * tolerance:
+            self._held = None
+            self._schedule.forget()
+        elif self._held is None and off < 0.5 * tolerance and abs(estimate.door_rate) < 8.0 * _SLOW:
+            self._held, self._integral = self._converter.hold(estimate.position, float(estimate.state[2])), 0.0
+        return self._held is not None
+
+    def _hold(self, push: PushController, off: float, estimate: Estimate, time_step: float) -> Setpoint:
+        """Press as much as closer and a share of the friction need; a little more or less outside the dead band."""
+        settings, hinge = self._settings, estimate.hinge
+        beyond = off - min(max(off, -settings.hold_tolerance), settings.hold_tolerance)
+        self._integral += time_step * settings.hold_gain * beyond / settings.hold_tolerance
+        closer = hinge.stiffness * max(0.0, 0.5 * math.pi - estimate.door_angle)
+        wanted = (closer + settings.hold_share * hinge.friction) / self._lever + self._integral
+        assert self._held is not None
+        return push.hold(self._held, max(wanted, settings.least_force), estimate)

@@ -1,0 +1,295 @@
+"""The mission as a state machine: hover → approach → touch → open → release → retreat → hover.
+
+Every phase has an entry condition, a time-out and an action where it fails; docs/mission.md draws them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.control.push_control import PushController
+from doorman.control.state_converter import StateConverter
+from doorman.kinematics.door import door_normal
+from doorman.mission.motion import Glide, arm_rates_to, way_out
+from doorman.mission.opening import Opening
+from doorman.mission.schedule import PlanSchedule
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_STEADY = 1.0
+"""For which the vehicle must hover still before the approach [s]."""
+_SPEED_GAIN = 12.0
+"""Of the tip's speed in free flight, along the door's normal [N s/m]."""
+_LARGEST_PUSH = 2.0
+"""Of that law [N]."""
+_PRESSING = 0.4
+"""From the touch to the opening [s]."""
+_BLUNTED = 0.25
+"""A tip that is slower than half of what was asked for, for so long, touches [s]."""
+_CLOSER_SHARE = 0.7
+"""A closer with more than this share of the friction's torque keeps the tip at the door."""
+_LETTING_GO = 0.5
+"""[s]."""
+
+
+class Phase(Enum):
+    """Where a mission is."""
+
+    HOVER = "hover"
+    APPROACH = "approach"
+    TOUCH = "touch"
+    OPEN = "open"
+    HOLD = "hold"
+    RECOVER = "recover"
+    RELEASE = "release"
+    RETREAT = "retreat"
+    DONE = "done"
+
+
+@dataclass(frozen=True)
+class Action:
+    """What a phase asks for."""
+
+    setpoint: Setpoint
+    grip: bool
+
+
+class Sequence:
+    """Phases of one mission.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+        schedule: Plans.
+        estimator: What the contact state is told.
+        on_change: Called with every new phase and the reason for it.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        converter: StateConverter,
+        schedule: PlanSchedule,
+        estimator: Estimator,
+        on_change: Callable[[float, Phase, str], None],
+    ) -> None:
+        self.phase = Phase.HOVER if model.scenario.mission.start == "hover" else Phase.OPEN
+        self.opened = False
+        """Whether the door has been brought to the goal."""
+        self.failure = ""
+        """Why the mission was given up; empty if it was not."""
+        self._model, self._converter, self._estimator = model, converter, estimator
+        self._settings = model.scenario.mission
+        self._grips = model.scenario.contact.kind == "grip"
+        self._push = None if self._grips else PushController(model, converter)
+        self._opening = Opening(model, converter, schedule, self._push)
+        self._on_change = on_change
+        self._glide: Glide | None = None
+        self._since: float | None = None
+        self._entered: float | None = None
+        self._was_fast = False
+        self._slow_from = 0.0
+        self._recoveries = 0
+        self._targets: list[Array] = []
+        self._arm = model.start_arm
+        self._steps = {
+            Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
+            Phase.HOLD: self._hold, Phase.RECOVER: self._recover, Phase.RELEASE: self._release,
+            Phase.RETREAT: self._retreat, Phase.DONE: self._retreat,
+        }  # fmt: skip
+
+    @property
+    def tie(self) -> Tie:
+        """What is known of tip and leaf in this phase."""
+        if self.phase in (Phase.OPEN, Phase.HOLD, Phase.RECOVER):
+            return Tie.GRIPPED if self._grips else Tie.PUSHING
+        return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
+
+    def abort(self, estimate: Estimate, reason: str) -> None:
+        """Give up: let go of the door, retreat and hover."""
+        if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
+            self.failure = reason
+            touching = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
+            self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
+        """What to do now.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,) [rad/s].
+            time_step: Since the last call [s].
+        """
+        if self._entered is None:
+            self._enter(self.phase, estimate, "")
+        assert self._entered is not None
+        if self.phase is not Phase.HOLD:
+            limit = float(getattr(self._settings.time_out, self.phase.value))
+            if estimate.time - self._entered > limit:
+                self._time_out(estimate, limit)
+        setpoint = self._steps[self.phase](estimate, body_rates, time_step)
+        closed = self._grips and (self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None))
+        return Action(setpoint, closed)
+
+    def _time_out(self, estimate: Estimate, limit: float) -> None:
+        reason = f"{self.phase.value} took longer than {limit:g} s"
+        if self.phase is Phase.OPEN:
+            reason += f", the door stands at {np.degrees(estimate.door_angle):.1f}°"
+        if self.phase is Phase.RELEASE:
+            self._enter(Phase.RETREAT, estimate, reason)
+        elif self.phase is Phase.RETREAT:
+            self.failure = self.failure or reason
+            self._targets = [estimate.position]
+            self._enter(Phase.DONE, estimate, reason)
+        else:
+            self.abort(estimate, reason)
+
+    def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
+        self.phase, self._entered, self._since, self._was_fast = phase, estimate.time, None, False
+        if phase is Phase.OPEN:
+            self._opening.resume(estimate.time, self._settings.touch_force)
+            if not self._grips:
+                self._estimator.contact.declare(True)
+        elif phase is Phase.RETREAT:
+            self._glide = Glide(estimate.position, float(estimate.state[2]))
+            self._arm = np.array(estimate.arm_angles)
+            self._targets = way_out(self._model, estimate.position, estimate.door_angle)
+        elif phase is Phase.TOUCH:
+            self._estimator.contact.declare(False)
+        elif phase is Phase.DONE and not self._targets:
+            self._targets = [estimate.position]
+        self._on_change(estimate.time, phase, reason)
+
+    def _contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
+        """Position of O_B, level, with the tip at the contact point of the door as it is now."""
+        return self._model.coupling.vehicle_position([0.0, 0.0, yaw], estimate.door_angle, arm)
+
+    def _fly(self, estimate: Estimate, away: float, speed: float, time_step: float) -> tuple[Setpoint, Array]:
+        """Setpoint on the way to a point before the contact point, and that point."""
+        if self._glide is None:
+            self._glide = Glide(estimate.position, float(estimate.state[2]))
+        yaw = float(self._model.start_state[2])
+        target = self._contact_position(estimate, yaw, self._arm) - away * door_normal(estimate.door_angle)
+        rates = arm_rates_to(self._arm, estimate.arm_angles)
+        return self._glide.to(target, yaw, speed, rates, time_step), target
+
+    def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        setpoint, target = self._fly(estimate, self._settings.hover_distance, self._settings.approach_speed, time_step)
+        still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
+        posed = np.abs(estimate.arm_angles - self._arm).max() < 0.03
+        self._since = (self._since if self._since is not None else estimate.time) if still and posed else None
+        if self._since is not None and estimate.time - self._since >= _STEADY:
+            self._enter(Phase.APPROACH, estimate, "")
+        return setpoint
+
+    def _approach(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        setpoint, target = self._fly(estimate, self._settings.touch_distance, self._settings.approach_speed, time_step)
+        assert self._glide is not None
+        if self._glide.near(target, 0.01) and np.linalg.norm(estimate.position - target) < 0.05:
+            self._enter(Phase.TOUCH, estimate, "")
+        return setpoint
+
+    def _touch(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        """Along the normal at a gentle speed until the tip is stopped; then press."""
+        assert self._glide is not None
+        if self._since is None and (estimate.touching or self._blunted(estimate)):
+            self._since = estimate.time
+            self._estimator.contact.declare(True)
+        if self._since is not None:
+            if estimate.time - self._since >= _PRESSING:
+                self._enter(Phase.OPEN, estimate, "")
+            return self._along_normal(estimate, self._settings.touch_force)
+        return self._along_normal(estimate, self._toward(estimate, self._settings.touch_speed))
+
+    def _blunted(self, estimate: Estimate) -> bool:
+        """Whether the tip has been stopped."""
+        speed = self._settings.touch_speed
+        if not self._was_fast:
+            self._was_fast, self._slow_from = estimate.tip_speed > 0.7 * speed, estimate.time
+        elif estimate.tip_speed > 0.5 * speed:
+            self._slow_from = estimate.time
+        return self._was_fast and estimate.time - self._slow_from >= _BLUNTED
+
+    def _toward(self, estimate: Estimate, speed: float) -> float:
+        push = _SPEED_GAIN * (speed - estimate.tip_speed)
+        return min(max(push, -_LARGEST_PUSH), _LARGEST_PUSH)
+
+    def _along_normal(self, estimate: Estimate, push: float) -> Setpoint:
+        """Beside the normal, hold the tip at the contact point; along it, push."""
+        normal, yaw = door_normal(estimate.door_angle), float(estimate.state[2])
+        position = self._contact_position(estimate, yaw, estimate.arm_angles)
+        rest, rates = np.zeros(3), np.zeros(self._model.n_arm)
+        wind = float(normal @ estimate.wind)
+        reaction = push * normal if estimate.touching else rest
+        return Setpoint(position, rest, rest, yaw, reaction, normal, rates, push - wind)
+
+    def _open(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        setpoint = self._opening.step(estimate, body_rates)
+        if self._opening.done(estimate.time):
+            self.opened = True
+            if self._swings_back(estimate):
+                self._enter(Phase.HOLD, estimate, "its closer would shut the door on the vehicle")
+            else:
+                self._enter(Phase.RELEASE, estimate, "")
+        elif stuck := self._opening.stuck(estimate):
+            self.abort(estimate, stuck)
+        elif not estimate.touching:
+            self._recoveries += 1
+            if self._recoveries > self._settings.recoveries:
+                self.abort(estimate, f"contact was lost {self._recoveries} times")
+            else:
+                self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
+        return setpoint
+
+    def _swings_back(self, estimate: Estimate) -> bool:
+        """Whether the closer is about as strong as the friction that would have to hold the door."""
+        closer = estimate.hinge.stiffness * (float(self._model.start_state[3]) - estimate.door_angle)
+        return closer > _CLOSER_SHARE * estimate.hinge.friction
+
+    def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
+        assert self._entered is not None
+        if estimate.time - self._entered >= self._settings.hold_open:
+            self._enter(Phase.DONE, estimate, "")
+        return self._opening.step(estimate, body_rates)
+
+    def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        """Follow the door as it is estimated to move, a little faster than it."""
+        if estimate.touching:
+            self._enter(Phase.OPEN, estimate, "contact regained")
+        door_speed = -self._model.coupling.distance_from_hinge * estimate.door_rate
+        return self._along_normal(estimate, self._toward(estimate, door_speed + self._settings.touch_speed))
+
+    def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        """Let go: the gripper opens, the push fades."""
+        assert self._entered is not None
+        spent = estimate.time - self._entered
+        if spent >= _LETTING_GO:
+            self._enter(Phase.RETREAT, estimate, self.failure)
+        fading = 0.0 if self._push is None else self._push.push * max(0.0, 1.0 - spent / _LETTING_GO)
+        return self._along_normal(estimate, fading)
+
+    def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        """Back from the leaf, out of the doorway, then into the start's posture."""
+        if self._glide is None:
+            self._glide = Glide(estimate.position, float(estimate.state[2]))
+        outside = len(self._targets) == 1
+        arm = self._model.start_arm if outside else self._arm
+        yaw = float(self._model.start_state[2]) if outside else self._glide.yaw
+        rates = arm_rates_to(np.asarray(arm), estimate.arm_angles)
+        target = self._targets[0]
+        setpoint = self._glide.to(target, yaw, self._settings.retreat_speed, rates, time_step)
+        if self._glide.near(target, 0.02) and np.linalg.norm(estimate.position - target) < 0.1:
+            if not outside:
+                self._targets.pop(0)
+            elif self.phase is Phase.RETREAT:
+                self._enter(Phase.DONE, estimate, self.failure)
+        return setpoint

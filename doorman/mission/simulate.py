@@ -1,0 +1,69 @@
+"""A whole flight in simulation, recorded and summarised."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from doorman.exceptions import DoormanError
+from doorman.mission.mission import Mission, OnProgress
+from doorman.model import Model
+from doorman.ocp.planner import Planner
+from doorman.recording import Recorder, Recording
+from doorman.scenario import Scenario
+from doorman.summary import summarize
+
+
+def simulate(
+    scenario: Scenario | Model,
+    duration: float | None = None,
+    seed: int = 0,
+    *,
+    path: Path | None = None,
+    realtime: bool = False,
+    planner: Planner | None = None,
+    on_progress: OnProgress | None = None,
+) -> Recording:
+    """Fly a scenario in simulation.
+
+    Args:
+        scenario: The scenario, or a model of it that exists already.
+        duration: Simulated time at most, > 0 [s]; to the mission's end if not given.
+        seed: Of the sensors' noise and the gusts, >= 0.
+        path: MCAP file to record to; in memory only if not given.
+        realtime: Do not run ahead of the wall clock.
+        planner: Planner of the same scenario, to save its construction.
+        on_progress: Called once per planner period with time and estimated door angle.
+
+    Returns:
+        The recording, with its summary. After Ctrl-C it holds what was flown until then.
+
+    Raises:
+        DoormanError: if the scenario is unusable or the simulation fails.
+    """
+    from doorman import __version__
+    from doorman.simulation import SimulatedBackend  # needs the extra `sim`
+
+    if duration is not None and not 0.0 < duration < math.inf:
+        raise DoormanError("not a duration", field="duration", given=duration, allowed="> 0 s")
+    if seed < 0:
+        raise DoormanError("not a seed", field="seed", given=seed, allowed=">= 0")
+    model = scenario if isinstance(scenario, Model) else Model(scenario)
+    header = {
+        "scenario": model.scenario.model_dump(mode="json"),
+        "name": model.scenario.name,
+        "seed": seed,
+        "duration": duration,
+        "version": __version__,
+    }
+    with Recorder(path, header) as recorder:
+        mission = Mission(model, planner, recorder)
+        backend = SimulatedBackend(model, seed=seed, recorder=recorder, realtime=realtime)
+        try:
+            mission.fly(backend, duration, on_progress)
+        except KeyboardInterrupt:
+            pass  # the recording's last mission message says so
+        recording = recorder.recording()
+    if "truth" in recording and "estimate" in recording:  # else interrupted before the first tick
+        recording.summary = summarize(recording, model)
+    return recording

@@ -1,0 +1,62 @@
+"""The simplified dynamics of a tip that can only push, as a model to plan with."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.ocp.problem import Problem
+from doorman.ocp.push_problem import PushModel, is_relaxed, push_problem, with_hinge
+from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal
+
+Array = NDArray[np.float64]
+
+
+class PushPlanning(QuasiStaticPlanning):
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d] with the tip pressing on the leaf; see `PlanningModel` and `push_problem`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def problem(self) -> Problem:
+        """The problem with the push's constraints, see `PlanningModel`."""
+        return push_problem(self.model)
+
+    def fitted(self, parameters: PushModel, friction: float, disturbance: float, start: Array) -> PushModel:
+        """Constraints that fit the hinge's resistance and contain the start, see `PlanningModel`."""
+        return with_hinge(self.model, parameters, friction, disturbance, start)
+
+    def relaxed(self, parameters: PushModel) -> bool:
+        """Whether the start is too fast to be stopped by the door's own resistance, or beyond the largest rate."""
+        return is_relaxed(self.model, parameters)
+
+    def normal_forces(self, parameters: PushModel, states: Array, inputs: Array) -> Array:
+        r"""λ_n of `push_problem`, see `PlanningModel`."""
+        p, angle, rate = parameters.door.dynamics, states[: len(inputs), 3], states[: len(inputs), 4]
+        torque = p.damping * rate + p.stiffness * (angle - p.rest_angle) + p.disturbance
+        torque = torque + p.friction * np.tanh(rate / p.friction_rate)
+        push = push_along_normal(states, inputs)
+        return np.asarray(parameters.leaf_share * push - parameters.vehicle_share * torque)
+
+
+def push_state(state: Array, push: float, weight: float) -> Array:
+    r"""Start of a plan: the attitude that a push makes by itself, whatever else the rotors hold against.
+
+    The plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
+    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
+
+    Args:
+        state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
+        push: F_n [N].
+        weight: m_A g [N].
+
+    Returns:
+        The same with that roll and pitch.
+    """
+    start = state.copy()
+    turn = state[3] - state[2]
+    forward, left = push * np.sin(turn), -push * np.cos(turn)
+    start[0] = np.arctan2(-left, np.hypot(forward, weight))
+    start[1] = np.arctan2(forward, weight)
+    return start

@@ -1,0 +1,340 @@
+r"""The door problem for a tip that can only push: vehicle and leaf move as one, the tip's force stays in its cone.
+
+With :math:`I_e = I_D + m_A D_V^2`, the inertia that the push really moves, the rotors' push :math:`F_n = f_t\,n_D^T R e_3` and
+the hinge's torque τ in the sense of damping,
+
+.. math::
+    \ddot\alpha = -\frac{D_V F_n + \tau}{I_e},\qquad
+    \lambda_n = -\frac{I_D\ddot\alpha + \tau}{D_V} = \frac{I_D}{I_e}F_n - \frac{m_A D_V}{I_e}\tau
+
+are the swing and the tip's normal force on the leaf; along the leaf and upwards it takes
+:math:`\lambda_t = f_t\,t_D^T R e_3 + m_A D_V\dot\alpha^2` and :math:`\lambda_z = f_t\,e_3^T R e_3 - m_A g`.
+
+The tip carries next to no weight, so that :math:`f_t e_3^T R e_3 = m_A g` up to λ_z, and an attitude by itself fixes F_n, λ_n and
+λ_t. Hence these are constraints of states, which the body rates before them can always meet:
+
+1. the door can be stopped before the goal, :math:`\tfrac12\dot\alpha^2 \le a\,\sigma(\alpha - \alpha_g) + e`, with the
+   deceleration a that its own resistance surely gives; σ is max(0, ·), rounded;
+2. it is no faster than the limit;
+3. the tip presses, :math:`\lambda_n \ge \lambda_{min}`;
+4. it does not slip sideways, :math:`|\lambda_t| \le \mu\lambda_n/\sqrt 2`;
+5. the door is not thrown, :math:`-\ddot\alpha \le a_{max}`;
+
+and what is left for the input is that it does not slip up or down, :math:`|\lambda_z| \le \mu\lambda_{min}/\sqrt 2`. Both ends
+of an absolute value are rows of their own: a cone's tip would be too sharp for linearised steps. Forces are rows as shares of
+the weight, so that their slopes by roll and pitch are near one, as those of the other rows. docs/push.md has the proof that (1) can always be kept.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.dynamics.quasi_static import quasi_static_step, quasi_static_step_jacobian
+from doorman.model import GRAVITY, Model
+from doorman.numba_types.lanes import sincos
+from doorman.ocp import functions
+from doorman.ocp.door_problem import (
+    DoorModel,
+    constrain_door,
+    constrain_door_horizon,
+    door_cost,
+    linearize_door_constraints,
+    linearize_door_horizon,
+)
+from doorman.ocp.limits import reduced_bounds
+from doorman.ocp.problem import Problem
+
+Array = NDArray[np.float64]
+
+N_STATE_ROWS = 6
+"""Rows of h beyond the door problem's."""
+N_INPUT_ROWS = 2
+"""Rows of g."""
+
+_ROUNDING = 0.01
+"""Of max(0, α − α_g) [rad]."""
+_CREEP = 0.015
+"""Speed at which a door may always move: it stops within a fraction of a degree [rad/s]."""
+
+
+_NOTED = 1.05
+"""Constraints that are widened by a larger factor are worth a word."""
+
+
+class PushHinge(NamedTuple):
+    """What a plan takes of the hinge, and where the plan starts; see `hinge_of`."""
+
+    deceleration: float
+    """a, half of what α̇² may be per angle left [rad/s²]."""
+    slack: float
+    """e, so that the start is inside [rad²/s²]."""
+    speed: float
+    """Largest |α̇| [rad/s]."""
+    least_force: float
+    """λ_min [N]."""
+    acceleration: float
+    """a_max [rad/s²]."""
+
+
+class PushModel(NamedTuple):
+    """Parameters and memory of the push problem's kernels."""
+
+    door: DoorModel
+    """Its dynamics move I_e."""
+    hinge: PushHinge
+    goal: float
+    """α_g [rad]."""
+    leaf_share: float
+    """I_D/I_e."""
+    vehicle_share: float
+    """m_A D_V/I_e [1/m]."""
+    mass: float
+    """m_A [kg]."""
+    weight: float
+    """m_A g [N]."""
+    cone: float
+    """μ/√2."""
+
+
+@functions.implement(functions.step, PushModel)
+@kernel
+def _step(model: PushModel, x: Array, u: Array, out: Array) -> None:
+    quasi_static_step(model.door.dynamics, x, u, out)
+
+
+@functions.implement(functions.linearize_step, PushModel)
+@kernel
+def _linearize_step(model: PushModel, x: Array, u: Array, jacobian: Array) -> None:
+    quasi_static_step_jacobian(model.door.dynamics, x, u, jacobian)
+
+
+@kernel
+def _stopping(model: PushModel, angle: float, rate: float) -> tuple[float, float]:
+    """Value of the row that keeps the door stoppable, and its slope by the angle; that by the rate is the rate."""
+    left = angle - model.goal
+    root = math.sqrt(left * left + _ROUNDING * _ROUNDING)
+    hinge = model.hinge
+    value = 0.5 * rate * rate - hinge.deceleration * 0.5 * (left + root) - hinge.slack
+    return value, -hinge.deceleration * 0.5 * (1.0 + left / root)
+
+
+@kernel
+def _hinge_torque(model: PushModel, angle: float, rate: float) -> tuple[float, float, float]:
+    """Torque τ of the hinge in the sense of damping, and its slopes by angle and rate."""
+    p = model.door.dynamics
+    torque, slope = p.damping * rate + p.stiffness * (angle - p.rest_angle) + p.disturbance, p.damping
+    if p.friction > 0.0:
+        slip = math.tanh(rate / p.friction_rate)
+        torque += p.friction * slip
+        slope += p.friction * (1.0 - slip * slip) / p.friction_rate
+    return torque, p.stiffness, slope
+
+
+@kernel
+def _directions(x: Array) -> tuple[float, float, float, float, float, float, float]:
+    """Shares of the thrust along normal, leaf and vertical, and sines and cosines of roll and pitch."""
+    sr, cr = sincos(x[0])
+    sp, cp = sincos(x[1])
+    sd, cd = sincos(x[3] - x[2])
+    return cr * sp * sd + sr * cd, cr * sp * cd - sr * sd, cr * cp, sr, cr, sp, cp
+
+
+@kernel
+def _constrain_push(model: PushModel, x: Array, h: Array, last: int) -> None:
+    """Rows of the push into `h` from `last` on."""
+    hinge, p = model.hinge, model.door.dynamics
+    h[last], _ = _stopping(model, x[3], x[4])
+    h[last + 1] = -x[4] - hinge.speed
+    across, beside, up, _, _, _, _ = _directions(x)
+    torque, _, _ = _hinge_torque(model, x[3], x[4])
+    push = model.weight * across / up
+    along = model.weight * beside / up + model.mass * p.distance_from_hinge * x[4] * x[4]
+    normal = model.leaf_share * push - model.vehicle_share * torque
+    h[last + 2] = (hinge.least_force - normal) / model.weight
+    h[last + 3] = (along - model.cone * normal) / model.weight
+    h[last + 4] = (-along - model.cone * normal) / model.weight
+    h[last + 5] = (p.distance_from_hinge * push + torque) / p.door_inertia - hinge.acceleration
+
+
+@kernel
+def _linearize_push(model: PushModel, x: Array, h: Array, jacobian: Array, last: int) -> None:
+    """The same with slopes; entries that are always zero are not written."""
+    _constrain_push(model, x, h, last)
+    p = model.door.dynamics
+    _, jacobian[last, 3] = _stopping(model, x[3], x[4])
+    jacobian[last, 4] = x[4]
+    jacobian[last + 1, 4] = -1.0
+    across, beside, up, sr, cr, sp, cp = _directions(x)
+    sd, cd = sincos(x[3] - x[2])
+    _, by_angle, by_rate = _hinge_torque(model, x[3], x[4])
+    scale = 1.0 / (up * up)  # forces as shares of the weight
+    by_roll = scale * ((cr * cd - sr * sp * sd) * up + across * sr * cp)
+    by_pitch = scale * (cr * cp * sd * up + across * cr * sp)
+    turn = beside / up
+    pushes = (by_roll, by_pitch, -turn, turn)
+    along_by_roll = scale * (-(sr * sp * cd + cr * sd) * up + beside * sr * cp)
+    along_by_pitch = scale * (cr * cp * cd * up + beside * cr * sp)
+    along_turn = across / up
+    alongs = (along_by_roll, along_by_pitch, along_turn, -along_turn)
+    for i in range(4):
+        jacobian[last + 2, i] = -model.leaf_share * pushes[i]
+        jacobian[last + 3, i] = alongs[i]
+        jacobian[last + 5, i] = p.distance_from_hinge / p.door_inertia * model.weight * pushes[i]
+    jacobian[last + 2, 3] += model.vehicle_share * by_angle / model.weight
+    jacobian[last + 2, 4] = model.vehicle_share * by_rate / model.weight
+    jacobian[last + 3, 4] = 2.0 * model.mass * p.distance_from_hinge * x[4] / model.weight
+    jacobian[last + 5, 3] += by_angle / p.door_inertia
+    jacobian[last + 5, 4] = by_rate / p.door_inertia
+    for i in range(5):
+        pressing, sideways = model.cone * jacobian[last + 2, i], jacobian[last + 3, i]
+        jacobian[last + 3, i] = sideways + pressing
+        jacobian[last + 4, i] = pressing - sideways
+
+
+@functions.implement(functions.constrain, PushModel)
+@kernel
+def _constrain(model: PushModel, x: Array, h: Array) -> None:
+    last = h.shape[0] - N_STATE_ROWS
+    constrain_door(model.door, x, h[:last])
+    _constrain_push(model, x, h, last)
+
+
+@functions.implement(functions.linearize_constraints, PushModel)
+@kernel
+def _linearize_constraints(model: PushModel, x: Array, h: Array, jacobian: Array) -> None:
+    last = h.shape[0] - N_STATE_ROWS
+    linearize_door_constraints(model.door, x, h[:last], jacobian[:last])
+    jacobian[last:, :] = 0.0
+    _linearize_push(model, x, h, jacobian, last)
+
+
+@functions.implement(functions.linearize_horizon, PushModel)
+@kernel
+def _linearize_horizon(
+    model: PushModel, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
+) -> None:
+    last = rows.shape[1] - N_STATE_ROWS
+    linearize_door_horizon(model.door, states, inputs, jacobians, rows[:, :last], row_jacobians[:, :last])
+    for k in range(inputs.shape[0]):
+        _linearize_push(model, states[k + 1], rows[k], row_jacobians[k], last)
+
+
+@functions.implement(functions.constrain_horizon, PushModel)
+@kernel
+def _constrain_horizon(model: PushModel, states: Array, rows: Array) -> None:
+    last = rows.shape[1] - N_STATE_ROWS
+    constrain_door_horizon(model.door, states, rows[:, :last])
+    for k in range(rows.shape[0]):
+        _constrain_push(model, states[k + 1], rows[k], last)
+
+
+@functions.implement(functions.constrain_input, PushModel)
+@kernel
+def _constrain_input(model: PushModel, x: Array, u: Array, g: Array) -> None:
+    _, _, up, _, _, _, _ = _directions(x)
+    upwards, most = u[0] / model.weight * up - 1.0, model.cone * model.hinge.least_force / model.weight
+    g[0] = upwards - most
+    g[1] = -upwards - most
+
+
+@functions.implement(functions.linearize_input_constraints, PushModel)
+@kernel
+def _linearize_input_constraints(model: PushModel, x: Array, u: Array, g: Array, jacobian: Array) -> None:
+    _constrain_input(model, x, u, g)
+    jacobian[:, :] = 0.0
+    _, _, up, sr, cr, sp, cp = _directions(x)
+    for row, sign in ((0, 1.0), (1, -1.0)):
+        jacobian[row, 0] = -sign * u[0] / model.weight * sr * cp
+        jacobian[row, 1] = -sign * u[0] / model.weight * cr * sp
+        jacobian[row, x.shape[0]] = sign * up / model.weight
+
+
+def push_problem(model: Model) -> Problem:
+    """Optimal control problem of a scenario whose tip can only push.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The problem; `hinge_of` fits it to what is known of the hinge, and to a start.
+
+    Raises:
+        ScenarioError: if a vector of weights does not fit the arm.
+    """
+    planner, push = model.scenario.planner, model.scenario.push
+    lever, mass = model.coupling.distance_from_hinge, model.vehicle.mass
+    moving = model.door.inertia + mass * lever**2
+    door = DoorModel.of(model, 0.0)
+    door = door._replace(dynamics=door.dynamics._replace(door_inertia=moving))
+    parameters = PushModel(
+        door=door,
+        hinge=PushHinge(0.0, 0.0, push.max_rate, push.least_force, push.max_acceleration),
+        goal=float(model.goal_state[3]),
+        leaf_share=model.door.inertia / moving,
+        vehicle_share=mass * lever / moving,
+        mass=mass,
+        weight=mass * GRAVITY,
+        cone=push.friction_coefficient / math.sqrt(2.0),
+    )
+    return Problem(
+        model=with_hinge(model, parameters, 0.0, 0.0, model.start_state),
+        n_constraints=model.n_constraints + 1 + N_STATE_ROWS,
+        n_input_constraints=N_INPUT_ROWS,
+        integrators=model.n_arm,
+        bounds=reduced_bounds(model),
+        constraint_names=(*model.constraint_names, "tilt", "door can be stopped", "door's speed", "tip presses",
+                          "tip does not slip to the latch", "tip does not slip to the hinge", "door's acceleration",
+                          "tip does not slip upwards", "tip does not slip downwards"),
+        horizon=planner.horizon_steps,
+        time_step=planner.time_step,
+        cost=door_cost(model),
+    )  # fmt: skip
+
+
+def with_hinge(model: Model, parameters: PushModel, friction: float, disturbance: float, start: Array) -> PushModel:
+    r"""Fit the problem to what is known of the hinge, and to a start that may lie outside the constraints.
+
+    With the resistance :math:`\hat\tau` against opening at the start, :math:`a = \eta\hat\tau/I_e` and
+    :math:`\lambda_{min}` belongs to a push of `push.least_share` :math:`\hat\tau/D_V`, at least to `push.least_force`.
+
+    Args:
+        model: Model of the scenario.
+        parameters: The problem's.
+        friction: τ_c of the plan [N m].
+        disturbance: τ_d of the plan, in the sense of damping [N m].
+        start: Reduced state, shape (5 + n,).
+
+    Returns:
+        Parameters of a problem that contains the start.
+    """
+    push, dynamics = model.scenario.push, parameters.door.dynamics
+    angle, rate = float(start[3]), float(start[4])
+    torque = dynamics.damping * rate + dynamics.stiffness * (angle - dynamics.rest_angle) + disturbance
+    resistance = max(0.0, friction - torque)
+    deceleration = push.stopping_share * resistance / dynamics.door_inertia
+    left = angle - parameters.goal
+    allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * _CREEP**2
+    hinge = PushHinge(
+        deceleration=deceleration,
+        slack=0.5 * _CREEP**2 + max(0.0, 0.5 * rate * rate - allowed),
+        speed=max(push.max_rate, -rate),
+        least_force=max(
+            push.least_force,
+            (parameters.leaf_share * push.least_share + parameters.vehicle_share * dynamics.distance_from_hinge)
+            * resistance / dynamics.distance_from_hinge,
+        ),
+        acceleration=push.max_acceleration,
+    )  # fmt: skip
+    dynamics = dynamics._replace(friction=friction, disturbance=disturbance)
+    return parameters._replace(hinge=hinge, door=parameters.door._replace(dynamics=dynamics))
+
+
+def is_relaxed(model: Model, parameters: PushModel) -> bool:
+    """Whether the constraints had to be widened for the start, by more than sensors' noise."""
+    hinge = parameters.hinge
+    return hinge.slack > _NOTED * _CREEP**2 or hinge.speed > _NOTED * model.scenario.push.max_rate

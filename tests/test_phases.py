@@ -1,0 +1,141 @@
+"""The mission's phases on the simulator: what happens when something does not go its way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from doorman import Model, Recording, Scenario
+from doorman.kinematics.door import door_normal
+from doorman.mission import Mission, Phase
+from doorman.mission.motion import Glide, way_out
+from doorman.recording import Recorder
+from doorman.simulation import SimulatedBackend
+from doorman.simulation.simulator import Disturbance
+from doorman.summary import summarize
+
+Torque = Callable[[float, float, float], float]
+"""Torque of a hand in the hinge from time, door angle and door rate."""
+
+
+class HandledBackend(SimulatedBackend):
+    """Simulator with a hand on the leaf."""
+
+    def __init__(self, model: Model, recorder: Recorder, torque: Torque) -> None:
+        self._torque = torque
+        super().__init__(model, recorder=recorder, disturbance=self._hand)
+
+    def _hand(self, time: float) -> Disturbance:
+        simulator = self._simulator
+        if simulator is None:
+            return Disturbance()
+        data, plant = simulator.plant.data, simulator.plant
+        angle, rate = float(data.qpos[plant.hinge_position]), float(data.qvel[plant.hinge_velocity])
+        return Disturbance(hinge_torque=self._torque(time, angle, rate))
+
+
+def flown(
+    torque: Torque = lambda time, angle, rate: 0.0,
+    scenario: str = "push",
+    on_progress: Callable[[Mission, float, float], None] | None = None,
+    **overrides: float | str,
+) -> tuple[Recording, Mission]:
+    changes = {key.replace("__", "."): value for key, value in overrides.items()}
+    model, recorder = Model(Scenario.load(scenario, changes)), Recorder(None, {})
+    mission = Mission(model, recorder=recorder)
+    report = None if on_progress is None else lambda time, angle: on_progress(mission, time, angle)
+    mission.fly(HandledBackend(model, recorder, torque), on_progress=report)
+    recording = recorder.recording()
+    recording.summary = summarize(recording, model)
+    return recording, mission
+
+
+def phases(recording: Recording) -> list[str]:
+    return recording["mission"]["state"].tolist()
+
+
+def test_an_approach_that_takes_too_long_ends_in_a_hover_outside() -> None:
+    recording, mission = flown(mission__time_out__approach=0.5)
+    assert phases(recording) == ["hover", "approach", "retreat", "done", "end"]
+    assert mission.phase is Phase.DONE
+    assert mission.outcome == (False, "approach took longer than 0.5 s")
+    summary = recording.summary
+    assert summary is not None and (summary["outcome"], summary["contact_fraction"]) == ("given up", 0.0)
+    assert summary["planner_ms"]["median"] is None  # nothing was planned
+    assert not recording["truth"]["touching"].any()
+
+
+def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
+    def stop_midway(mission: Mission, time: float, angle: float) -> None:
+        if angle < math.radians(60.0):
+            mission.abort("the operator said so")
+
+    recording, mission = flown(scenario="paper", on_progress=stop_midway, mission__start="contact")
+    assert phases(recording) == ["open", "release", "retreat", "done", "end"]
+    assert mission.outcome == (False, "the operator said so")
+    truth, summary = recording["truth"], recording.summary
+    assert summary is not None and summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
+    assert truth["position"][-1, 0] < -0.8 and not truth["touching"][-1]
+    assert np.linalg.norm(truth["velocity"][-1]) < 0.3
+
+
+def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
+    """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
+
+    begun: list[tuple[float, float]] = []
+
+    def swung(time: float, angle: float, rate: float) -> float:
+        if not begun and angle < math.radians(60.0):
+            begun.append((time, angle))
+        if not begun or time > begun[0][0] + 2.0:
+            return 0.0
+        return 30.0 * (begun[0][1] - math.radians(10.0) - angle) - 25.0 * rate
+
+    recording, mission = flown(swung)
+    assert "recover" in phases(recording)
+    assert mission.outcome == (True, "")
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 2.0
+    assert summary["door_angle_estimate_error_deg_max"] < 12.0
+
+
+def test_a_blocked_door_is_given_up_with_numbers() -> None:
+    def blocked(time: float, angle: float, rate: float) -> float:
+        return 400.0 * (math.radians(70.0) - angle) - 40.0 * rate if angle < math.radians(70.0) else 0.0
+
+    recording, mission = flown(blocked)
+    opened, reason = mission.outcome
+    assert not opened and "does not move on from 70" in reason and "N m" in reason
+    assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
+    assert recording.summary is not None and recording.summary["collisions"] == 0
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, 1.2, 0.8, math.pi / 9])
+def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None:
+    """From where the vehicle stands at this angle, turned as much as the door but for 20°."""
+    attitude = np.array([0.0, 0.0, -(math.pi / 2 - angle)])
+    position = model.coupling.vehicle_position(attitude, angle, model.goal_arm)
+    glide, radius, width = Glide(position, float(attitude[2])), model.vehicle.radius, model.door.width
+    for target in way_out(model, position, angle):
+        while not glide.near(target, 0.01):
+            glide.to(target, 0.0, 0.25, np.zeros(model.n_arm), 0.01)
+            off = door_normal(angle) @ (position - glide.position)
+            assert off > -1e-3, "never towards the leaf"
+            if abs(glide.position[0]) < radius:
+                assert glide.position[1] - radius > -0.05 and glide.position[1] + radius < width + 0.05
+    assert glide.position[0] < -radius - 0.5
+
+
+def test_a_glide_keeps_speed_and_acceleration() -> None:
+    glide, target, last = Glide(np.zeros(3), 0.0), np.array([0.4, -0.3, 0.2]), np.zeros(3)
+    for _ in range(3000):
+        setpoint = glide.to(target, 1.0, 0.15, np.zeros(4), 0.004)
+        assert np.linalg.norm(setpoint.velocity) <= 0.15 + 1e-9
+        assert np.linalg.norm(setpoint.velocity - last) <= 0.25 * 0.004 + 1e-9
+        last = setpoint.velocity
+    np.testing.assert_allclose(glide.position, target, atol=2e-3)
+    assert glide.yaw == pytest.approx(1.0)
