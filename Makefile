@@ -1,5 +1,7 @@
 # make demo    opens the door in simulation
+# make rig-demo    opens it through emulated autopilot, servos and cameras, on their real protocols
 # make test    runs every check and every test
+# make docs    builds the documentation from docs/ and the docstrings: build/docs/index.html
 # make bench   measures the planner against other solvers and writes docs/benchmarks.md: about 20 minutes
 # make clean   removes the virtual environment and everything that tools left behind
 #
@@ -13,10 +15,13 @@ BIN := $(VENV)/bin
 CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
 
 .DELETE_ON_ERROR:
-.PHONY: demo test lint bench clean
+.PHONY: demo rig-demo test lint docs bench clean
 
 demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman open $(SCENARIO)
+
+rig-demo: $(VENV)/.installed-for-rig
+	$(BIN)/doorman rig $(SCENARIO) --fly
 
 test: lint
 	$(BIN)/python -m pytest --cov --cov-report=term:skip-covered --cov-report=xml
@@ -26,6 +31,9 @@ lint: $(VENV)/.installed-for-test
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+docs: $(VENV)/.installed-for-test
+	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
 # The peers get an environment of their own under build/.
 bench: $(VENV)/.installed-for-test
@@ -40,11 +48,16 @@ $(VENV)/.installed-for-demo: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz]'
 	touch $@
 
-# Includes what the demo needs: its stamp is set too, so that `make demo` does not install again.
+$(VENV)/.installed-for-rig: pyproject.toml | $(BIN)/python
+	@echo 'Installing into $(VENV): a minute or two the first time'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware]'
+	touch $(VENV)/.installed-for-demo $@
+
+# Includes what the demos need: their stamps are set too, so that they do not install again.
 $(VENV)/.installed-for-test: pyproject.toml | $(BIN)/python
 	@echo 'Installing into $(VENV): a few minutes the first time'
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware,test]'
-	touch $(VENV)/.installed-for-demo $@
+	touch $(VENV)/.installed-for-demo $(VENV)/.installed-for-rig $@
 
 clean:
 	rm -rf $(VENV) build dist coverage.xml .coverage .hypothesis .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

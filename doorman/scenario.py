@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from doorman.exceptions import ScenarioError
 from doorman.resources import scenario_directory, shipped, urdf_directory
@@ -152,11 +152,11 @@ class PushSection(_Section):
     velocity_gain: Positive = 6.0
     """Impedance along the normal: force per difference of the tip's speed from the plan's [N s/m]."""
     hold_tolerance: Positive = 0.006
-    """The door is held where it is within this of the goal [rad]."""
-    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.2
-    """Share of the estimated friction that the tip presses with while it holds the door."""
+    """A gripped door that stands within this of the goal is open; unit of `hold_gain` [rad]."""
+    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.3
+    """Share of the estimated friction by which a held door may still be pressed on: 0 is what closer and wind need alone."""
     hold_gain: NonNegative = 0.5
-    """Change of the push while the door is held, per tolerance beyond the tolerance [N/s]."""
+    """Change of the push while a held door is off by more than 0.8°, per tolerance [N/s]."""
 
     @model_validator(mode="after")
     def _can_brake(self) -> PushSection:

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from doorman.cli.campaign_command import add_campaign_command
+from doorman.cli.run_commands import add_run_commands
 from doorman.cli.vehicle_commands import add_vehicle_commands
 from doorman.exceptions import DoormanError
 
@@ -198,3 +199,4 @@ def _complain(message: str) -> None:
 
 add_vehicle_commands(app, _leave)
 add_campaign_command(app, _leave)
+add_run_commands(app, _leave)

@@ -96,12 +96,16 @@ class DoorFilter:
         """Torque against a slow opening at the present angle, Coulomb friction and closer [N m]."""
         return float(self.state[FRICTION] - self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))
 
-    def follow(self, angle: float, rate: float) -> None:
-        """Take angle and rate from outside: of a tip that is tied to the leaf."""
-        self.state[ANGLE], self.state[RATE] = angle, rate
-
     def update(
-        self, push: float, touching: bool, tip_angle: float, measured_at: float, now: float, time_step: float
+        self,
+        push: float,
+        touching: bool,
+        tip_angle: float,
+        measured_at: float,
+        now: float,
+        time_step: float,
+        *,
+        learning: bool = True,
     ) -> None:
         """Advance by one period.
 
@@ -112,6 +116,8 @@ class DoorFilter:
             measured_at: When it was true [s].
             now: [s].
             time_step: Since the last call [s].
+            learning: Whether the hinge's parameters may be learnt: not while the vehicle's own motion relative to its tip takes
+                a part of the push that is not known.
         """
         if not time_step > 0.0:
             return
@@ -120,7 +126,7 @@ class DoorFilter:
             return
         self._predict(push if touching else 0.0, touching, time_step)
         if touching and measured_at > self._seen:
-            self._correct(tip_angle, now - measured_at)
+            self._correct(tip_angle, now - measured_at, learning)
         self._seen = measured_at
 
     def _track(self, tip_angle: float, time_step: float) -> None:
@@ -159,14 +165,17 @@ class DoorFilter:
         covariance[TORQUE, TORQUE] += (1.0 - fade**2) * settings.torque_deviation**2
         self.covariance = covariance
 
-    def _correct(self, tip_angle: float, age: float) -> None:
+    def _correct(self, tip_angle: float, age: float, learning: bool) -> None:
         """Measure the angle as it was `age` ago."""
-        row = np.zeros(7)
+        row, noise = np.zeros(7), self._settings.angle_noise**2
         row[ANGLE], row[RATE] = 1.0, -age
         spread = self.covariance @ row
-        gain = spread / (row @ spread + self._settings.angle_noise**2)
+        gain = spread / (row @ spread + noise)
+        if not learning:
+            gain[DAMPING:] = 0.0
         self.state += gain * (tip_angle - row @ self.state)
-        self.state[[DAMPING, FRICTION, STIFFNESS]] = np.maximum(self.state[[DAMPING, FRICTION, STIFFNESS]], 0.0)
+        self.state[DAMPING:INERTIA] = np.maximum(self.state[DAMPING:INERTIA], 0.0)
         self.state[INERTIA] = max(self.state[INERTIA], self._least_inertia)
-        self.covariance -= np.outer(gain, spread)
-        self.covariance = 0.5 * (self.covariance + self.covariance.T)
+        left = np.eye(7) - np.outer(gain, row)  # Joseph's form: right for a gain that is not the best
+        covariance = left @ self.covariance @ left.T + noise * np.outer(gain, gain)
+        self.covariance = 0.5 * (covariance + covariance.T)

@@ -21,6 +21,10 @@ from doorman.signals import Measurement
 Array = NDArray[np.float64]
 
 
+_SLOW = 0.15
+"""A door that a grip swings faster teaches nothing of its hinge: vehicle and arm turn about the tip meanwhile [rad/s]."""
+
+
 class Tie(Enum):
     """What is known of tip and leaf."""
 
@@ -114,8 +118,9 @@ class Estimator:
         normal = door_normal(self.door.angle)
         normal_force = float(normal @ tip_force)
         touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(normal_force, time_step))
-        self._update_door(tie, touching, tip_angle, tip_rate, measurement, force, time_step)
-        state = np.concatenate([measurement.attitude, [self.door.angle, self.door.rate], measurement.arm_angles])
+        self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)
+        door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
+        state = np.concatenate([measurement.attitude, door, measurement.arm_angles])
         state[2] += 2.0 * math.pi * round((self._yaw - state[2]) / (2.0 * math.pi))  # without jumps at ±π
         self._yaw = float(state[2])
         return Estimate(
@@ -137,19 +142,17 @@ class Estimator:
         self,
         tie: Tie,
         touching: bool,
-        tip_angle: float,
-        tip_rate: float,
+        tip: tuple[float, float],
         measurement: Measurement,
         force: Array,
         time_step: float,
     ) -> None:
-        acting = force + self._wind
-        if tie is Tie.GRIPPED:
-            self.door.follow(tip_angle, tip_rate)
-        else:
-            push = float(door_normal(self.door.angle) @ acting)
-            self.door.update(push, touching, tip_angle, measurement.pose_time, measurement.time, time_step)
+        acting, gripped = force + self._wind, tie is Tie.GRIPPED
+        push = float(door_normal(self.door.angle) @ acting)
+        seen, now, learning = measurement.pose_time, measurement.time, not gripped or abs(tip[1]) < _SLOW
+        self.door.update(push, touching, tip[0], seen, now, time_step, learning=learning)
         if touching:
-            self._hinge_torque.update(self.door.angle, self.door.rate, acting, time_step)
+            angle, rate = tip if gripped else (self.door.angle, self.door.rate)
+            self._hinge_torque.update(angle, rate, acting, time_step)
         else:
             self._hinge_torque.pause()

@@ -3,45 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from types import TracebackType
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """What the sensors say at one time; the door's angle is not among it."""
-
-    time: float
-    """Since the backend was opened [s]."""
-    position: Array
-    """P of O_B, shape (3,), world frame [m]."""
-    velocity: Array
-    """Ṗ, shape (3,), world frame [m/s]."""
-    attitude: Array
-    """Φ = [φ, θ, ψ], shape (3,) [rad]."""
-    body_rates: Array
-    """Ω, shape (3,), body frame [rad/s]."""
-    arm_angles: Array
-    """H, shape (n,) [rad]."""
-    arm_rates: Array
-    """Ḣ, shape (n,) [rad/s]."""
-
-
-@dataclass(frozen=True)
-class Command:
-    """What is asked of the vehicle until the next command."""
-
-    thrust: float
-    """f_t along the body's z axis [N]."""
-    attitude: Array
-    """Φ_d, shape (3,) [rad]."""
-    arm_rates: Array
-    """Ḣ_d, shape (n,) [rad/s]."""
+from doorman.signals import Command as Command
+from doorman.signals import Measurement as Measurement
 
 
 class Backend(ABC):

@@ -10,6 +10,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.door_variant import write_door_variant
 from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_boxes, read_joints
 from doorman.scenario import DoorSection
@@ -31,16 +32,18 @@ class Door:
     """Hinged door.
 
     Args:
-        urdf: Path of the URDF.
-        section: Names of leaf and hinge, and the torques in the hinge.
+        urdf: Path of the URDF; `self.urdf` is another file where the section changes the leaf.
+        section: Names of leaf and hinge, the torques in the hinge, and the leaf's width and mass if other than the URDF's.
 
     Raises:
         UrdfError: if the leaf or the hinge is missing, the hinge's axis is not +z, or the leaf has no mass or no box.
     """
 
     def __init__(self, urdf: Path, section: DoorSection | None = None) -> None:
-        self.urdf = urdf
         self.section = section or DoorSection()
+        if self.section.width is not None or self.section.mass is not None:
+            urdf = _variant(urdf, self.section)
+        self.urdf = urdf
         full = load_pinocchio(urdf)
         leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
         self._hinge = self._hinge_joint(full)
@@ -167,3 +170,10 @@ class Door:
         frame = self.model.frames[link_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
         center = frame.placement.act(box.placement[:3, 3])
         return float(center[0] + size[0] / 2), float(size[2]), float(size[1]), float(center[1] + size[1] / 2)
+
+
+def _variant(urdf: Path, section: DoorSection) -> Path:
+    """URDF of the door with the section's width and mass of the leaf."""
+    written = Door(urdf, section.model_copy(update={"width": None, "mass": None}))
+    hinge = float(written.hinge_position[1])
+    return write_door_variant(urdf, section.leaf, hinge, written.width, section.width, section.mass)

@@ -19,9 +19,23 @@ Array = NDArray[np.float64]
 
 _NEAR = math.radians(2.0)
 _SLOW = 0.005
-"""A door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
+"""A gripped door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
 _SETTLING = 4.0
 """Hold times after which it is."""
+_CLOSE = math.radians(0.8)
+"""A pushed door that stands this near to the goal is held: to move it on would take a jerk that friction turns into more."""
+_LEFT = math.radians(1.5)
+"""A held door that is farther off is pushed again, if it is not open enough."""
+_STANDS = 0.01
+"""A door whose average rate is smaller stands [rad/s]."""
+_AVERAGED = 0.5
+"""Over this time [s]."""
+_STICKS = 0.01
+"""A slower gripped door sticks [rad/s]."""
+_NUDGE = 0.4
+"""[N m/s]."""
+_FORGOTTEN = 0.3
+"""Once it moves [s]."""
 _PROGRESS = math.radians(0.5)
 _PATIENCE = 10.0
 """Time without progress after which an opening is given up [s]."""
@@ -46,11 +60,19 @@ class Opening:
         self._weight = model.vehicle.mass * GRAVITY
         self._nearest = math.inf
         self._progress_at = 0.0
+        self._rate = 0.0
         self._good_since: float | None = None
         self._slow_since: float | None = None
+        self._held_since: float | None = None
         self._held: Setpoint | None = None
-        self._integral = 0.0
+        self._pressing = 0.0
+        self._stiction = 0.0
         self._last = 0.0
+
+    @property
+    def held(self) -> bool:
+        """Whether the door is being held, and not moved."""
+        return self._held is not None
 
     def resume(self, now: float, push: float) -> None:
         """Begin, or go on after contact was regained.
@@ -73,13 +95,15 @@ class Opening:
         """
         now, off = estimate.time, estimate.door_angle - self._goal
         time_step, self._last = now - self._last, now
-        self._judge(now, off, estimate.door_rate)
+        self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
+        self._judge(now, off)
         if self._push is not None and self._holds(off, estimate):
             return self._hold(self._push, off, estimate, time_step)
         state = self._converter.planner_state(estimate.state, body_rates)
         if self._push is not None:
             state = push_state(state, self._push.push, self._weight)
-        current = self._schedule.update(now, state, estimate.door_disturbance)
+        self._nudge(off, estimate.door_rate, time_step)
+        current = self._schedule.update(now, state, estimate.door_disturbance - self._stiction)
         if current is None:
             setpoint = self._converter.hold(estimate.position, float(estimate.state[2]))
             return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
@@ -87,11 +111,20 @@ class Opening:
             return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
         return self._push.follow(current.plan, now - current.start, estimate)
 
+    def _nudge(self, off: float, rate: float, time_step: float) -> None:
+        """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
+        if abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
+            self._stiction += math.copysign(_NUDGE * time_step, off)
+        else:
+            self._stiction *= math.exp(-time_step / _FORGOTTEN)
+
     def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough."""
+        """Whether the door has stood at the goal for long enough, and stands still right now."""
+        if self._push is not None:
+            return self._held_since is not None and now - self._held_since >= self._hold_time
         good = self._good_since is not None and now - self._good_since >= self._hold_time
         slow = self._slow_since is not None and now - self._slow_since >= _SETTLING * self._hold_time
-        return good or slow
+        return (good or slow) and abs(self._rate) < 0.4 * _SLOW
 
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
@@ -102,31 +135,34 @@ class Opening:
             f"against {max(0.0, -estimate.door_disturbance):.2f} N m"
         )
 
-    def _judge(self, now: float, off: float, rate: float) -> None:
+    def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""
         if abs(off) < self._nearest - _PROGRESS:
             self._nearest, self._progress_at = abs(off), now
-        good = abs(off) < self._settings.hold_tolerance and abs(rate) < 4.0 * _SLOW
-        slow = abs(off) < _NEAR and abs(rate) < _SLOW
+        good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
+        slow = abs(off) < _NEAR and abs(self._rate) < _SLOW
+        held = self._held is not None and abs(off) < _LEFT
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None
+        self._held_since = (self._held_since if self._held_since is not None else now) if held else None
 
     def _holds(self, off: float, estimate: Estimate) -> bool:
         """Whether the door is to be held where it is."""
-        tolerance = self._settings.hold_tolerance
-        if self._held is not None and off > 3.0 * tolerance:
+        if self._held is not None and off > _LEFT:
             self._held = None
             self._schedule.forget()
-        elif self._held is None and off < 0.5 * tolerance and abs(estimate.door_rate) < 8.0 * _SLOW:
-            self._held, self._integral = self._converter.hold(estimate.position, float(estimate.state[2])), 0.0
+        elif self._held is None and (off < 0.0 or (off < _CLOSE and abs(self._rate) < _STANDS)):
+            self._held = self._converter.hold(estimate.position, float(estimate.state[2]))
+            friction = max(0.0, estimate.hinge.friction - estimate.hinge.friction_deviation)
+            resistance = max(0.0, -estimate.door_disturbance)
+            self._pressing = (resistance - (1.0 - self._settings.hold_share) * min(friction, resistance)) / self._lever
         return self._held is not None
 
     def _hold(self, push: PushController, off: float, estimate: Estimate, time_step: float) -> Setpoint:
-        """Press as much as closer and a share of the friction need; a little more or less outside the dead band."""
-        settings, hinge = self._settings, estimate.hinge
-        beyond = off - min(max(off, -settings.hold_tolerance), settings.hold_tolerance)
-        self._integral += time_step * settings.hold_gain * beyond / settings.hold_tolerance
-        closer = hinge.stiffness * max(0.0, 0.5 * math.pi - estimate.door_angle)
-        wanted = (closer + settings.hold_share * hinge.friction) / self._lever + self._integral
+        """Press less than moves the door, and more than lets it back; change that slowly where it moves nevertheless."""
+        settings = self._settings
+        beyond = off - min(max(off, -_CLOSE), _CLOSE)
+        self._pressing += time_step * settings.hold_gain * beyond / settings.hold_tolerance
+        self._pressing = max(self._pressing, settings.least_force)
         assert self._held is not None
-        return push.hold(self._held, max(wanted, settings.least_force), estimate)
+        return push.hold(self._held, self._pressing, estimate)

@@ -34,8 +34,10 @@ _PRESSING = 0.4
 """From the touch to the opening [s]."""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
-_CLOSER_SHARE = 0.7
-"""A closer with more than this share of the friction's torque keeps the tip at the door."""
+_FRICTION_FLOOR = 0.05
+"""Friction beyond what the closer needs, without which a door is held and not let go [N m]."""
+_BACKING_OFF = 0.4
+"""Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
 """[s]."""
 
@@ -235,13 +237,13 @@ class Sequence:
         setpoint = self._opening.step(estimate, body_rates)
         if self._opening.done(estimate.time):
             self.opened = True
-            if self._swings_back(estimate):
-                self._enter(Phase.HOLD, estimate, "its closer would shut the door on the vehicle")
-            else:
+            if self._stays(estimate):
                 self._enter(Phase.RELEASE, estimate, "")
+            else:
+                self._enter(Phase.HOLD, estimate, "the door would not stay by itself")
         elif stuck := self._opening.stuck(estimate):
             self.abort(estimate, stuck)
-        elif not estimate.touching:
+        elif not estimate.touching and not self._opening.held:
             self._recoveries += 1
             if self._recoveries > self._settings.recoveries:
                 self.abort(estimate, f"contact was lost {self._recoveries} times")
@@ -249,10 +251,11 @@ class Sequence:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
         return setpoint
 
-    def _swings_back(self, estimate: Estimate) -> bool:
-        """Whether the closer is about as strong as the friction that would have to hold the door."""
-        closer = estimate.hinge.stiffness * (float(self._model.start_state[3]) - estimate.door_angle)
-        return closer > _CLOSER_SHARE * estimate.hinge.friction
+    def _stays(self, estimate: Estimate) -> bool:
+        """Whether friction surely holds the door against its closer, and against being let go."""
+        hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
+        closer = (hinge.stiffness + hinge.stiffness_deviation) * turned
+        return hinge.friction - hinge.friction_deviation > closer + _FRICTION_FLOOR
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
@@ -269,13 +272,14 @@ class Sequence:
         return self._along_normal(estimate, self._toward(estimate, door_speed + self._settings.touch_speed))
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        """Let go: the gripper opens, the push fades."""
+        """Let go: the gripper opens, the push fades into backing off."""
         assert self._entered is not None
         spent = estimate.time - self._entered
         if spent >= _LETTING_GO:
             self._enter(Phase.RETREAT, estimate, self.failure)
-        fading = 0.0 if self._push is None else self._push.push * max(0.0, 1.0 - spent / _LETTING_GO)
-        return self._along_normal(estimate, fading)
+        pressed = 0.0 if self._push is None else self._push.push
+        share = min(spent / _LETTING_GO, 1.0)
+        return self._along_normal(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Back from the leaf, out of the doorway, then into the start's posture."""

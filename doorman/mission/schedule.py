@@ -92,6 +92,7 @@ class PlanSchedule:
                 "inputs": inputs,
                 "cost": plan.cost,
                 "max_violation": plan.max_violation,
+                "violated": plan.violated,
                 "iterations": plan.iterations,
                 "status": plan.status.value,
                 "solve_time": plan.solve_time,

@@ -140,14 +140,23 @@ def _contact_in_leaf(model: Model) -> list[float]:
 
 
 def _set_hinge(spec: Any, model: Model) -> None:
-    """The hinge's true torques: the scenario's for the simulation, else those that the planner is told."""
+    """The hinge's true torques and the leaf's true mass: the simulation's, else those that the planner is told."""
     hinge, told, true = spec.joint(DOOR + model.door.section.hinge), model.door, model.scenario.simulation
     hinge.damping[0] = told.damping if true.door_damping is None else true.door_damping
     hinge.frictionloss = told.friction if true.door_friction is None else true.door_friction
     hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
-    hinge.stiffness[0] = told.stiffness
-    hinge.springref = told.rest_angle
+    hinge.stiffness[0] = told.stiffness if true.door_stiffness is None else true.door_stiffness
+    hinge.springref = told.rest_angle if true.door_rest_angle is None else true.door_rest_angle
     hinge.limited = bool(told.lower_limit < told.upper_limit)
+    if true.door_mass is not None:
+        _scale_mass(hinge.parent, true.door_mass / told.mass)
+
+
+def _scale_mass(body: Any, ratio: float) -> None:
+    """Scale mass and inertia of a body and of all that hangs on it."""
+    for part in (body, *body.find_all("body")):
+        part.mass *= ratio
+        part.fullinertia = [ratio * value for value in part.fullinertia]
 
 
 def _add_rotors(spec: Any, mujoco: Any, base: Any, layout: RotorLayout, time_constant: float) -> None:

@@ -11,8 +11,9 @@ from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.simulation.attitude_loop import AttitudeGains
+from doorman.simulation.gusts import Gust, together
 from doorman.simulation.sensors import Sensors
-from doorman.simulation.simulator import DisturbanceSource, Simulator
+from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth
 
 
@@ -24,10 +25,10 @@ class SimulatedBackend(Backend):
 
     Args:
         model: The model.
-        seed: Of the sensors' noise; the same seed gives the same flight to the bit.
+        seed: Of noise, gaps and gusts; the same seed gives the same flight to the bit.
         recorder: Gets a message `truth` at every tick.
         realtime: Whether `read` waits so that simulated time does not run ahead of the wall clock.
-        disturbance: What else acts on the plant.
+        disturbance: What else acts on the plant, beside the scenario's gusts.
         gains: Of the onboard attitude loop.
     """
 
@@ -75,8 +76,9 @@ class SimulatedBackend(Backend):
         """
         if self._simulator is not None:
             raise BackendError("the simulation is open already", allowed="stop() before another open()")
-        self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbance, self._gains)
-        self._sensors = Sensors(self.model.scenario.simulation.noise, self.seed)
+        self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbances(), self._gains)
+        simulation = self.model.scenario.simulation
+        self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors)
         self._truth = self._simulator.truth()
         self._ticks = 0
 
@@ -124,11 +126,26 @@ class SimulatedBackend(Backend):
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
         simulator.set_command(thrust, attitude, arm_rates)
+        simulator.set_grip(bool(command.grip))
 
     def stop(self) -> None:
         """Let go of the plant; the last `truth` stays. May be called twice."""
         self._simulator = None
         self._sensors = None
+
+    def _disturbances(self) -> DisturbanceSource | None:
+        """The caller's disturbance and the scenario's gusts together."""
+        wind, given = self.model.scenario.simulation.gust, self._disturbance
+        if wind.vehicle == 0.0 and wind.leaf == 0.0:
+            return given
+        gust = Gust(wind, self.model.door.width, self.seed)
+
+        def disturbance(time: float) -> Disturbance:
+            plant = self._opened().plant
+            blown = gust.at(time, float(plant.data.qpos[plant.hinge_position]))
+            return blown if given is None else together(blown, given(time))
+
+        return disturbance
 
     def _opened(self) -> Simulator:
         if self._simulator is None:

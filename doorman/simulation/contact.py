@@ -1,4 +1,4 @@
-r"""Contact of tip and leaf: a ball tie (`grip`) or a unilateral contact with friction (`push`), both compliant.
+r"""Contact of tip and leaf: unilateral with friction, or, while the tip grips, a ball tie where it touched; both compliant.
 
 MuJoCo's soft constraint with a constant impedance d obeys :math:`R f = -b\,v - k\,r - a` with
 :math:`R = \frac{1-d}{d}\hat A`, where r, v, a are deflection, its rate and its acceleration. With
@@ -25,6 +25,12 @@ FRICTION_RATE = 400.0
 """Rate at which friction stops a slip [1/s]."""
 FRICTION_IMPEDANCE_RATIO = 1e5
 """Hardness of friction against that of the normal direction: keeps a loaded tip from creeping."""
+TIE = "grip"
+"""Name of the tie."""
+_REACH = 0.02
+"""Largest distance between tip and leaf at which the tip can grip [m]."""
+_NO_CONTACT = 1e3
+"""Depth that a contact must have to count while the tip grips [m]."""
 TOUCH = 1e-6
 """Smallest force that counts as touching [N]."""
 
@@ -52,9 +58,8 @@ def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> No
     spec.add_exclude(name="tip_leaf", bodyname1=tip.name, bodyname2=leaf.name)
     if model.scenario.contact.kind == "grip":
         spec.add_equality(
-            name="grip", type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_SITE, name1="tip", name2="contact"
+            name=TIE, type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_SITE, name1="tip", name2="contact"
         )
-        return
     friction = model.scenario.simulation.tip_friction
     for ball in tip.geoms:
         for face in leaf.geoms:
@@ -82,6 +87,53 @@ def calibrate(engine_model: Any, tip_body: int, leaf_body: int, simulation: Simu
     engine_model.pair_solreffriction[:] = -1.0, -FRICTION_RATE * IMPEDANCE  # the engine divides by the impedance
 
 
+class Gripper:
+    """Ties the tip to the leaf where it touches, and lets it go.
+
+    Args:
+        mujoco: The engine.
+        engine_model: MjModel.
+        data: MjData.
+        tip_shapes: Indices of the tip's shapes.
+        leaf_shapes: Indices of the leaf's shapes.
+    """
+
+    def __init__(
+        self, mujoco: Any, engine_model: Any, data: Any, tip_shapes: frozenset[int], leaf_shapes: frozenset[int]
+    ) -> None:
+        self._mujoco, self._model, self._data = mujoco, engine_model, data
+        self._shapes = [(tip, leaf) for tip in tip_shapes for leaf in leaf_shapes]
+        tie = mujoco.mj_name2id(engine_model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
+        self._tie = tie if tie >= 0 else None
+        self._model.pair_gap[:] = _NO_CONTACT if self.closed else 0.0
+
+    @property
+    def closed(self) -> bool:
+        """Whether the tip is tied to the leaf."""
+        return self._tie is not None and bool(self._data.eq_active[self._tie])
+
+    def set(self, closed: bool) -> None:
+        """Close or open; a gripper too far from the leaf closes on nothing, a tip that can only push never does.
+
+        Args:
+            closed: What is asked for.
+        """
+        if self._tie is None or closed == self.closed:
+            return
+        if closed:
+            distance = min(
+                self._mujoco.mj_geomDistance(self._model, self._data, tip, leaf, 1.0, None)
+                for tip, leaf in self._shapes
+            )
+            if distance > _REACH:
+                return
+            tip, contact = self._data.site("tip"), self._model.site("contact")
+            leaf = self._data.body(int(contact.bodyid[0]))
+            contact.pos[:] = leaf.xmat.reshape(3, 3).T @ (tip.xpos - leaf.xpos)
+        self._data.eq_active[self._tie] = closed
+        self._model.pair_gap[:] = _NO_CONTACT if closed else 0.0
+
+
 class ContactReader:
     """Reads the contacts of the last physics step out of MuJoCo.
 
@@ -91,7 +143,7 @@ class ContactReader:
         data: MjData.
         tip_shapes: Indices of the tip's shapes.
         leaf_shapes: Indices of the leaf's shapes.
-        grip: Whether tip and leaf are tied.
+        gripper: Says whether tip and leaf are tied.
     """
 
     def __init__(
@@ -101,9 +153,9 @@ class ContactReader:
         data: Any,
         tip_shapes: frozenset[int],
         leaf_shapes: frozenset[int],
-        grip: bool,
+        gripper: Gripper,
     ) -> None:
-        self._mujoco, self._model, self._data, self._grip = mujoco, engine_model, data, grip
+        self._mujoco, self._model, self._data, self._gripper = mujoco, engine_model, data, gripper
         self._signs = {(tip, leaf): 1.0 for tip in tip_shapes for leaf in leaf_shapes}
         self._signs |= {(leaf, tip): -1.0 for tip in tip_shapes for leaf in leaf_shapes}
         self._wrench = np.zeros(6)
@@ -113,7 +165,7 @@ class ContactReader:
         data = self._data
         count = data.ncon
         # the tie's rows come first; they hold the force on its first site, the tip
-        tip = -data.efc_force[:3] if self._grip else np.zeros(3)
+        tip = -data.efc_force[:3] if self._gripper.closed else np.zeros(3)
         others = []
         for index in range(count):
             contact = data.contact[index]

@@ -120,7 +120,7 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
 
 
 def _place(mujoco: Any, plant: Plant, model: Model) -> None:
-    """Set the start posture; in push mode move the vehicle along n_D until the tip's surface just touches the leaf."""
+    """Set the start posture: the tip tied to the contact point, its surface just touching the leaf, or away from it."""
     state, n = model.start_state, model.n_arm
     compiled, data = plant.engine_model, plant.data
     motion = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(n))
@@ -130,7 +130,8 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
     mujoco.mju_mat2Quat(data.qpos[3:7], (rotation @ inverse[:3, :3]).ravel())
     data.qpos[plant.arm_positions] = state[5:]
     data.qpos[plant.hinge_position] = state[3]
-    if model.scenario.contact.kind == "push":
+    mission = model.scenario.mission
+    if model.scenario.contact.kind == "push" or mission.start == "hover":
         mujoco.mj_kinematics(compiled, data)
         far = 10.0
         gap = min(
@@ -138,7 +139,8 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
             for ball in plant.tip_shapes
             for face in plant.leaf_shapes
         )
-        data.qpos[:3] += gap * door_normal(float(state[3]))
+        away = mission.hover_distance if mission.start == "hover" else 0.0
+        data.qpos[:3] += (gap - away) * door_normal(float(state[3]))
 
 
 def hover_wrench(model: Model) -> Array:

@@ -1,32 +1,105 @@
-"""Sensors: the truth with white noise on it; the door's angle is not among what they see."""
+"""Sensors: the truth as motion capture, servos and gyroscope tell it: noisy, late, with gaps; the door's angle is not seen.
+
+Motion capture samples position, velocity and attitude at its rate, loses the samples of a gap, and delivers the others after
+its latency; meanwhile the last pose holds. The arm's angles and rates come by another cable: as late, without gaps. Body rates
+are the gyroscope's, of the present moment.
+"""
 
 from __future__ import annotations
 
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.hardware.interface import Measurement
 from doorman.kinematics.urdf import frozen
-from doorman.scenario import NoiseSection
+from doorman.scenario import NoiseSection, SensorsSection
 from doorman.simulation.truth import Truth
+
+Array = NDArray[np.float64]
+
+_DROPOUTS = 1
+"""Of the random numbers of one seed, the stream that makes the gaps; the noise has the seed's own."""
+_TOLERANCE = 1e-9
+"""By which a sum of periods may miss a time [s]."""
+
+
+@dataclass(frozen=True)
+class _Pose:
+    """What motion capture sees at one time."""
+
+    time: float
+    position: Array
+    velocity: Array
+    attitude: Array
+
+
+@dataclass(frozen=True)
+class _Arm:
+    """What the servos say at one time."""
+
+    time: float
+    angles: Array
+    rates: Array
+
+
+_Sample = TypeVar("_Sample", _Pose, _Arm)
+
+
+class Dropouts:
+    """Gaps without a new pose, by chance.
+
+    Args:
+        rate: Gaps per second without one [1/s].
+        longest: Length of the longest gap [s]; lengths are evenly spread from 0 to it.
+        seed: Of the gaps.
+    """
+
+    def __init__(self, rate: float, longest: float, seed: int) -> None:
+        self._rate, self._longest = rate, longest
+        self._generator = np.random.default_rng([seed, _DROPOUTS])
+        self._begin, self._end = math.inf, 0.0
+        if rate > 0.0 and longest > 0.0:
+            self._next_gap()
+
+    def lost(self, time: float) -> bool:
+        """Whether a pose seen at this time is lost; times must not decrease."""
+        while time >= self._end and self._begin < math.inf:
+            self._next_gap()
+        return time >= self._begin
+
+    def _next_gap(self) -> None:
+        self._begin = self._end + self._generator.exponential(1.0 / self._rate)
+        self._end = self._begin + self._generator.uniform(0.0, self._longest)
 
 
 class Sensors:
-    """Pose, velocities and joint angles, with independent noise at every tick.
+    """Measurements of one flight, with independent noise at every tick.
 
     Args:
         noise: Standard deviations.
-        seed: Of the noise; the same seed gives the same noise to the bit.
+        seed: Of noise and gaps; the same seed gives the same to the bit.
+        delivery: Latency, rate and gaps of the poses; by default the present pose at every tick.
     """
 
-    def __init__(self, noise: NoiseSection, seed: int) -> None:
+    def __init__(self, noise: NoiseSection, seed: int, delivery: SensorsSection | None = None) -> None:
         self._noise = noise
         self._generator = np.random.default_rng(seed)
+        self._delivery = delivery or SensorsSection()
+        self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, seed)
+        self._next_sample = 0.0
+        self._poses: deque[_Pose] = deque()
+        self._arms: deque[_Arm] = deque()
 
     def measure(self, truth: Truth) -> Measurement:
         """What the sensors say at one time.
 
         Args:
-            truth: The plant at that time.
+            truth: The plant at that time, later than at the last call; at the first call it is at rest.
 
         Returns:
             The measurement.
@@ -34,12 +107,57 @@ class Sensors:
         n = len(truth.arm_angles)
         draws = self._generator.standard_normal(12 + 2 * n)
         noise = self._noise
+        self._see_pose(truth, draws)
+        self._hear_arm(truth, draws)
+        pose, arm = self._delivered(self._poses, truth.time), self._delivered(self._arms, truth.time)
         return Measurement(
             time=truth.time,
-            position=frozen(truth.position + noise.position * draws[0:3]),
-            velocity=frozen(truth.velocity + noise.velocity * draws[3:6]),
-            attitude=frozen(truth.attitude + noise.attitude * draws[6:9]),
+            position=pose.position,
+            velocity=pose.velocity,
+            attitude=pose.attitude,
             body_rates=frozen(truth.body_rates + noise.body_rates * draws[9:12]),
-            arm_angles=frozen(truth.arm_angles + noise.arm_angles * draws[12 : 12 + n]),
-            arm_rates=frozen(truth.arm_rates + noise.arm_rates * draws[12 + n :]),
+            arm_angles=arm.angles,
+            arm_rates=arm.rates,
+            pose_time=pose.time,
         )
+
+    def _see_pose(self, truth: Truth, draws: Array) -> None:
+        """Take a sample of the pose, if it is time for one and it is not lost."""
+        time, rate = truth.time, self._delivery.rate
+        if rate is not None:
+            if time < self._next_sample - _TOLERANCE:
+                return
+            while self._next_sample <= time + _TOLERANCE:
+                self._next_sample += 1.0 / rate
+        if self._dropouts.lost(time):
+            return
+        position = frozen(truth.position + self._noise.position * draws[0:3])
+        attitude = frozen(truth.attitude + self._noise.attitude * draws[6:9])
+        pose = _Pose(time, position, self._velocity(truth, position, draws[3:6]), attitude)
+        self._keep(self._poses, pose)
+
+    def _velocity(self, truth: Truth, position: Array, draws: Array) -> Array:
+        if self._delivery.velocity == "measured":
+            return frozen(truth.velocity + self._noise.velocity * draws)
+        if not self._poses:
+            return frozen(truth.velocity)  # at rest
+        last = self._poses[-1]
+        return frozen((position - last.position) / (truth.time - last.time))
+
+    def _hear_arm(self, truth: Truth, draws: Array) -> None:
+        n = len(truth.arm_angles)
+        angles = frozen(truth.arm_angles + self._noise.arm_angles * draws[12 : 12 + n])
+        rates = frozen(truth.arm_rates + self._noise.arm_rates * draws[12 + n :])
+        self._keep(self._arms, _Arm(truth.time, angles, rates))
+
+    def _keep(self, samples: deque[_Sample], sample: _Sample) -> None:
+        """Append a sample; before the first there was one that has just arrived, as all was at rest."""
+        if not samples and self._delivery.latency > 0.0:
+            samples.append(replace(sample, time=sample.time - self._delivery.latency))
+        samples.append(sample)
+
+    def _delivered(self, samples: deque[_Sample], now: float) -> _Sample:
+        """The newest sample that has arrived."""
+        while len(samples) > 1 and samples[1].time + self._delivery.latency <= now + _TOLERANCE:
+            samples.popleft()
+        return samples[0]

@@ -14,7 +14,7 @@ from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_t
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
-from doorman.simulation.contact import TOUCH, ContactReader
+from doorman.simulation.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.engine import check_stability, engine
 from doorman.simulation.onboard import OnboardParameters, onboard_step
 from doorman.simulation.plant import Plant, build_plant, hover_wrench
@@ -70,10 +70,12 @@ class Simulator:
         data = self.plant.data
         self._qpos, self._qvel, self._control = data.qpos, data.qvel, data.ctrl
         self._onboard = _onboard_parameters(model, self.plant, self.layout, time_step, gains)
-        self._grip = model.scenario.contact.kind == "grip"
-        self._contacts = ContactReader(
-            self._mujoco, self.plant.engine_model, data, self.plant.tip_shapes, self.plant.leaf_shapes, self._grip
-        )
+        shapes = self.plant.tip_shapes, self.plant.leaf_shapes
+        self._gripper = Gripper(self._mujoco, self.plant.engine_model, data, *shapes)
+        at_door = model.scenario.mission.start == "contact"
+        if self._gripper.closed and not at_door:
+            self._gripper.set(False)
+        self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
         self._command = np.zeros(5 + model.n_arm)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
         self._steps = 0
@@ -101,6 +103,14 @@ class Simulator:
         self._command[0] = thrust
         self._mujoco.mju_mat2Quat(self._command[1:5], rotation_body_to_world(attitude).ravel())
         self._command[5:] = arm_rates
+
+    def set_grip(self, closed: bool) -> None:
+        """Let the tip hold on to the leaf where it touches, or let go.
+
+        Args:
+            closed: What is asked for; see `Gripper`.
+        """
+        self._gripper.set(closed)
 
     def advance(self, steps: int) -> None:
         """Advance the physics, and note contacts on the way.
@@ -154,7 +164,7 @@ class Simulator:
             arm_rates=frozen(self._qvel[plant.arm_velocities]),
             tip_force=frozen(self._tip_force),
             tip_normal_force=self._normal_force,
-            touching=self._grip or bool(np.abs(self._tip_force).max() > TOUCH),
+            touching=self._gripper.closed or bool(np.abs(self._tip_force).max() > TOUCH),
             max_pull=self._max_pull,
             collisions=self._collisions,
             collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),

@@ -1,0 +1,149 @@
+"""Sphinx: the pages of docs/, README and changelog as they stand, and the library's reference from its docstrings.
+
+The source directory is the repository, so that links among the pages are the same here as where the files are read raw.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math import MathError, latex2mathml
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
+import doorman
+
+project = "doorman"
+author = "The doorman developers"
+version = release = doorman.__version__
+copyright = author
+
+root_doc = "docs/index"
+include_patterns = ["README.md", "CHANGELOG.md", "urdf/README.md", "docs/**.md"]
+exclude_patterns = [".*", "build", "doorman", "tests", "examples", "benchmarks"]
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+
+html_theme = "furo"
+html_title = f"doorman {release}"
+html_math_renderer = "mathml"
+html_show_copyright = False
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_default_options = {"members": True, "undoc-members": True, "show-inheritance": True}
+default_role = "code"
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True
+
+_CONTENTS = """
+
+```{toctree}
+:hidden:
+:glob:
+:caption: Guide
+
+/README
+*
+```
+
+```{toctree}
+:hidden:
+:glob:
+:caption: Vehicle and door
+
+hardware/*
+/urdf/README
+```
+
+```{toctree}
+:hidden:
+:glob:
+:caption: Library
+
+api/*
+```
+
+```{toctree}
+:hidden:
+:caption: Project
+
+/CHANGELOG
+```
+"""
+"""Table of contents; added to the index here, since it would be noise where the page is read raw."""
+
+_PLAIN = ("attribute", "data")
+"""What has docstrings of one sentence, in which napoleon would take a colon for the end of a type."""
+
+_kept: dict[str, list[str]] = {}
+"""Their docstrings, while napoleon is at work."""
+
+_SIZE = re.compile(r"\\[Bb]igg?[lr]?(?![A-Za-z])")
+"""Sizes of brackets, which MathML finds by itself."""
+
+_ENTRY = """<!doctype html>
+<meta charset="utf-8">
+<meta http-equiv="refresh" content="0; url=docs/index.html">
+<title>doorman</title>
+"""
+
+
+def setup(app: Sphinx) -> None:
+    """Register what no extension brings."""
+    app.add_html_math_renderer("mathml", (_visit_math, None), (_visit_equation, None))
+    app.connect("source-read", _add_contents)
+    app.connect("autodoc-process-docstring", _before_napoleon, priority=400)
+    app.connect("autodoc-process-docstring", _after_napoleon, priority=600)
+    app.connect("build-finished", _write_entry)
+
+
+def _add_contents(_app: Sphinx, page: str, text: list[str]) -> None:
+    if page == root_doc:
+        text[0] += _CONTENTS
+
+
+def _before_napoleon(_app: Sphinx, what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    """Bars are absolute values, no substitutions; an attribute's colon ends no type."""
+    for i, line in enumerate(lines):
+        parts = re.split(r"(:\w+:`[^`]*`|``.*?``|`[^`]*`)", line)  # every other one is code or a formula
+        parts[::2] = [part.replace("|", r"\|") for part in parts[::2]]
+        lines[i] = "".join(parts)
+    if what in _PLAIN:
+        _kept[name] = lines[:]
+        lines.clear()
+
+
+def _after_napoleon(_app: Sphinx, what: str, name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    if what in _PLAIN:
+        lines[:] = _kept.pop(name)
+
+
+def _visit_math(translator: Any, node: nodes.math) -> None:
+    _render(translator, node, as_block=False)
+
+
+def _visit_equation(translator: Any, node: nodes.math_block) -> None:
+    _render(translator, node, as_block=True)
+
+
+def _render(translator: Any, node: nodes.Element, as_block: bool) -> None:
+    """Formulas as MathML: browsers draw it by themselves, without a network."""
+    try:
+        formula = latex2mathml.tex2mathml(_SIZE.sub("", " ".join(node.astext().split())), as_block=as_block)
+    except MathError as error:
+        logging.getLogger(__name__).warning("not a formula: %s", error, location=node)
+        formula = translator.encode(node.astext())
+    translator.body.append(f'<div class="math">{formula}</div>\n' if as_block else formula)
+    raise nodes.SkipNode
+
+
+def _write_entry(app: Sphinx, error: Exception | None) -> None:
+    if error is None and app.builder.format == "html":
+        (Path(app.outdir) / "index.html").write_text(_ENTRY, encoding="utf-8")

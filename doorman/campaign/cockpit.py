@@ -1,0 +1,121 @@
+"""Cockpit: starts a pilot, hands it orders, waits for no longer than allowed, and tells how a pilot died."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+from typing import IO, Any
+
+import doorman
+
+_ONE_THREAD = (
+    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+)  # fmt: skip
+"""Every pilot has one thread: as many pilots as cores share the machine without getting into each other's way."""
+_PREPARATION_TIME = 3600.0
+"""Longest time for compiling everything, and for waiting while another pilot does [s]."""
+_LAST_LINES = 5
+"""Of what a pilot printed before it died."""
+
+
+class Cockpit:
+    """One pilot at a time; another one is started after the last has died.
+
+    Args:
+        module: What the pilot runs.
+    """
+
+    def __init__(self, module: str = "doorman.campaign.pilot") -> None:
+        self._module = module
+        self._process: subprocess.Popen[str] | None = None
+        self._prepared = False
+        self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._printed: IO[str] | None = None
+
+    def fly(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
+        """Have an order flown.
+
+        Args:
+            order: As `Flight.order` makes it.
+            time_out: Wall-clock time for the flight alone [s].
+
+        Returns:
+            The pilot's answer, or one with an error if it died or took too long.
+        """
+        if self._process is None:
+            self._start()
+        if not self._prepared:
+            ready = self._ask({"prepare": True, "scenario": order["scenario"]}, _PREPARATION_TIME)
+            if self._process is None:
+                return ready
+            self._prepared = ready["error"] is None  # else this flight will fail too, and the next one prepares
+        return self._ask(order, time_out)
+
+    def close(self) -> None:
+        """Let the pilot go, whatever it does; may be called twice."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout, self._printed):
+                if stream is not None:
+                    stream.close()
+
+    def _start(self) -> None:
+        package = str(Path(doorman.__file__).parent.parent)
+        paths = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
+        environment = {**os.environ, "PYTHONPATH": paths, **dict.fromkeys(_ONE_THREAD, "1")}
+        self._printed = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
+            env=environment, text=True, encoding="utf-8", start_new_session=True,
+        )  # fmt: skip
+        self._answers = queue.SimpleQueue()
+        self._prepared = False
+        threading.Thread(target=_read, args=(self._process.stdout, self._answers), daemon=True).start()
+
+    def _ask(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
+        process = self._process
+        if process is None or process.stdin is None:
+            raise AssertionError("there is a pilot to ask")
+        try:
+            process.stdin.write(json.dumps(order) + "\n")
+            process.stdin.flush()
+            line = self._answers.get(timeout=time_out)
+        except queue.Empty:
+            self.close()
+            return failed(f"timed out after {time_out:g} s of wall-clock time")
+        except OSError:
+            line = None
+        if line is None:
+            if self._process is None:
+                return failed("closed by the campaign")
+            words = f"the process died with status {process.wait()}: {self._last_words()}"
+            self.close()
+            return failed(words)
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def _last_words(self) -> str:
+        if self._printed is None:
+            return ""
+        self._printed.seek(0)
+        return " | ".join(self._printed.read().splitlines()[-_LAST_LINES:])
+
+
+def failed(error: str) -> dict[str, Any]:
+    """An answer in place of a pilot's."""
+    return {"summary": None, "error": error, "wall_time_s": None, "kernels_compiled": 0}
+
+
+def _read(stream: IO[str], answers: queue.SimpleQueue[str | None]) -> None:
+    for line in stream:
+        answers.put(line)
+    answers.put(None)

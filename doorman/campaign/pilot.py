@@ -1,0 +1,100 @@
+"""Pilot: a process of its own that flies one order after the other, and dies with whoever started it.
+
+Orders and answers are lines of JSON on stdin and stdout. The first order only prepares; its answer comes when every kernel is
+compiled or loaded. Of all pilots of a machine one at a time prepares: what one compiles, the others load.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import queue
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from doorman.compilation import cache_directory, kernel_counts
+from doorman.mission import simulate
+from doorman.scenario import Scenario
+
+_REHEARSAL = 0.1
+"""Length of a flight that only compiles [s]."""
+
+
+def main() -> None:
+    """Answer orders until stdin ends."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever a library prints must not be taken for an answer
+    orders: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    while True:
+        order = orders.get()
+        answers.write(json.dumps(answer(order)) + "\n")
+        answers.flush()
+
+
+def answer(order: dict[str, Any]) -> dict[str, Any]:
+    """Fly or prepare; an error is an answer too.
+
+    Args:
+        order: With a scenario, and `prepare` or the seed and the duration of a flight.
+
+    Returns:
+        Summary or error, with the wall-clock time and the number of kernels that had to be compiled.
+    """
+    started, compiled = time.perf_counter(), kernel_counts().compiled
+    result: dict[str, Any] = {"summary": None, "error": None}
+    try:
+        scenario = Scenario.model_validate(order["scenario"])
+        if order.get("prepare"):
+            with _alone_on_this_machine():
+                prepare(scenario)
+        else:
+            result["summary"] = _fly(scenario, order)
+    except Exception as error:  # whatever goes wrong in a flight is this flight's result
+        traceback.print_exc()
+        result["error"] = f"{type(error).__name__}: {error}"
+    result["wall_time_s"] = time.perf_counter() - started
+    result["kernels_compiled"] = kernel_counts().compiled - compiled
+    return result
+
+
+def prepare(scenario: Scenario) -> None:
+    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made.
+
+    Args:
+        scenario: The scenario.
+    """
+    for start in ("hover", "contact"):
+        mission = scenario.mission.model_copy(update={"start": start})
+        simulate(scenario.model_copy(update={"mission": mission}), _REHEARSAL)
+
+
+def _fly(scenario: Scenario, order: dict[str, Any]) -> dict[str, Any]:
+    longest = {} if order["duration"] is None else {"duration": order["duration"]}
+    recording = simulate(scenario, seed=order["seed"], **longest)
+    if recording.summary is None:
+        raise RuntimeError("the flight has no summary")
+    return recording.summary
+
+
+@contextmanager
+def _alone_on_this_machine() -> Iterator[None]:
+    with (cache_directory() / "preparing.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def _listen(orders: queue.SimpleQueue[dict[str, Any]]) -> None:
+    for line in sys.stdin:
+        orders.put(json.loads(line))
+    os._exit(0)  # nobody waits for an answer any more
+
+
+if __name__ == "__main__":
+    main()

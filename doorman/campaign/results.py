@@ -1,0 +1,116 @@
+"""Results: one row a run, each durable in a Parquet file of its own as soon as it is known, merged at the end."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pyarrow as arrow
+import pyarrow.parquet as parquet
+
+from doorman.campaign.judgement import final_error, judge
+from doorman.campaign.specification import Flight
+
+DRAWN, SUMMARY = "drawn.", "summary."
+"""What the names of columns begin with."""
+OF_THE_CLOCK = (
+    "wall_time_s", "kernels_compiled", "summary.realtime_factor", "summary.deadline_misses", "summary.planner_ms.median",
+    "summary.planner_ms.p99", "summary.planner_ms.max",
+)  # fmt: skip
+"""Columns that depend on the machine; all others are the same whenever and wherever a run is flown."""
+
+Row = dict[str, Any]
+
+
+def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
+    """Row of one run.
+
+    Args:
+        flight: The run.
+        answer: Summary or error, as a pilot gives it.
+
+    Returns:
+        Values by column.
+    """
+    summary = answer["summary"]
+    row: Row = {"run": flight.draw.run, "seed": flight.draw.seed}
+    if summary is None:
+        row |= {"success": False, "safe": False, "outcome": "error", "reason": answer["error"]}
+        row |= {"final_error_deg": None, "torque_error_n_m": None}
+    else:
+        judgement = judge(summary)
+        row |= {
+            "success": judgement.success,
+            "safe": judgement.safe,
+            "outcome": summary["outcome"],
+            "reason": judgement.reason,
+            "final_error_deg": final_error(summary),
+            "torque_error_n_m": _torque_error(summary),
+        }
+    row |= {"error": answer["error"], "command": flight.command}
+    row |= {"friction": flight.scenario.simulation.door_friction}
+    row |= {name: answer[name] for name in ("wall_time_s", "kernels_compiled")}
+    row |= {DRAWN + key: _cell(value) for key, value in flight.draw.values.items()}
+    return row | {SUMMARY + key: _cell(value) for key, value in _flat(summary or {}).items()}
+
+
+def write_part(row: Row, folder: Path) -> None:
+    """Make a row durable: after this it survives whatever kills the campaign; half of it is never seen.
+
+    Args:
+        row: The row.
+        folder: Of the parts.
+    """
+    write_table([row], folder / f"run-{row['run']:07d}.parquet")
+
+
+def read_parts(folder: Path) -> dict[int, Row]:
+    """Rows that are durable, by run."""
+    rows = [row for path in sorted(folder.glob("run-*.parquet")) for row in parquet.read_table(path).to_pylist()]
+    return {row["run"]: row for row in rows}
+
+
+def write_table(rows: Iterable[Row], path: Path) -> None:
+    """Write rows as one Parquet file, all of it or nothing.
+
+    Args:
+        rows: Not every row needs every column.
+        path: File to write.
+    """
+    rows = list(rows)
+    names = dict.fromkeys(name for row in rows for name in row)
+    table = arrow.table({name: _column([row.get(name) for row in rows]) for name in names})
+    unfinished = path.with_suffix(".unfinished")
+    with unfinished.open("wb") as stream:
+        parquet.write_table(table, stream)
+        stream.flush()
+        os.fsync(stream.fileno())
+    unfinished.replace(path)
+
+
+def _torque_error(summary: Mapping[str, Any]) -> float | None:
+    """Estimated minus true resistance of the hinge at the end [N m]; None if it was not estimated."""
+    torque = summary.get("estimates", {}).get("torque")
+    return None if torque is None else float(torque["value"]) - float(torque["true"])
+
+
+def _column(values: list[Any]) -> arrow.Array:
+    """A column; what has no common type is text."""
+    try:
+        return arrow.array(values)
+    except (arrow.ArrowInvalid, arrow.ArrowTypeError):
+        return arrow.array([None if value is None else json.dumps(value) for value in values])
+
+
+def _flat(tables: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in tables.items():
+        flat |= _flat(value, f"{prefix}{key}.") if isinstance(value, dict) else {prefix + key: value}
+    return flat
+
+
+def _cell(value: Any) -> Any:
+    return json.dumps(value) if isinstance(value, (list, tuple)) else value

@@ -1,0 +1,154 @@
+"""Running a campaign on Dask: every flight in a process of its own, every result durable at once, what is done is not redone."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from distributed import Client, Future, LocalCluster, as_completed
+
+from doorman.campaign.cockpit import Cockpit, failed
+from doorman.campaign.folder import RESULTS, claimed
+from doorman.campaign.results import Row, read_parts, row_of, write_part, write_table
+from doorman.campaign.specification import Campaign, Flight
+from doorman.exceptions import DoormanError
+
+OnRow = Callable[[Row, int, int], None]
+"""Called with a new row, the number of rows known, and the number of runs."""
+
+_CONNECTION_TIME = 10.0
+"""Longest time to find a cluster [s]."""
+
+_cockpits: dict[tuple[str, int], Cockpit] = {}
+"""Of this process, by campaign and thread."""
+
+
+def run_campaign(
+    campaign: Campaign,
+    out: Path,
+    runs: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    on_row: OnRow | None = None,
+) -> list[Row]:
+    """Fly what is not yet flown of a campaign.
+
+    Every run is flown in a process of its own: one that hangs or dies costs its row and nothing else. Results are written by
+    this process alone, one file a run, as they come in.
+
+    Args:
+        campaign: The campaign.
+        out: Its folder.
+        runs: Number of runs; by default the scenario's. More runs than before continue a finished campaign.
+        workers: Flights at a time, on this machine; by default one for every core.
+        scheduler: Address of an existing Dask cluster, whose workers have the same doorman installed.
+        on_row: Called after every run.
+
+    Returns:
+        One row for every run, in their order; the same are in `results.parquet`.
+
+    Raises:
+        DoormanError: if the scenario cannot be used, the folder holds another campaign, or the cluster is not found.
+    """
+    flights = {flight.draw.run: flight for flight in campaign.flights(runs)}
+    with claimed(out, campaign) as parts:
+        rows = {run: row for run, row in read_parts(parts).items() if run in flights}
+        missing = [flight for run, flight in flights.items() if run not in rows]
+        if missing:
+            with _client(min(workers or _cores(), len(missing)), scheduler) as client:
+                for row in _flown(client, missing):
+                    write_part(row, parts)
+                    rows[row["run"]] = row
+                    if on_row is not None:
+                        on_row(row, len(rows), len(flights))
+        ordered = [rows[run] for run in sorted(rows)]
+        write_table(ordered, out / RESULTS)
+    return ordered
+
+
+def durable_rows(out: Path) -> list[Row]:
+    """Rows that a campaign has written so far, in the order of their runs."""
+    rows = read_parts(out / "runs")
+    return [rows[run] for run in sorted(rows)]
+
+
+def _flown(client: Client, flights: list[Flight]) -> Iterator[Row]:
+    """Rows in the order in which they come in."""
+    campaign = uuid.uuid4().hex
+    futures: dict[Future[Any], Flight] = {}
+    for flight in flights:
+        key = f"flight-{flight.draw.run}-{campaign}"
+        futures[client.submit(fly, flight.order(), flight.time_out, campaign, key=key, pure=False)] = flight
+    try:
+        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call]
+            flight = futures.pop(future)
+            if future.status == "cancelled":
+                raise DoormanError(
+                    "the cluster has dropped a flight", field="--scheduler", given=f"run {flight.draw.run}"
+                )
+            lost = future.status != "finished"
+            yield row_of(flight, failed(f"the worker was lost: {future.exception()!r}") if lost else future.result())
+            future.release()
+    finally:
+        client.cancel(list(futures))  # type: ignore[no-untyped-call]
+        with suppress(Exception):  # a cluster that is gone has closed them
+            client.run(close_cockpits, campaign)
+
+
+def fly(order: dict[str, Any], time_out: float, campaign: str) -> dict[str, Any]:
+    """Fly one run in the process that belongs to this thread of a worker.
+
+    Args:
+        order: As `Flight.order` makes it.
+        time_out: Wall-clock time [s].
+        campaign: Whose process it is.
+
+    Returns:
+        The pilot's answer.
+    """
+    cockpit = _cockpits.setdefault((campaign, threading.get_ident()), Cockpit())
+    return cockpit.fly(order, time_out)
+
+
+def close_cockpits(campaign: str) -> None:
+    """Let the pilots of a campaign go, on this worker.
+
+    Args:
+        campaign: The campaign.
+    """
+    for key in [key for key in _cockpits if key[0] == campaign]:
+        _cockpits.pop(key).close()
+
+
+@contextmanager
+def _client(workers: int, scheduler: str | None) -> Iterator[Client]:
+    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for their pilots."""
+    logging.getLogger("distributed").setLevel(logging.ERROR)
+    if scheduler is None:
+        with (
+            LocalCluster(  # type: ignore[no-untyped-call]
+                n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=None, memory_limit=None
+            ) as cluster,
+            Client(cluster) as client,  # type: ignore[no-untyped-call]
+        ):
+            yield client
+        return
+    try:
+        client = Client(scheduler, timeout=_CONNECTION_TIME)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise DoormanError(
+            f"no Dask scheduler answers: {error}", field="--scheduler", given=scheduler, allowed="tcp://host:port"
+        ) from error
+    with client:
+        yield client
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,187 @@
+"""`doorman fly`: the mission on the vehicle, from checklist to landing."""
+
+from __future__ import annotations
+
+import math
+import signal
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Literal
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from doorman.cli.overrides import parse_overrides
+from doorman.feasibility import check
+from doorman.flight import Check, FlightReport, FlightSession, Verdict, preflight, ready, rehearse
+from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.vehicle import VehicleLinks, vehicle_config
+from doorman.hardware.vehicle.scheduling import real_time
+from doorman.hardware.vehicle.waiting import await_links
+from doorman.model import Model
+from doorman.ocp.planner import Planner
+from doorman.recording import Recorder
+from doorman.scenario import Scenario
+
+_COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
+_STATUS_PERIOD = 0.5
+_LINES = 15
+"""Of the journal that are printed in the end."""
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Links as they are given on the command line."""
+
+    pixhawk: str
+    servos: str
+    mocap: str | None
+    setpoints: Literal["attitude", "position"] = "attitude"
+    object_name: str = "vehicle"
+    mocap_rate: float = 100.0
+    servo_ids: tuple[int, ...] | None = None
+    directions: tuple[int, ...] | None = None
+    zero_positions: tuple[int, ...] | None = None
+
+
+def fly_mission(
+    source: str,
+    settings: Sequence[str],
+    wiring: Wiring,
+    out: Path | None,
+    duration: float | None,
+    dry_run: bool,
+    yes: bool,
+) -> int:
+    """Go through the checklist, ask, fly, and say how it ended.
+
+    Args:
+        source: Name or path of the scenario.
+        settings: Overrides, `key=value`.
+        wiring: The vehicle's links.
+        out: MCAP file to record to; a new one under `runs` by default.
+        duration: Longest time of the mission [s].
+        dry_run: Stop after the checklist.
+        yes: Do not ask.
+
+    Returns:
+        Exit status: 0 if the mission was flown to its end and the vehicle has landed (of a dry run: if it may fly), else 1.
+
+    Raises:
+        DoormanError: if the input cannot be used or a link cannot be opened.
+    """
+    model = Model(Scenario.load(source, parse_overrides(settings)))
+    config = vehicle_config(
+        model, wiring.pixhawk, wiring.servos, wiring.mocap, setpoints=wiring.setpoints,
+        object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
+        directions=wiring.directions, zero_positions=wiring.zero_positions,
+    )  # fmt: skip
+    limits = SafetyLimits()
+    console = Console(stderr=True, highlight=False)
+    console.print("Preparing planner and controller")
+    planner, findings = Planner(model), check(model.scenario)
+    rehearse(model, planner)
+    console.print("Opening the links")
+    with real_time(), VehicleLinks(config) as links:
+        await_links(links)
+        checks = preflight(model, links, limits, findings)
+        _print_checks(checks)
+        if not ready(checks):
+            typer.echo("The vehicle does not fly: see the lines marked 'no'.")
+            return 1
+        if dry_run:
+            typer.echo("Dry run: the checklist is passed, nothing was commanded.")
+            return 0
+        if not yes and not typer.confirm("Arm and fly?", default=False):
+            typer.echo("Not flown.")
+            return 1
+        return _fly(model, links, planner, limits, _file(out, model), duration, console)
+
+
+def _fly(
+    model: Model,
+    links: VehicleLinks,
+    planner: Planner,
+    limits: SafetyLimits,
+    path: Path,
+    duration: float | None,
+    console: Console,
+) -> int:
+    header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
+    with Recorder(path, header) as recorder:
+        session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
+        with _ctrl_c(session):
+            report = session.fly(duration, _StatusLine(session, console))
+        ticks = session.backend.ticks
+        recorder.write("timing", 0.0, vars(ticks))
+    _print_report(report, session, path)
+    return 0 if report.completed else 1
+
+
+class _StatusLine:
+    """Prints where the flight is, now and then; called by the mission."""
+
+    def __init__(self, session: FlightSession, console: Console) -> None:
+        self._session, self._console, self._next = session, console, 0.0
+
+    def __call__(self, now: float, door_angle: float) -> None:
+        if now < self._next:
+            return
+        self._next = now + _STATUS_PERIOD
+        state = self._session.links.autopilot.state()
+        x, y, z = state.position
+        words = (
+            f"{now:5.1f} s  {self._session.phase:9s} door {math.degrees(door_angle):5.1f}°  at {x:.2f}, {y:.2f}, {z:.2f} m"
+            f"  {state.mode}  {state.battery.voltage:.1f} V  missed {self._session.backend.missed_ticks}"
+        )
+        end = "\r" if self._console.is_terminal else "\n"
+        self._console.print(words, end=end, soft_wrap=True)
+
+
+@contextmanager
+def _ctrl_c(session: FlightSession) -> Iterator[None]:
+    """Ctrl-C goes to the session, SIGTERM lands; the handlers before are put back."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, lambda *_: session.interrupt())
+    signal.signal(signal.SIGTERM, lambda *_: session.terminate())
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _print_checks(checks: list[Check]) -> None:
+    table = Table(box=None, pad_edge=False)
+    for name in ("", "checked", "found"):
+        table.add_column(name)
+    for one in checks:
+        words = f"{one.found}\n→ {one.advice}" if one.advice else one.found
+        table.add_row(Text(one.verdict.value, style=_COLORS[one.verdict]), Text(one.name), Text(words))
+    Console(highlight=False).print(table)
+
+
+def _print_report(report: FlightReport, session: FlightSession, path: Path) -> None:
+    ticks = session.backend.ticks
+    done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
+    why = "" if not report.message else f": {report.message}"
+    typer.echo(f"{done}{why}. The vehicle: {report.end.value}.")
+    for line in session.journal.lines[-_LINES:]:
+        typer.echo(f"  {line}")
+    gap = session.links.autopilot.status().longest_setpoint_gap
+    typer.echo(
+        f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
+        f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
+    )
+
+
+def _file(out: Path | None, model: Model) -> Path:
+    if out is not None:
+        return out
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    return Path("runs") / f"fly-{model.scenario.name}-{stamp}" / "flight.mcap"

@@ -1,0 +1,48 @@
+"""`doorman plot`: the figures of a recorded run, once more."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+
+from doorman.cli.recorded import recorded_scenario, recording_file
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.visualization import constraints_and_forces_figure, replay_page, save, states_figure
+
+
+def plot_run(run: Path, out: Path | None, as_json: bool) -> int:
+    """Draw the figures and the replay page of a recording.
+
+    Args:
+        run: Folder of the run, or its MCAP file.
+        out: Folder to write to; by default that of the recording.
+        as_json: Print the files as JSON and nothing else.
+
+    Returns:
+        Exit status: 0.
+
+    Raises:
+        RecordingError: if there is no recording to read, or it lacks what a figure shows.
+        DoormanError: if its scenario cannot be made a model.
+        OSError: if a file cannot be written.
+    """
+    file = recording_file(run)
+    recording = Recording.load(file)
+    model = Model(recorded_scenario(recording, file))
+    folder = out or file.parent
+    files = [
+        *save(states_figure(recording, model), folder, "states"),
+        *save(constraints_and_forces_figure(recording, model), folder, "constraints"),
+        replay_page(recording, model, folder / "replay.html"),
+    ]
+    if as_json:
+        typer.echo(json.dumps({"complete": recording.complete, "files": [str(path) for path in files]}, indent=2))
+        return 0
+    if not recording.complete:
+        typer.echo("The recording was cut off; this is what it holds.")
+    for path in files:
+        typer.echo(str(path))
+    return 0

@@ -1,0 +1,72 @@
+"""`doorman rig`: everything that `doorman fly` needs but the hardware."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+
+import typer
+
+from doorman.cli.overrides import parse_overrides
+from doorman.exceptions import BackendError
+from doorman.hardware.emulators.autopilot_onboard import Flavour
+from doorman.hardware.vehicle.scheduling import real_time
+from doorman.model import Model
+from doorman.recording import Recorder
+from doorman.rig import Rig, RigSetup
+from doorman.scenario import Scenario
+
+_LOOK = 0.2
+
+
+def run_rig(
+    source: str,
+    settings: Sequence[str],
+    autopilot: Flavour,
+    pixhawk_port: int,
+    mocap_port: int,
+    out: Path | None,
+    folder: Path | None = None,
+    seed: int = 0,
+) -> int:
+    """Run the rig until Ctrl-C.
+
+    Args:
+        source: Name or path of the scenario.
+        settings: Overrides, `key=value`.
+        autopilot: Whose rules the emulated autopilot follows.
+        pixhawk_port: UDP port on loopback that it sends to.
+        mocap_port: UDP port on loopback that the cameras send to; 0 for none.
+        out: MCAP file for the truth, while the motors run.
+        folder: For the link to the servos' pseudo-terminal; a temporary one by default.
+        seed: Of noise.
+
+    Returns:
+        Exit status: 0, or 1 if the physics failed.
+
+    Raises:
+        DoormanError: if the input cannot be used or a port is taken.
+    """
+    scenario = Scenario.load(source, parse_overrides(settings))
+    setup = RigSetup(autopilot, pixhawk_port, mocap_port, folder, seed=seed)
+    header = {"scenario": scenario.model_dump(mode="json"), "name": scenario.name, "rig": autopilot}
+    over = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: over.set())
+    with nullcontext() if out is None else Recorder(out, header) as recorder:
+        rig = Rig(Model(scenario), setup, recorder)
+        with real_time(), rig:
+            overrides = [word for setting in settings for word in ("--set", setting)]
+            command = " ".join(["doorman", "fly", source, *overrides, *rig.arguments])
+            typer.echo(f"The rig runs until Ctrl-C; fly it by\n{command}")
+            sys.stdout.flush()
+            while not over.wait(_LOOK) and rig.plant.failure is None:
+                pass
+        failure = rig.plant.failure
+    if failure is not None:
+        raise BackendError(f"the plant failed: {failure}")
+    return 0

@@ -1,0 +1,94 @@
+"""`doorman rig --fly`: rig and flight in one command, each in a process of its own, and what the rig says about the flight."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from doorman.cli.display import print_run
+from doorman.cli.fly import Wiring, fly_mission
+from doorman.cli.overrides import parse_overrides
+from doorman.exceptions import BackendError
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.rig import judge
+from doorman.scenario import Scenario
+from doorman.summary import verdict
+
+_ENTRY = "from doorman.cli import main; main()"
+_STOP = 20.0
+"""For the rig to end, after it was asked to [s]."""
+
+
+def fly_the_rig(source: str, settings: Sequence[str], autopilot: str, out: Path | None, seed: int) -> int:
+    """Start the rig, fly the mission against it over its real links, stop it, and judge.
+
+    Args:
+        source: Name or path of the scenario.
+        settings: Overrides, `key=value`.
+        autopilot: `px4` or `ardupilot`.
+        out: Of the truth; the flight is recorded beside it. A temporary folder by default.
+        seed: Of noise.
+
+    Returns:
+        Exit status: 0 if the mission was flown to its end, the door was opened and nothing was touched, else 1.
+
+    Raises:
+        DoormanError: if the input cannot be used, or the rig does not start.
+    """
+    model = Model(Scenario.load(source, parse_overrides(settings)))
+    truth = out or Path(tempfile.mkdtemp(prefix="doorman-rig-")) / "truth.mcap"
+    flight = truth.with_name("flight.mcap")
+    overrides = [word for setting in settings for word in ("--set", setting)]
+    options = ["--autopilot", autopilot, "--out", str(truth), "--seed", str(seed), *overrides]
+    with _rig([source, *options, "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]) as wiring:
+        status = fly_mission(source, settings, wiring, flight, None, dry_run=False, yes=True)
+    if not flight.exists():
+        return 1  # refused on the ground
+    recording = Recording.load(flight)
+    if "estimate" not in recording:
+        return 1  # the mission did not begin
+    summary = judge(Recording.load(truth), recording, model)
+    good, sentence = verdict(summary)
+    print_run(summary, sentence, truth.parent)
+    return 0 if good and status == 0 else 1
+
+
+def free_port() -> int:
+    """A UDP port on loopback that nobody uses now."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def _rig(arguments: Sequence[str]) -> Iterator[Wiring]:
+    """The rig in a process of its own; yields how to fly it."""
+    command = [sys.executable, "-c", _ENTRY, "rig", *arguments]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield _wiring(process)
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGTERM)
+                try:
+                    process.wait(_STOP)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    raise BackendError("the rig does not end", given=f"{_STOP:g} s") from None
+
+
+def _wiring(process: subprocess.Popen[str]) -> Wiring:
+    assert process.stdout is not None
+    for line in process.stdout:
+        words = line.split()
+        if words[:2] == ["doorman", "fly"]:
+            given = dict(zip(words, words[1:], strict=False))
+            return Wiring(given["--pixhawk"], given["--servos"], given.get("--mocap"))
+    raise BackendError("the rig did not start: see its words above")

@@ -1,0 +1,96 @@
+"""`doorman export`, `doorman plot` and `doorman replay`: their arguments and their help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")]
+_Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
+
+
+def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
+    """Register the commands that take a recorded run.
+
+    Args:
+        app: The application.
+        leave: Runs a command and leaves with its exit status.
+    """
+    app.command("export")(_export_command(leave))
+    app.command("plot")(_plot_command(leave))
+    app.command("replay")(_replay_command(leave))
+
+
+def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def export(
+        run: _Run,
+        as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV; this is the default.")] = False,
+        as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
+        out: Annotated[
+            Path | None,
+            typer.Option(metavar="DIR", help="Folder for the tables.", show_default="recording-csv beside it"),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Write a recording as tables, one file a topic.
+
+        The first column is the time in seconds. Entries of arrays are columns of their own in CSV, lists in Parquet. The
+        recording's header, with the scenario that was flown, goes to header.json.
+        """
+
+        def command() -> int:
+            from doorman.cli.export import export_run
+
+            return export_run(run, as_csv, as_parquet, out, as_json)
+
+        leave(command)
+
+    return export
+
+
+def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def plot(
+        run: _Run,
+        out: Annotated[
+            Path | None, typer.Option(metavar="DIR", help="Folder for the files.", show_default="the recording's")
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Draw the figures of a recorded run again.
+
+        Writes what doorman open writes: plots of the states and of constraints and forces (states, constraints; each .png and
+        .pdf), and the page that replays the motion (replay.html).
+        """
+
+        def command() -> int:
+            from doorman.cli.plot import plot_run
+
+            return plot_run(run, out, as_json)
+
+        leave(command)
+
+    return plot
+
+
+def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def replay(run: _Run, as_json: _Json = False) -> None:
+        """Solve every plan of a recorded run again, and compare it with the recorded one bit by bit.
+
+        Each plan is made from the recorded state and the recorded estimate of the door, with a planner of the recorded
+        scenario, and warm from the plan before it wherever it was warm in flight. Compiled code of another processor, or of
+        another version of doorman, numpy or numba, may round otherwise.
+
+        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not.
+        """
+
+        def command() -> int:
+            from doorman.cli.replay import replay_run
+
+            return replay_run(run, as_json)
+
+        leave(command)
+
+    return replay

@@ -1,0 +1,173 @@
+"""Pre-flight checklist: every link, its rate and clock, battery, limits, places and the scenario, before anything is armed."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeVar
+
+import numpy as np
+
+from doorman.feasibility import Report, Severity
+from doorman.hardware.pixhawk import SampleStatus
+from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.vehicle import Places, VehicleLinks
+from doorman.hardware.vehicle.scheduling import is_real_time
+from doorman.model import Model
+
+_LEAST_RATE = 0.6
+"""Share of a rate that must be reached."""
+_LEAST_BATTERY = 0.3
+_POSTURE = 0.15
+"""Angle between the arm's posture and that of the start that is worth a word [rad]."""
+_PLACE = 0.5
+"""Distance between the vehicle and its pad beyond which it does not take off [m]."""
+_MOST_LATENCY = 0.03
+_SETTLED = 0.5
+Sample = TypeVar("Sample")
+_MOST_ROUND_TRIP = 0.05
+
+
+class Verdict(Enum):
+    """Of one check."""
+
+    GOOD = "ok"
+    WARNING = "warning"
+    BAD = "no"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One row of the checklist."""
+
+    name: str
+    verdict: Verdict
+    found: str
+    advice: str = ""
+
+
+def ready(checks: list[Check]) -> bool:
+    """Whether the vehicle may be flown.
+
+    Args:
+        checks: Of `preflight`.
+    """
+    return all(one.verdict is not Verdict.BAD for one in checks)
+
+
+def preflight(model: Model, links: VehicleLinks, limits: SafetyLimits, findings: Report) -> list[Check]:
+    """Go through the checklist; reads, and changes nothing.
+
+    Args:
+        model: Model of the scenario.
+        links: Of the vehicle, open for some seconds.
+        limits: Of the supervisor.
+        findings: Of `doorman.feasibility.check` for the scenario; it takes too long to be found while links are open.
+
+    Returns:
+        All rows.
+    """
+    groups = (_autopilot(links), _mocap(links), _servos(model, links), _limits(model, limits), _place(model, links), _computer(),
+              _scenario(findings))  # fmt: skip
+    return [row for group in groups for row in group]
+
+
+def _row(name: str, good: bool, found: str, advice: str, otherwise: Verdict = Verdict.BAD) -> Check:
+    return Check(name, Verdict.GOOD if good else otherwise, found, "" if good else advice)
+
+
+def _settled(read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Sample:
+    """The first good sample within `_SETTLED`, or the last bad one: a single late answer grounds nobody."""
+    deadline = time.monotonic() + _SETTLED
+    while not good(sample := read()) and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return sample
+
+
+def _autopilot(links: VehicleLinks) -> Iterator[Check]:
+    autopilot = links.autopilot
+    state, status = _settled(autopilot.state, lambda one: one.status is SampleStatus.FRESH), autopilot.status()
+    yield _row("autopilot", state.status is SampleStatus.FRESH, f"{status.dialect}, state {state.status.value}",
+               "wait until its estimator has a position")  # fmt: skip
+    yield _row("disarmed", not state.armed, f"{state.mode}, {'armed' if state.armed else 'disarmed'}",
+               "land and disarm it first")  # fmt: skip
+    low = {name: rate for name, rate in status.wanted_rates.items()
+           if rate >= 50.0 and status.rates.get(name, 0.0) < _LEAST_RATE * rate}  # fmt: skip
+    words = ", ".join(f"{name} {status.rates.get(name, 0.0):.0f} of {rate:.0f}/s" for name, rate in low.items())
+    yield _row("telemetry", not low, words or "rates as asked for", "a faster line, or lower rates")
+    yield _row("clock", status.synchronised and status.round_trip < _MOST_ROUND_TRIP,
+               f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
+               "wait, or find what slows the line down", Verdict.WARNING if status.synchronised else Verdict.BAD)  # fmt: skip
+    charge = state.battery.remaining
+    known = math.isfinite(charge)
+    words = f"{state.battery.voltage:.1f} V, {charge:.0%}" if known else "not reported"
+    yield _row("battery", charge >= _LEAST_BATTERY, words, f"charge it to {_LEAST_BATTERY:.0%} at least",
+               Verdict.BAD if known else Verdict.WARNING)  # fmt: skip
+    findings = autopilot.check_parameters()
+    yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
+               "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
+    ready_to_arm = state.ready_to_arm
+    yield _row("autopilot's own checks", ready_to_arm is not False, "passed" if ready_to_arm else "not reported"
+               if ready_to_arm is None else "failed", "see its messages")  # fmt: skip
+
+
+def _mocap(links: VehicleLinks) -> Iterator[Check]:
+    if links.mocap is None:
+        yield Check("mocap", Verdict.WARNING, "none: flown on the autopilot's own estimate")
+        return
+    pose, figures = _settled(links.mocap.read, lambda sample: sample.fresh), links.mocap.statistics
+    yield _row("mocap", pose.fresh, f"pose {pose.quality.value}, {figures.frame_rate:.1f} frames/s",
+               "see that the object is visible")  # fmt: skip
+    yield _row("mocap's latency", figures.latency < _MOST_LATENCY, f"{figures.latency * 1e3:.1f} ms",
+               "a wired network", Verdict.WARNING)  # fmt: skip
+    state = links.autopilot.state()
+    apart = float(np.linalg.norm(pose.position - state.position))
+    yield _row("mocap and autopilot", apart < 0.1, f"{apart * 1e3:.0f} mm apart",
+               "the autopilot must take the poses: see its parameters")  # fmt: skip
+
+
+def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
+    sample = _settled(links.servos.read, lambda sample: sample.fresh and not sample.fault)
+    names = ", ".join(str(servo.servo_id) for servo in links.servos.servos)
+    yield _row("servos", sample.fresh and not sample.fault, f"{names}: {sample.state.value}, age {sample.age * 1e3:.0f} ms"
+               + (f", {sample.fault}" if sample.fault else ""), "see docs/hardware/servos.md")  # fmt: skip
+    hottest = float(np.max(sample.temperatures))
+    yield _row("servos' temperature", hottest < links.config.servos.warm_temperature, f"up to {hottest:.0f} °C",
+               "let them cool down", Verdict.WARNING)  # fmt: skip
+    off = float(np.abs(sample.angles[: model.n_arm] - model.start_arm).max())
+    yield _row("arm's posture", off < _POSTURE, f"{off:.2f} rad off the start posture",
+               "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
+
+
+def _limits(model: Model, limits: SafetyLimits) -> Iterator[Check]:
+    places = Places.of(model)
+    inside = all(
+        bool((place >= limits.fence_low).all() and (place <= limits.fence_high).all())
+        for place in (places.pad, places.hover, places.touch)
+    )
+    yield _row("fence", inside, f"{limits.fence_low} to {limits.fence_high} m", "a fence around pad, hover and door")
+    ratio = model.vehicle.max_thrust / model.hover_input[0]
+    yield _row("thrust", ratio > 1.3, f"{ratio:.2f} times the weight", "a lighter vehicle or stronger motors")
+
+
+def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:
+    pad, state = Places.of(model).pad, links.autopilot.state()
+    apart = float(np.linalg.norm(state.position[:2] - pad[:2]))
+    yield _row("place", apart < _PLACE, f"{apart:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
+               f"put it within {_PLACE:g} m")  # fmt: skip
+
+
+def _computer() -> Iterator[Check]:
+    yield _row("scheduling", is_real_time(), "real time" if is_real_time() else "ordinary",
+               "as root, or with the limit rtprio, other programs cannot delay it", Verdict.WARNING)  # fmt: skip
+
+
+def _scenario(report: Report) -> Iterator[Check]:
+    words = "; ".join(finding.message for finding in report.errors)
+    yield _row("scenario", report.possible, words or "possible", "doorman check says what to change")
+    warnings = [finding for finding in report.findings if finding.severity is Severity.WARNING]
+    if warnings:
+        yield Check("scenario's warnings", Verdict.WARNING, "; ".join(finding.message for finding in warnings))

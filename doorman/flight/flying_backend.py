@@ -1,0 +1,90 @@
+"""The vehicle as a backend that takes off when it is opened and lands when it is stopped, under supervision all the time."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+from doorman.exceptions import BackendError
+from doorman.feasibility import check
+from doorman.flight.checklist import Verdict, preflight
+from doorman.flight.guarded import GuardedFlight
+from doorman.flight.rehearsal import rehearse
+from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.vehicle import VehicleLinks, vehicle_config
+from doorman.hardware.vehicle.scheduling import real_time
+from doorman.hardware.vehicle.waiting import await_links
+from doorman.model import Model
+from doorman.ocp.planner import Planner
+from doorman.recording import Recorder
+
+
+class FlyingBackend(Backend):
+    """Everything that `doorman fly` does around a mission, for programs that fly one by themselves.
+
+    Args:
+        model: Model of the scenario.
+        pixhawk: Connection to the autopilot, such as `udp:14540`.
+        servos: Serial device of the arm.
+        mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
+        limits: Of the supervisor.
+        recorder: Gets what the links and the supervisor tell.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        pixhawk: str,
+        servos: str,
+        mocap: str | None = None,
+        *,
+        limits: SafetyLimits | None = None,
+        recorder: Recorder | None = None,
+    ) -> None:
+        self._model, self._limits = model, limits or SafetyLimits()
+        self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap))
+        self._scheduling = ExitStack()
+        self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}), self._limits)
+
+    def open(self) -> None:
+        """Open the links, go through the checklist, arm, take off and fly to the hover point.
+
+        Raises:
+            BackendError: if a link cannot be opened, the checklist is not passed, or the vehicle does not get to the hover
+                point; it is on the ground then.
+        """
+        findings = check(self._model.scenario)
+        rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
+        self._scheduling.enter_context(real_time())
+        try:
+            self.links.open()
+            await_links(self.links)
+            bad = [
+                one for one in preflight(self._model, self.links, self._limits, findings) if one.verdict is Verdict.BAD
+            ]
+            if bad:
+                raise BackendError("; ".join(f"{one.name}: {one.found}" for one in bad), field="checklist")
+            self.flight.begin()
+            reason = self.flight.rise()
+            if reason:
+                raise BackendError(reason, field="take-off")
+            self.flight.backend.open()
+        except BaseException:
+            self.stop()
+            raise
+
+    def read(self) -> Measurement:
+        """As `VehicleBackend.read`."""
+        return self.flight.backend.read()
+
+    def command(self, command: Command) -> None:
+        """As `VehicleBackend.command`."""
+        self.flight.backend.command(command)
+
+    def stop(self) -> None:
+        """Fly back, land, and close the links; may be called twice."""
+        if self.links.is_open:
+            self.flight.backend.stop()
+            self.flight.descend()
+            self.links.stop()
+        self._scheduling.close()

@@ -1,0 +1,152 @@
+"""What surrounds every mission: the way up, the supervisor's watch, and a defined way down whatever happens."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from enum import Enum
+
+import numpy as np
+
+from doorman.exceptions import BackendError
+from doorman.flight.journal import Journal
+from doorman.flight.travel import fly_to
+from doorman.hardware.pixhawk import Authority, EventKind, Outcome
+from doorman.hardware.safety import Action, Observer, SafetyLimits, Supervisor
+from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
+from doorman.model import Model
+from doorman.recording import Recorder
+
+_LANDING_PATIENCE = 60.0
+"""For a vehicle that somebody else lands [s]."""
+_RELEASE_TIME = 0.6
+"""For the gripper to open before the vehicle backs off [s]."""
+
+
+class End(Enum):
+    """How a flight ended."""
+
+    NOT_FLOWN = "not flown"
+    """It was refused on the ground; the vehicle is disarmed."""
+    LANDED = "landed and disarmed"
+    TAKEN_OVER = "taken over by the pilot or the autopilot"
+    """And still armed when the session ended."""
+    UNHEARD = "not heard any more: the autopilot's own failsafe lands it"
+    """The link is gone."""
+    STILL_ARMED = "still armed: take it over by radio"
+    """It was asked to land and does not report that it has."""
+
+
+class GuardedFlight:
+    """One way up and down again, on links that are open.
+
+    Args:
+        model: Model of the scenario.
+        links: Of the vehicle.
+        recorder: Gets what links and supervisor tell.
+        limits: Of the supervisor.
+        say: Told of every step.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        links: VehicleLinks,
+        recorder: Recorder,
+        limits: SafetyLimits | None = None,
+        say: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self.model, self.links, self.say = model, links, say
+        self.places = Places.of(model)
+        self.backend = VehicleBackend(model, links)
+        self.supervisor = Supervisor(links, Observer(model, self.backend).look, limits)
+        self.journal = Journal(links, self.supervisor, recorder)
+        self._armed_once = False
+
+    def begin(self) -> None:
+        """Let the supervisor watch from now on."""
+        self.links.release()
+        self.supervisor.start()
+
+    def rise(self) -> str:
+        """Engage, arm, take off, fly to the hover point; returns what went wrong, or nothing."""
+        autopilot, places = self.links.autopilot, self.places
+        height = float(places.hover[2] - autopilot.state().position[2])
+        steps: tuple[tuple[str, Callable[[], Outcome]], ...] = (
+            ("engage", autopilot.engage),
+            ("arm", autopilot.arm),
+            ("take off", lambda: autopilot.take_off(height)),
+        )
+        for name, step in steps:
+            self.say(name)
+            outcome = step()
+            self._armed_once = self._armed_once or autopilot.state().armed
+            if not outcome.done:
+                return f"{name}: {outcome}"
+        self.say("fly to the hover point")
+        if not fly_to(autopilot, places.hover, places.yaw):
+            return "the hover point was not reached"
+        return ""
+
+    def descend(self) -> End:
+        """Whatever happened: the vehicle ends on the ground, or with somebody else; nobody watches it any more then.
+
+        Returns:
+            Where it ended.
+        """
+        self.journal.take(self.backend.epoch)
+        try:
+            end = self._come_down()
+        finally:
+            self.supervisor.stop()
+            self.journal.take(self.backend.epoch)
+        return end
+
+    def _come_down(self) -> End:
+        """Whatever happened: the vehicle ends on the ground, or with somebody else."""
+        autopilot = self.links.autopilot
+        if self._may_fly_back():
+            self.say("back to the hover point")
+            self.supervisor.acknowledge()
+            self._back_off()
+            if self._may_fly_back():
+                self.say("land")
+                autopilot.land()
+        self.say("wait for the motors to stop")
+        deadline = time.monotonic() + _LANDING_PATIENCE
+        while (end := self._end()) is End.STILL_ARMED and time.monotonic() < deadline:
+            time.sleep(0.05)
+        return end
+
+    def _end(self) -> End:
+        """How the flight has ended, or `STILL_ARMED` while it has not."""
+        autopilot = self.links.autopilot
+        state, status = autopilot.state(), autopilot.status()
+        if EventKind.LINK_LOST in status.conditions:
+            return End.UNHEARD
+        if not state.armed:
+            return End.LANDED if self._armed_once else End.NOT_FLOWN
+        return End.TAKEN_OVER if status.authority is Authority.LOST else End.STILL_ARMED
+
+    def _may_fly_back(self) -> bool:
+        """Whether the vehicle is ours, in the air, and nobody has told it to land."""
+        autopilot = self.links.autopilot
+        ours = autopilot.status().authority is Authority.ENGAGED and autopilot.state().armed
+        return ours and self.supervisor.action not in (Action.LAND, Action.RELEASE)
+
+    def _back_off(self) -> None:
+        """Let go of the door, fly straight back to the hover point without turning, and turn there."""
+        autopilot, places = self.links.autopilot, self.places
+        autopilot.resume()
+        autopilot.hold()
+        begin = time.monotonic()
+        while time.monotonic() - begin < _RELEASE_TIME and self._may_fly_back():
+            try:
+                self.links.move_arm(np.zeros(self.model.n_arm), closed=False)
+            except BackendError:
+                break  # no arm to move: the gripper stays as it is
+            time.sleep(0.02)
+        self.links.rest_arm()
+        yaw = float(autopilot.state().attitude[2])
+        if fly_to(autopilot, places.hover, yaw):
+            fly_to(autopilot, places.hover, places.yaw)

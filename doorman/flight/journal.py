@@ -1,0 +1,43 @@
+"""Journal: what the links and the supervisor told during a flight, in the recording, in words."""
+
+from __future__ import annotations
+
+from doorman.hardware.safety import Supervisor
+from doorman.hardware.vehicle import VehicleLinks
+from doorman.recording import Recorder
+
+
+class Journal:
+    """Takes the links' events and writes them as topic `event`, stamped on the backend's clock.
+
+    Events from before the mission have time 0. Used by one thread.
+
+    Args:
+        links: Of the vehicle.
+        supervisor: Of the flight.
+        recorder: Gets the events.
+    """
+
+    def __init__(self, links: VehicleLinks, supervisor: Supervisor, recorder: Recorder) -> None:
+        self._links, self._supervisor, self._recorder = links, supervisor, recorder
+        self._findings = 0
+        self.lines: list[str] = []
+        """Everything so far, in words."""
+
+    def take(self, epoch: float) -> None:
+        """Write what has happened since the last call.
+
+        Args:
+            epoch: When the recording's time was zero, by `time.monotonic`; NaN while that is open [s].
+        """
+        events = [(event.time, "pixhawk", event.message) for event in self._links.autopilot.events()]
+        events += [(event.time, "servos", str(event)) for event in self._links.servos.events()]
+        if self._links.mocap is not None:
+            events += [(event.time, "mocap", str(event)) for event in self._links.mocap.events()]
+        new = self._supervisor.findings[self._findings :]
+        self._findings += len(new)
+        events += [(finding.time, "safety", str(finding)) for finding in new]
+        for time, source, words in sorted(events):
+            since = max(time - epoch, 0.0) if epoch == epoch else 0.0
+            self._recorder.write("event", since, {"source": source, "message": words})
+            self.lines.append(f"{since:7.3f} s {source}: {words}")

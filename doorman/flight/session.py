@@ -1,0 +1,115 @@
+"""Session: arm, take off, hover, mission, back, land. It has one defined end for whatever happens on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from doorman.exceptions import DoormanError
+from doorman.flight.guarded import End, GuardedFlight
+from doorman.hardware.safety import Fault, Finding, SafetyLimits
+from doorman.hardware.vehicle import VehicleLinks
+from doorman.mission import Mission, OnProgress
+from doorman.model import Model
+from doorman.ocp.planner import Planner
+from doorman.recording import Recorder
+
+
+@dataclass(frozen=True)
+class FlightReport:
+    """What became of a flight."""
+
+    end: End
+    completed: bool
+    """Whether the mission flew to its end by itself."""
+    message: str
+    findings: tuple[Finding, ...]
+    """Of the supervisor."""
+
+
+class FlightSession:
+    """One flight of one mission, on links that are open.
+
+    Args:
+        model: Model of the scenario.
+        links: Of the vehicle, open.
+        planner: Of the same scenario, rehearsed.
+        recorder: Gets everything; written by the thread that calls `fly`.
+        limits: Of the supervisor.
+        say: Told of every step.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        links: VehicleLinks,
+        planner: Planner,
+        recorder: Recorder,
+        limits: SafetyLimits | None = None,
+        say: Callable[[str], None] = lambda words: None,
+    ) -> None:
+        self.links, self.say = links, say
+        self.flight = GuardedFlight(model, links, recorder, limits, say)
+        self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
+        self._recorder = recorder
+        self._mission = Mission(model, planner, recorder)
+        self._interrupts = 0
+        self._flying_mission = False
+
+    def fly(self, duration: float | None = None, on_progress: OnProgress | None = None) -> FlightReport:
+        """Fly, and come down again.
+
+        Args:
+            duration: Longest time of the mission [s].
+            on_progress: Called by the mission.
+
+        Returns:
+            How it ended.
+        """
+        completed, message = False, ""
+        self.flight.begin()
+        try:
+            message = self.flight.rise()
+            if not message:
+                self.say("mission")
+                self._fly_mission(duration, on_progress)
+                message = self._mission.outcome[1]
+                completed = self.supervisor.action is None and not message
+        except DoormanError as error:
+            message = str(error)
+        finally:
+            end = self.flight.descend()
+        reason = self.supervisor.reason
+        return FlightReport(end, completed, reason or message, tuple(self.supervisor.findings))
+
+    def interrupt(self) -> None:
+        """The operator's Ctrl-C: the first one gives the mission up and retreats, the second one lands."""
+        self._interrupts += 1
+        first = self._interrupts == 1 and self._flying_mission
+        self.supervisor.report(Fault.OPERATOR_ABORT if first else Fault.OPERATOR_LAND)
+
+    def terminate(self) -> None:
+        """The process is asked to end: land where the vehicle is."""
+        self.supervisor.report(Fault.OPERATOR_LAND)
+
+    @property
+    def phase(self) -> str:
+        """Where the mission is."""
+        return str(self._mission.phase.value)
+
+    def _fly_mission(self, duration: float | None, on_progress: OnProgress | None) -> None:
+        self.supervisor.watch_mission(self._mission.abort)
+        self._flying_mission = True
+        try:
+            self._mission.fly(self.backend, duration, self._with_journal(on_progress))
+        finally:
+            self._flying_mission = False
+            self._recorder.write("epoch", 0.0, {"epoch": self.backend.epoch})
+
+    def _with_journal(self, on_progress: OnProgress | None) -> OnProgress:
+        def progress(now: float, door_angle: float) -> None:
+            self.journal.take(self.backend.epoch)
+            if on_progress is not None:
+                on_progress(now, door_angle)
+
+        return progress

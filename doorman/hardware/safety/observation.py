@@ -1,0 +1,51 @@
+"""What the supervisor sees at one time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.hardware.dynamixel import BusState, ServoFault
+from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.pixhawk import Authority, EventKind
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """State of vehicle, links and mission; NaN where something is unknown, which no bound takes for safe or unsafe."""
+
+    now: float
+    """By `time.monotonic` [s]."""
+    armed: bool = True
+    commanding: bool = True
+    """Whether the mission is flying: only then must commands come."""
+    authority: Authority = Authority.ENGAGED
+    conditions: frozenset[EventKind] = frozenset()
+    """Of the autopilot's link."""
+    position: Array = field(default_factory=lambda: np.full(3, math.nan))
+    """Of O_B, shape (3,), world frame [m]."""
+    speed: float = math.nan
+    """[m/s]."""
+    tilt: float = math.nan
+    """[rad]."""
+    thrust_share: float = math.nan
+    """Commanded thrust over the largest."""
+    force: float = math.nan
+    """Of the surroundings on the vehicle, estimated [N]."""
+    pose: PoseQuality | None = None
+    """None where the autopilot's own estimate is flown on."""
+    divergence: float = math.nan
+    """Between the cameras' and the autopilot's position [m]."""
+    battery: float = math.nan
+    """Share of the charge."""
+    servo_fault: ServoFault = ServoFault.NONE
+    servo_state: BusState = BusState.FOLLOWING
+    command_age: float = 0.0
+    """Since the mission's last command [s]."""
+    missed_ticks: float = 0.0
+    """Share of the controller's ticks that were missed in the last second."""

@@ -1,0 +1,128 @@
+r"""Looks at the links for the supervisor, and estimates the force of the surroundings on the vehicle.
+
+.. math::
+    F_e = m \dot v + m g e_3 - f_t R e_3
+
+behind a first-order low-pass, with v of the autopilot and the commanded thrust.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.hardware.pixhawk import VehicleSample
+from doorman.hardware.safety.observation import Observation
+from doorman.hardware.vehicle.backend import VehicleBackend
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+
+Array = NDArray[np.float64]
+
+FORCE_LAG = 0.2
+"""Time constant of the estimated force [s]."""
+_TICK_WINDOW = 1.0
+"""Missed ticks are counted over this time [s]."""
+_LONGEST_STEP = 0.2
+"""Two velocities farther apart give no acceleration [s]."""
+
+
+class ForceEstimator:
+    """Force of the surroundings from two velocities and the thrust in between.
+
+    Args:
+        mass: m [kg].
+    """
+
+    def __init__(self, mass: float) -> None:
+        self._mass = mass
+        self._force = np.zeros(3)
+        self._last: VehicleSample | None = None
+
+    def update(self, sample: VehicleSample, thrust: float) -> float:
+        """Take in a sample.
+
+        Args:
+            sample: Newest state of the autopilot.
+            thrust: f_t that was commanded; NaN forgets the estimate [N].
+
+        Returns:
+            Size of the force [N]; NaN while it is unknown.
+        """
+        last, self._last = self._last, sample
+        if last is None or not (math.isfinite(thrust) and np.isfinite(sample.attitude).all()):
+            self._force = np.zeros(3)
+            return math.nan
+        step = sample.position_time - last.position_time
+        if not 0.0 < step < _LONGEST_STEP:
+            if step != 0.0:
+                self._force = np.zeros(3)
+            return float(np.linalg.norm(self._force))
+        lift = thrust * rotation_body_to_world(sample.attitude)[:, 2] - np.array([0.0, 0.0, self._mass * GRAVITY])
+        force = self._mass * (sample.velocity - last.velocity) / step - lift
+        self._force = self._force + (1.0 - math.exp(-step / FORCE_LAG)) * (force - self._force)
+        return float(np.linalg.norm(self._force))
+
+
+class Observer:
+    """Makes observations of a vehicle in flight; used by one thread.
+
+    Args:
+        model: Model of the scenario.
+        backend: What the mission flies; its links are looked at, never waited for.
+    """
+
+    def __init__(self, model: Model, backend: VehicleBackend) -> None:
+        self._backend = backend
+        self._max_thrust = model.vehicle.max_thrust
+        self._force = ForceEstimator(model.vehicle.mass)
+        self._ticks = (-math.inf, 0, 0.0)
+
+    def look(self) -> Observation:
+        """What is to be seen now."""
+        backend, links, now = self._backend, self._backend.links, time.monotonic()
+        autopilot, servos = links.autopilot, links.servos.read()
+        sample, status = autopilot.state(), autopilot.status()
+        commanding = backend.commanding
+        thrust = backend.thrust if commanding else math.nan
+        pose = None if links.mocap is None else links.mocap.read()
+        usable = pose is not None and pose.usable
+        return Observation(
+            now=now,
+            armed=sample.armed,
+            commanding=commanding,
+            authority=status.authority,
+            conditions=status.conditions,
+            position=pose.position if pose is not None and usable else sample.position,
+            speed=float(np.linalg.norm(sample.velocity)),
+            tilt=_tilt(sample.attitude),
+            thrust_share=thrust / self._max_thrust,
+            force=self._force.update(sample, thrust),
+            pose=None if pose is None else pose.quality,
+            divergence=float(np.linalg.norm(pose.position - sample.position))
+            if pose is not None and usable
+            else math.nan,
+            battery=sample.battery.remaining,
+            servo_fault=servos.fault,
+            servo_state=servos.state,
+            command_age=now - max(backend.commanded_at, backend.began_at),
+            missed_ticks=self._missed(now),
+        )
+
+    def _missed(self, now: float) -> float:
+        """Share of the ticks that were missed in the last window that is over."""
+        since, missed, share = self._ticks
+        if now - since >= _TICK_WINDOW:
+            count = self._backend.missed_ticks
+            expected = (now - since) * self._backend.links.config.rate
+            share = (count - missed) / expected if math.isfinite(expected) and count >= missed else 0.0
+            self._ticks = (now, count, share)
+        return share
+
+
+def _tilt(attitude: Array) -> float:
+    roll, pitch = float(attitude[0]), float(attitude[1])
+    return math.acos(min(max(math.cos(roll) * math.cos(pitch), -1.0), 1.0)) if math.isfinite(roll + pitch) else math.nan

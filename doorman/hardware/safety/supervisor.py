@@ -1,0 +1,171 @@
+"""Supervisor: a thread that watches the flight and takes the vehicle from the mission when a rule is broken."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from collections.abc import Callable
+
+from doorman.exceptions import BackendError, DoormanError
+from doorman.hardware.pixhawk import Authority
+from doorman.hardware.safety.assessor import Assessor, Finding
+from doorman.hardware.safety.limits import SafetyLimits
+from doorman.hardware.safety.observation import Observation
+from doorman.hardware.safety.rules import ACTIONS, Action, Fault
+from doorman.hardware.vehicle.links import VehicleLinks
+
+ACKNOWLEDGE_WITHIN = 1.5
+"""Somebody must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
+ABORT_WITHIN = 20.0
+"""A mission that was asked to give up must have ended after this [s]."""
+
+OnAbort = Callable[[str], None]
+"""Asks the mission to give up, with the reason."""
+
+
+class Supervisor:
+    """Watches links and vehicle at its own pace, and acts by itself.
+
+    It knows neither planner nor controller. A mission that it does not trust any more loses the vehicle (`VehicleLinks.inhibit`);
+    landing is ordered by the supervisor's own thread, whatever the others do. While it lives it says so to the links, without
+    which the backend flies no mission.
+
+    Args:
+        links: The vehicle's links.
+        look: Makes observations.
+        limits: Bounds.
+        period: Between two looks [s].
+    """
+
+    def __init__(
+        self,
+        links: VehicleLinks,
+        look: Callable[[], Observation],
+        limits: SafetyLimits | None = None,
+        period: float = 0.02,
+    ) -> None:
+        self._links, self._look, self._period = links, look, period
+        self._assessor = Assessor(limits or SafetyLimits())
+        self._lock = threading.RLock()
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._on_abort: OnAbort | None = None
+        self._aborted_at: float | None = None
+        self._ordered_at: float | None = None
+        self._acknowledged = False
+        self.action: Action | None = None
+        """Gravest action so far; None as long as all is well."""
+        self.findings: list[Finding] = []
+        """Everything that was found, oldest first."""
+
+    # ------------------------------------------------------------ life
+
+    def start(self) -> None:
+        """Begin to watch.
+
+        Raises:
+            BackendError: if it watches already.
+        """
+        if self._thread is not None:
+            raise BackendError("the supervisor runs already", allowed="stop() before another start()")
+        self._stopping.clear()
+        self._links.guard(time.monotonic())
+        self._thread = threading.Thread(target=self._run, name="safety supervisor", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Watch no more; may be called twice."""
+        self._stopping.set()
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.join(2.0)
+        self._links.guard(None)
+
+    def __enter__(self) -> Supervisor:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    # ------------------------------------------------------------ what others say to it
+
+    def watch_mission(self, on_abort: OnAbort | None) -> None:
+        """Name the mission that is asked to give up; without one, it loses the vehicle instead.
+
+        Args:
+            on_abort: How it is asked.
+        """
+        with self._lock:
+            self._on_abort, self._aborted_at = on_abort, None
+
+    def report(self, fault: Fault) -> None:
+        """Tell of a fault that the links do not show, such as the operator's wish.
+
+        Args:
+            fault: What.
+        """
+        now = time.monotonic()
+        self._take(Finding(fault, ACTIONS[fault], now, 0.0))
+
+    def acknowledge(self) -> None:
+        """Say that the vehicle is being flown back: a retreat that nobody flies ends in a landing."""
+        with self._lock:
+            self._acknowledged = True
+
+    @property
+    def reason(self) -> str:
+        """The fault behind the gravest action, in words; empty as long as all is well."""
+        with self._lock:
+            return next((finding.fault.value for finding in self.findings if finding.action == self.action), "")
+
+    # ------------------------------------------------------------ the thread
+
+    def _run(self) -> None:
+        while not self._stopping.is_set():
+            with contextlib.suppress(DoormanError):  # a link that was closed meanwhile: nothing to look at
+                self.look_once()
+            self._links.guard(time.monotonic())
+            self._stopping.wait(self._period)
+
+    def look_once(self) -> None:
+        """One look, and what follows from it."""
+        seen = self._look()
+        for finding in self._assessor.assess(seen):
+            self._take(finding)
+        with self._lock:
+            self._watch_those_who_act(seen)
+
+    def _take(self, finding: Finding) -> None:
+        with self._lock:
+            self.findings.append(finding)
+            if self.action is not None and finding.action <= self.action:
+                return
+            self.action = finding.action
+            self._act(finding)
+
+    def _act(self, finding: Finding) -> None:
+        if finding.action is Action.ABORT:
+            if self._on_abort is not None:
+                self._aborted_at = finding.time
+                self._on_abort(finding.fault.value)
+                return
+            self.action = Action.RETREAT  # nobody to ask
+        self._links.inhibit(finding.fault.value)
+        if self.action is Action.RETREAT:
+            self._ordered_at, self._acknowledged = finding.time, False
+            with contextlib.suppress(BackendError):
+                self._links.autopilot.hold(latch=True)
+        elif self.action is Action.LAND:
+            self._links.autopilot.request_landing()
+
+    def _watch_those_who_act(self, seen: Observation) -> None:
+        if self.action is Action.ABORT and self._aborted_at is not None:
+            if seen.commanding and seen.now - self._aborted_at > ABORT_WITHIN:
+                self.report(Fault.MISSION_STUCK)
+        elif self.action is Action.RETREAT and self._ordered_at is not None and seen.armed:
+            if not self._acknowledged and seen.now - self._ordered_at > ACKNOWLEDGE_WITHIN:
+                self.report(Fault.SESSION)
+        elif self.action is Action.LAND and seen.armed and seen.authority is Authority.ENGAGED:
+            self._links.autopilot.request_landing()

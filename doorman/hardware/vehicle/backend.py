@@ -1,0 +1,201 @@
+"""The real vehicle as a backend: what the mission loop flies instead of a simulator."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+
+import numpy as np
+
+from doorman.checks import vector
+from doorman.exceptions import BackendError, DimensionError
+from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.hardware.mocap import PoseSample
+from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint
+from doorman.hardware.vehicle.links import VehicleLinks
+from doorman.hardware.vehicle.measurement import compose
+from doorman.hardware.vehicle.ticker import Ticker, TickStatistics
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+
+_FIRST_PATIENCE = 0.5
+"""For all links to have something usable at the first tick: what was done just before may have kept their threads [s]."""
+
+
+class VehicleBackend(Backend):
+    """Autopilot, servos and mocap behind the interface that the simulator has, too.
+
+    It neither arms nor takes off: the vehicle is in the air already, and engaged, when commands are to have an effect. Links
+    that are open already stay open after `stop`; the vehicle then holds its place.
+
+    Args:
+        model: Model of the scenario.
+        links: The vehicle's links.
+    """
+
+    def __init__(self, model: Model, links: VehicleLinks) -> None:
+        if links.config.n_arm != model.n_arm:
+            raise BackendError("not the servos of this arm", field="servos.ids", given=links.config.n_arm,
+                               allowed=f"one for each of {model.n_arm} joints")  # fmt: skip
+        self.model = model
+        self.links = links
+        self._mass = model.vehicle.mass
+        self._attitude_setpoints = links.config.pixhawk.setpoints == "attitude"
+        self._own_links = False
+        self._opened: float | None = None
+        self.epoch = math.nan
+        """When the backend's time was zero, by `time.monotonic`; kept after `stop` [s]."""
+        self._ticker = Ticker(1.0 / links.config.rate)
+        self._measured: Measurement | None = None
+        self._pose: PoseSample | None = None
+        self.measured_at = -math.inf
+        """When `read` returned last, by `time.monotonic` [s]."""
+        self.commanded_at = -math.inf
+        """When a command was sent last, by `time.monotonic` [s]."""
+        self.began_at = -math.inf
+        """When a mission measured first, by `time.monotonic` [s]."""
+        self.thrust = math.nan
+        """Thrust that was commanded last [N]."""
+
+    @property
+    def opened_at(self) -> float:
+        """When the backend's time was zero, by `time.monotonic` [s].
+
+        Raises:
+            BackendError: if it is not open.
+        """
+        if self._opened is None:
+            raise BackendError("the vehicle is not open", allowed="open() before read() and command()")
+        return self._opened
+
+    @property
+    def commanding(self) -> bool:
+        """Whether a mission flies it: it has measured, and not stopped since."""
+        return self._opened is not None and self._measured is not None
+
+    @property
+    def missed_ticks(self) -> int:
+        """Ticks that were left out since it was opened."""
+        return self._ticker.missed
+
+    @property
+    def ticks(self) -> TickStatistics:
+        """How even the controller's ticks were."""
+        return self._ticker.statistics()
+
+    def open(self) -> None:
+        """Open the links, unless they are, and begin to count time.
+
+        Raises:
+            BackendError: if it is open already, or a link cannot be opened.
+        """
+        if self._opened is not None:
+            raise BackendError("the vehicle is open already", allowed="stop() before another open()")
+        self._own_links = not self.links.is_open
+        if self._own_links:
+            self.links.open()
+        self._ticker = Ticker(1.0 / self.links.config.rate)
+        self._measured, self._pose, self.thrust = None, None, math.nan
+        self._opened = self.epoch = time.monotonic()
+
+    def read(self) -> Measurement:
+        """Wait for the next tick and say what the links know then.
+
+        Returns:
+            The measurement, everything carried on to the time of the tick.
+
+        Raises:
+            BackendError: if it is not open, the mission may not command any more, or a link has nothing usable.
+        """
+        self.opened_at  # noqa: B018  # an error if it is not open
+        deadline = time.monotonic() + (_FIRST_PATIENCE if self._measured is None else 0.0)
+        while True:
+            now = self._ticker.wait()
+            self._require_permission()
+            try:
+                measured = self._compose(now)
+                break
+            except BackendError:
+                if now >= deadline:
+                    raise
+        if self._measured is None:
+            self.began_at = now
+        self._measured, self.measured_at = measured, now
+        return measured
+
+    def command(self, command: Command) -> None:
+        """Send thrust and attitude to the autopilot and joint rates to the servos.
+
+        Args:
+            command: What to do until the next one.
+
+        Raises:
+            BackendError: if it is not open or the command is not finite; if the mission may not command any more, or the
+                autopilot does not obey us.
+        """
+        self.opened_at  # noqa: B018  # an error if it is not open
+        self._require_permission()
+        try:
+            thrust = float(command.thrust)
+            attitude = vector(command.attitude, 3, "command.attitude")
+            arm_rates = vector(command.arm_rates, self.model.n_arm, "command.arm_rates")
+        except (DimensionError, TypeError, ValueError) as error:
+            raise BackendError(f"not a command: {error}", field="command") from error
+        if not math.isfinite(thrust):
+            raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
+        self.links.move_arm(arm_rates, command.grip)
+        if not self.links.autopilot.setpoint(self._setpoint(thrust, attitude)):
+            authority = self.links.autopilot.status().authority
+            raise BackendError("the autopilot does not obey us", field="pixhawk", given=authority.value,
+                               allowed="engaged, and not held")  # fmt: skip
+        self.thrust, self.commanded_at = thrust, time.monotonic()
+
+    def stop(self) -> None:
+        """Stop the arm, hold the place, and close the links if they were opened here; may be called twice."""
+        if self._opened is None:
+            return
+        self._opened = self._measured = None
+        self.links.rest_arm()
+        with contextlib.suppress(BackendError):
+            if self.links.inhibited is None and self.links.engaged:
+                self.links.autopilot.hold()
+        if self._own_links:
+            self.links.stop()
+
+    def _setpoint(self, thrust: float, attitude: np.ndarray) -> AttitudeSetpoint | PositionSetpoint:
+        """The command as attitude and thrust, or as the acceleration that these make.
+
+        The latter stands at the measured position and velocity, so that the autopilot's own loops add nothing to it.
+        """
+        if self._attitude_setpoints:
+            return AttitudeSetpoint(thrust, attitude)
+        measured = self._measured
+        if measured is None:
+            raise BackendError("position setpoints begin at what was measured", allowed="read() before command()")
+        acceleration = thrust / self._mass * rotation_body_to_world(attitude)[:, 2] - np.array([0.0, 0.0, GRAVITY])
+        return PositionSetpoint(measured.position, float(attitude[2]), measured.velocity, acceleration)
+
+    def _compose(self, now: float) -> Measurement:
+        links = self.links
+        return compose(
+            now, self.opened_at, links.autopilot.state(), links.servos.read(), self._newest_pose(), self.model.n_arm,
+            links.config.servo_patience,
+        )  # fmt: skip
+
+    def _newest_pose(self) -> PoseSample | None:
+        """The newest pose that was measured, as long as a prediction from it would be usable."""
+        if self.links.mocap is None:
+            return None
+        pose = self.links.mocap.read()
+        if pose.fresh:
+            self._pose = pose
+        if self._pose is None or not pose.usable:
+            raise BackendError(f"the pose is {pose.quality.value}", field="mocap", given=f"age {pose.age:.3f} s",
+                               allowed="measured, or predicted for a short while")  # fmt: skip
+        return self._pose
+
+    def _require_permission(self) -> None:
+        reason = self.links.inhibited
+        if reason is not None:
+            raise BackendError(f"the vehicle was taken from the mission: {reason}", field="safety")

@@ -1,0 +1,113 @@
+"""What the backend is told about the vehicle's three links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import ServoConfig
+from doorman.hardware.mocap import MocapConfig
+from doorman.hardware.pixhawk import PixhawkConfig, Rates, Timeouts
+from doorman.hardware.vehicle import gripper
+from doorman.model import GRAVITY, Model
+
+
+@dataclass(frozen=True)
+class VehicleConfig:
+    """Links, and how the controller is served.
+
+    Raises:
+        BackendError: if a value is out of range, or the links contradict each other.
+    """
+
+    pixhawk: PixhawkConfig
+    servos: ServoConfig
+    """With a gripper, its servo is the last one."""
+    mocap: MocapConfig | None = None
+    """None: the autopilot's own estimate is flown on."""
+    gripper: bool = False
+    """Whether the last servo is a gripper's."""
+    rate: float = 200.0
+    """Ticks of the controller [1/s]."""
+    servo_patience: float = 0.15
+    """Age up to which joint angles are used; the arm stands still from `servos.stale_after` on [s]."""
+
+    def __post_init__(self) -> None:
+        for name, low, high in (("rate", 20.0, 1000.0), ("servo_patience", 0.01, 1.0)):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and low <= value <= high):
+                raise BackendError("out of range", field=f"vehicle.{name}", given=value, allowed=f"{low:g} to {high:g}")
+        if self.pixhawk.mocap is not (self.mocap is not None):
+            raise BackendError("poses go to the autopilot if and only if there is mocap", field="pixhawk.mocap",
+                               given=self.pixhawk.mocap, allowed=str(self.mocap is not None))  # fmt: skip
+        if self.gripper and self.servos.n < 2:
+            raise BackendError("a gripper needs a servo of its own", field="servos.ids", given=self.servos.ids)
+
+    @property
+    def n_arm(self) -> int:
+        """Number of the arm's joints."""
+        return self.servos.n - self.gripper
+
+
+def vehicle_config(
+    model: Model,
+    pixhawk: str,
+    servos: str,
+    mocap: str | None = None,
+    *,
+    setpoints: Literal["attitude", "position"] = "attitude",
+    object_name: str = "vehicle",
+    mocap_rate: float = 100.0,
+    servo_ids: Sequence[int] | None = None,
+    directions: Sequence[int] | None = None,
+    zero_positions: Sequence[int] | None = None,
+    rate: float = 200.0,
+) -> VehicleConfig:
+    """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
+
+    Args:
+        model: Model of the scenario: weight, limits of the joints, kind of contact.
+        pixhawk: Connection to the autopilot, such as `udp:14540`.
+        servos: Serial device of the arm.
+        mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
+        setpoints: What is sent to the autopilot.
+        object_name: Of the vehicle in the stream.
+        mocap_rate: Frames per second [1/s].
+        servo_ids: Of the joints from base to tip, then of the gripper; 1, 2, 3 … by default.
+        directions: Of the servos, as in `ServoConfig`.
+        zero_positions: Of the servos, as in `ServoConfig` [tick].
+        rate: Ticks of the controller [1/s].
+
+    Returns:
+        The configuration.
+
+    Raises:
+        BackendError: if a value is out of range.
+    """
+    vehicle = model.vehicle
+    grips = model.scenario.contact.kind == "grip"
+    lower, upper, rates = vehicle.lower_limits, vehicle.upper_limits, vehicle.rate_limits
+    if grips:
+        lower, upper = np.append(lower, gripper.LOWER), np.append(upper, gripper.UPPER)
+        rates = np.append(rates, gripper.RATE)
+    return VehicleConfig(
+        pixhawk=PixhawkConfig(
+            pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
+            rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5),
+        ),
+        servos=ServoConfig(
+            servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
+            latency=0.006, stale_after=0.05, directions=None if directions is None else tuple(directions),
+            zero_positions=None if zero_positions is None else tuple(zero_positions),
+        ),
+        mocap=None if mocap is None else MocapConfig(
+            object_name, mocap, rate=mocap_rate, stale_after=0.04, prediction_limit=0.2,
+        ),
+        gripper=grips,
+        rate=rate,
+    )  # fmt: skip

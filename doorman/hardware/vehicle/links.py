@@ -1,0 +1,167 @@
+"""The vehicle's links together: opened in order, closed in reverse, and one of them feeding another."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from contextlib import ExitStack
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError, DoormanError
+from doorman.hardware.dynamixel import ServoBus
+from doorman.hardware.mocap import MocapReceiver
+from doorman.hardware.pixhawk import Authority, Autopilot
+from doorman.hardware.vehicle.config import VehicleConfig
+from doorman.hardware.vehicle.gripper import gripper_rate
+
+Array = NDArray[np.float64]
+
+GUARD_TIMEOUT = 0.5
+"""A guard that gives no sign of life for this long is taken for dead [s]."""
+
+
+class VehicleLinks:
+    """Autopilot, servos and, unless the autopilot's own estimate is flown on, mocap. The constructor touches no device.
+
+    Args:
+        config: Of all of them.
+    """
+
+    def __init__(self, config: VehicleConfig) -> None:
+        self.config = config
+        self.autopilot = Autopilot(config.pixhawk)
+        self.servos = ServoBus(config.servos)
+        self.mocap = None if config.mocap is None else MocapReceiver(config.mocap)
+        self._inhibited: str | None = None
+        self._guarded_at: float | None = None
+        self._relay: _Relay | None = None
+        self._open: ExitStack | None = None
+
+    # ------------------------------------------------------------ life
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the links are open."""
+        return self._open is not None
+
+    def open(self) -> None:
+        """Open mocap, servos and autopilot, each with its time-out; the arm stands still, nothing flies.
+
+        Raises:
+            BackendError: if they are open already, or one of them cannot be opened; the others are closed again.
+        """
+        if self._open is not None:
+            raise BackendError("the links are open already", allowed="stop() before another open()")
+        self._inhibited = None
+        with ExitStack() as stack:
+            if self.mocap is not None:
+                stack.enter_context(self.mocap)
+            stack.enter_context(self.servos)
+            stack.enter_context(self.autopilot)
+            if self.mocap is not None:
+                self._relay = _Relay(self.mocap, self.autopilot)
+                stack.enter_context(self._relay)
+            self._open = stack.pop_all()
+
+    def stop(self) -> None:
+        """Land what still flies by our setpoints, leave the arm at rest and close everything; may be called twice."""
+        links, self._open = self._open, None
+        if links is not None:
+            links.close()
+
+    def __enter__(self) -> VehicleLinks:
+        self.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    # ------------------------------------------------------------ who may command
+
+    @property
+    def inhibited(self) -> str | None:
+        """Why the mission may not command any more; None while it may. A guard that has fallen silent is a reason."""
+        guarded = self._guarded_at
+        if self._inhibited is None and guarded is not None and time.monotonic() - guarded > GUARD_TIMEOUT:
+            return "the safety supervisor is silent"
+        return self._inhibited
+
+    def guard(self, time_of_sign: float | None) -> None:
+        """Sign of life of whoever guards the flight.
+
+        Args:
+            time_of_sign: By `time.monotonic` [s]; None ends the guard.
+        """
+        self._guarded_at = time_of_sign
+
+    def inhibit(self, reason: str) -> None:
+        """Take the vehicle from the mission and stop the arm: every further command of the mission is an error.
+
+        Args:
+            reason: In words.
+        """
+        self._inhibited = self._inhibited or reason
+        self.rest_arm()
+
+    def release(self) -> None:
+        """Let a mission command again."""
+        self._inhibited = None
+
+    # ------------------------------------------------------------ what is commanded
+
+    @property
+    def engaged(self) -> bool:
+        """Whether the autopilot obeys us."""
+        return self.autopilot.status().authority is Authority.ENGAGED
+
+    def move_arm(self, rates: Array, closed: bool) -> None:
+        """Command the arm's joints, and the gripper if there is one.
+
+        Args:
+            rates: Ḣ_d, shape (n,) [rad/s].
+            closed: Whether the gripper holds.
+
+        Raises:
+            BackendError: if the rates are not finite, or the servos are not open.
+        """
+        if self.config.gripper:
+            rates = np.append(rates, gripper_rate(float(self.servos.read().angles[-1]), closed))
+        self.servos.command(rates)
+
+    def rest_arm(self) -> None:
+        """Stop the arm; the gripper stays as it is."""
+        with contextlib.suppress(BackendError):  # closed, or unplugged: then the servos' watchdogs stop it
+            self.servos.command(np.zeros(self.config.servos.n))
+
+
+class _Relay:
+    """Thread that hands every fresh pose on to the autopilot's estimator, at the pace of the cameras."""
+
+    def __init__(self, mocap: MocapReceiver, autopilot: Autopilot) -> None:
+        self._mocap, self._autopilot = mocap, autopilot
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="pose relay", daemon=True)
+
+    def __enter__(self) -> _Relay:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stopping.set()
+        self._thread.join(2.0)
+
+    def _run(self) -> None:
+        sample = self._mocap.read()
+        while not self._stopping.is_set():
+            try:
+                sample = self._mocap.wait(sample, 0.1)
+                if sample.fresh:
+                    self._autopilot.mocap(sample.time, sample.position, sample.quaternion)
+            except DoormanError:  # no pose for now: whoever reads the sample or its age sees it
+                self._stopping.wait(0.01)

@@ -1,0 +1,82 @@
+r"""Measurement from the newest samples of all links.
+
+Position and velocity stay as they were measured, with the time at which they were true: the estimator behind it knows how to
+use an old position. Attitude and joint angles, which nobody filters, are carried on to the time of the tick,
+
+.. math::
+    q(t) = q_0 \exp(\Omega\,(t - t_0)), \qquad H(t) = H_0 + \dot H\,(t - t_0)
+
+A sample that is too old for that is an error, never a measurement.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import ServoSample
+from doorman.hardware.interface import Measurement
+from doorman.hardware.mocap import PoseSample
+from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, multiply
+
+Array = NDArray[np.float64]
+
+_LONGEST_STEP = 0.05
+"""Joint angles are carried on by this much at most: the bus stops an arm that it does not hear [s]."""
+
+
+def compose(
+    now: float,
+    opened: float,
+    vehicle: VehicleSample,
+    servos: ServoSample,
+    pose: PoseSample | None,
+    n_arm: int,
+    servo_patience: float,
+) -> Measurement:
+    """Measurement for one tick.
+
+    Args:
+        now: Of the tick, by `time.monotonic` [s].
+        opened: When the backend was opened, by the same clock [s].
+        vehicle: Newest of the autopilot.
+        servos: Newest of the servos.
+        pose: Newest that the cameras measured; None where the autopilot's own estimate is flown on.
+        n_arm: Number of the arm's joints; a gripper's servo follows them.
+        servo_patience: Age up to which joint angles are used [s].
+
+    Returns:
+        Everything as of the tick.
+
+    Raises:
+        BackendError: if a link has nothing usable; `field` says which.
+    """
+    if vehicle.status is not SampleStatus.FRESH:
+        raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",
+                           given=f"age {vehicle.age(now):.3f} s", allowed="fresh")  # fmt: skip
+    if servos.age > servo_patience:
+        raise BackendError("the servos' angles are too old", field="servos", given=f"age {servos.age:.3f} s",
+                           allowed=f"up to {servo_patience:g} s")  # fmt: skip
+    seen, at = (vehicle, vehicle.position_time) if pose is None else (pose, pose.time)
+    quaternion, turned_at = (
+        (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
+    )
+    ahead = min(max(now - servos.time, 0.0), _LONGEST_STEP)
+    return Measurement(
+        time=now - opened,
+        position=seen.position,
+        velocity=seen.velocity,
+        attitude=_turned(quaternion, vehicle.body_rates, now - turned_at),
+        body_rates=vehicle.body_rates,
+        arm_angles=servos.angles[:n_arm] + ahead * servos.rates[:n_arm],
+        arm_rates=servos.rates[:n_arm],
+        pose_time=at - opened,
+    )
+
+
+def _turned(quaternion: Array, body_rates: Array, ahead: float) -> Array:
+    turn = 0.5 * max(ahead, 0.0) * body_rates
+    turned = multiply(quaternion, [1.0, *turn])
+    return euler_from_quaternion(turned / np.linalg.norm(turned))

@@ -1,0 +1,78 @@
+"""Ticks of the controller by the monotonic clock, and how even they were."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+_SPIN = 0.0003
+"""The last stretch before a tick is waited for by looking at the clock: sleeping is not that exact [s]."""
+_KEPT = 200_000
+
+
+@dataclass(frozen=True)
+class TickStatistics:
+    """Periods between ticks as they were."""
+
+    ticks: int
+    missed: int
+    """Ticks that were left out since the one before took too long."""
+    median: float
+    """Of the periods [s]."""
+    p99_9: float
+    """99.9th percentile of |period − nominal| [s]."""
+    longest: float
+    """Longest period [s]."""
+
+
+class Ticker:
+    """Waits for the next tick; a tick that has passed already is left out, not made up for.
+
+    Args:
+        period: Between ticks [s].
+    """
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self._next: float | None = None
+        self._last = 0.0
+        self.missed = 0
+        """Ticks that were left out."""
+        self._periods: list[float] = []
+
+    def wait(self) -> float:
+        """Sleep until the next tick; the first one is now.
+
+        Returns:
+            The time, by `time.monotonic` [s].
+        """
+        now = time.monotonic()
+        if self._next is None:
+            self._next = self._last = now
+            return now
+        self._next += self.period
+        if now > self._next:
+            late = int((now - self._next) / self.period)
+            self.missed += late
+            self._next += late * self.period
+        while (left := self._next - time.monotonic()) > 0.0:
+            if left > _SPIN:
+                time.sleep(left - _SPIN)
+        now = time.monotonic()
+        if now > self._last and len(self._periods) < _KEPT:
+            self._periods.append(now - self._last)
+        self._last = now
+        return now
+
+    def statistics(self) -> TickStatistics:
+        """Figures since the first tick."""
+        periods = np.array(self._periods or [self.period])
+        return TickStatistics(
+            ticks=len(self._periods) + 1,
+            missed=self.missed,
+            median=float(np.median(periods)),
+            p99_9=float(np.percentile(np.abs(periods - self.period), 99.9)),
+            longest=float(periods.max()),
+        )

@@ -1,0 +1,100 @@
+"""Export: a recording as one table a topic, as CSV or Parquet, for programs that do not read MCAP."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import DoormanError, RecordingError
+from doorman.recording.messages import TIME
+from doorman.recording.recording import HEADER, Recording, Topic
+
+Format = Literal["csv", "parquet"]
+
+_UNSAFE = re.compile(r"[^\w-]")
+"""What of a topic's name does not go into that of a file."""
+
+
+def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, Path]:
+    """Write one file a topic, and the header as JSON.
+
+    In CSV an array's entries are columns of their own, `field[0]` or `field[3,1]`, and floats keep all their digits. In
+    Parquet an array is a list of fixed length, nested for every further dimension.
+
+    Args:
+        recording: What to write.
+        folder: Where to; made if it does not exist. Files of the same names are replaced.
+        form: `csv` or `parquet`.
+
+    Returns:
+        File by topic, the header's first.
+
+    Raises:
+        DoormanError: if the format is unknown, or needs a package that is not installed.
+        RecordingError: if two topics would be written to the same file.
+        OSError: if a file cannot be written.
+    """
+    if form not in ("csv", "parquet"):
+        raise DoormanError("no such format", field="form", given=form, allowed="csv, parquet")
+    write = _csv_writer() if form == "csv" else _parquet_writer()
+    folder = Path(folder)
+    files = {topic: folder / f"{_UNSAFE.sub('_', topic)}.{form}" for topic in recording}
+    if len({str(file).casefold() for file in files.values()}) < len(files):
+        raise RecordingError("two topics would be written to the same file", field="topic", given=", ".join(files))
+    folder.mkdir(parents=True, exist_ok=True)
+    header = folder / f"{HEADER}.json"
+    header.write_text(json.dumps(recording.header, indent=2) + "\n", encoding="utf-8")
+    for topic, file in files.items():
+        write(recording[topic], file)
+    return {HEADER: header, **files}
+
+
+def _csv_writer() -> Callable[[Topic, Path], None]:
+    def write(topic: Topic, file: Path) -> None:
+        names, columns = [TIME], [topic.time]
+        for field, values in topic.items():
+            names += _entry_names(field, values.shape[1:])
+            columns += list(values.reshape(len(values), -1).T)
+        with file.open("w", newline="", encoding="utf-8") as stream:
+            rows = csv.writer(stream, lineterminator="\n")
+            rows.writerow(names)
+            rows.writerows(zip(*(column.tolist() for column in columns), strict=True))
+
+    return write
+
+
+def _entry_names(field: str, shape: tuple[int, ...]) -> list[str]:
+    if not shape:
+        return [field]
+    return [f"{field}[{','.join(map(str, entry))}]" for entry in itertools.product(*map(range, shape))]
+
+
+def _parquet_writer() -> Callable[[Topic, Path], None]:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ModuleNotFoundError as error:
+        raise DoormanError(
+            "Parquet needs pyarrow, which is not installed; it comes with: pip install 'doorman[campaign]'",
+            field="form", given="parquet", allowed="csv without it",
+        ) from error  # fmt: skip
+
+    def column(values: NDArray[Any]) -> Any:
+        array = pyarrow.array(values.reshape(-1))
+        for size in reversed(values.shape[1:]):
+            array = pyarrow.FixedSizeListArray.from_arrays(array, size)
+        return array
+
+    def write(topic: Topic, file: Path) -> None:
+        columns = {TIME: column(topic.time)} | {name: column(np.asarray(values)) for name, values in topic.items()}
+        parquet.write_table(pyarrow.table(columns), file)
+
+    return write

@@ -1,0 +1,115 @@
+"""What the emulators see of the rig's plant: a vehicle, an arm with its gripper, and a body for the cameras."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.hardware.emulators.autopilot_plant import PlantTruth
+from doorman.hardware.emulators.mocap_stream import BodyPose
+from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
+from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, multiply, quaternion_from_euler
+from doorman.hardware.vehicle.gripper import CLOSED
+from doorman.model import GRAVITY
+from doorman.rig.plant import RigPlant, Snapshot
+
+Array = NDArray[np.float64]
+
+TORQUE_PER_CURRENT = 2.6
+"""Of an XH430-W350: 3.4 N m at 1.3 A [N m/A]."""
+_FARTHEST = 0.02
+"""A snapshot is carried on to another time by this much at most [s]."""
+
+
+class RigVehicle:
+    """The plant as the emulated autopilot flies it.
+
+    Args:
+        plant: The plant.
+    """
+
+    def __init__(self, plant: RigPlant) -> None:
+        self._plant = plant
+
+    @property
+    def weight(self) -> float:
+        """Weight [N]."""
+        return self._plant.model.vehicle.mass * GRAVITY
+
+    def command(self, thrust: float, quaternion: Array) -> None:
+        """Fly with a thrust [N] towards an attitude [w, x, y, z], until the next command."""
+        self._plant.fly(max(0.0, thrust), euler_from_quaternion(quaternion / np.linalg.norm(quaternion)))
+
+    def stop_motors(self) -> None:
+        """Let the motors stand still."""
+        self._plant.stop_motors()
+
+    def advance(self, duration: float) -> None:
+        """The plant advances by itself."""
+
+    def truth(self) -> PlantTruth:
+        """The vehicle as it is now."""
+        snapshot = self._plant.snapshot
+        truth = snapshot.truth
+        return PlantTruth(
+            truth.position, truth.velocity, quaternion_from_euler(truth.attitude), truth.body_rates, snapshot.on_ground
+        )
+
+
+class RigArm:
+    """The plant as the emulated servos move it; with a gripper, its servo is the last one.
+
+    Args:
+        plant: The plant.
+        gripper: Whether there is one.
+    """
+
+    def __init__(self, plant: RigPlant, gripper: bool) -> None:
+        self._plant = plant
+        self._n = plant.model.n_arm
+        self._gripper = LaggingJoints(np.zeros(1)) if gripper else None
+
+    def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
+        """Take goal rates [rad/s]; without power a joint stands still, since its gears do not turn freely."""
+        self._plant.move_arm(np.where(powered, rates, 0.0)[: self._n])
+        if self._gripper is not None:
+            self._gripper.drive(time, rates[self._n :], powered[self._n :])
+
+    def motion(self, time: float) -> ServoMotion:
+        """Angles, rates and currents at a time [s]."""
+        snapshot = self._plant.snapshot
+        truth, ahead = snapshot.truth, _ahead(snapshot, time)
+        angles = truth.arm_angles + ahead * truth.arm_rates
+        currents = snapshot.arm_torques / TORQUE_PER_CURRENT
+        if self._gripper is None:
+            return ServoMotion(angles, np.array(truth.arm_rates), currents)
+        fingers = self._gripper.motion(time)
+        self._plant.grip(bool(fingers.angles[0] > CLOSED))
+        return ServoMotion(
+            np.append(angles, fingers.angles),
+            np.append(truth.arm_rates, fingers.rates),
+            np.append(currents, fingers.currents),
+        )
+
+
+class RigBody:
+    """The plant as the cameras see it.
+
+    Args:
+        plant: The plant.
+    """
+
+    def __init__(self, plant: RigPlant) -> None:
+        self._plant = plant
+
+    def __call__(self, time: float) -> BodyPose:
+        """Pose at a time [s]."""
+        snapshot = self._plant.snapshot
+        truth, ahead = snapshot.truth, _ahead(snapshot, time)
+        turn = 0.5 * ahead * truth.body_rates
+        quaternion = multiply(quaternion_from_euler(truth.attitude), [1.0, *turn])
+        return BodyPose(truth.position + ahead * truth.velocity, quaternion)
+
+
+def _ahead(snapshot: Snapshot, time: float) -> float:
+    return min(max(time - snapshot.at, -_FARTHEST), _FARTHEST)

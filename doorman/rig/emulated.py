@@ -1,0 +1,141 @@
+"""The whole rig: emulated autopilot, servos and cameras around one plant, on loopback and a pseudo-terminal."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+from doorman.exceptions import BackendError
+from doorman.hardware.emulators.autopilot import EmulatedAutopilot
+from doorman.hardware.emulators.autopilot_onboard import Flavour
+from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
+from doorman.hardware.emulators.mocap import MocapEmulator, TrackerSetup
+from doorman.hardware.emulators.servos import ServoEmulator
+from doorman.model import GRAVITY, Model
+from doorman.recording import Recorder
+from doorman.rig.adapters import RigArm, RigBody, RigVehicle
+from doorman.rig.plant import RigPlant
+
+LOOPBACK = "127.0.0.1"
+OBJECT_NAME = "vehicle"
+"""Name of the vehicle in the cameras' stream."""
+SERVOS = "servos"
+"""Name of the link to the pseudo-terminal."""
+_SAFE = {
+    "px4": {"COM_OF_LOSS_T": 0.5, "COM_OBL_RC_ACT": 4.0, "NAV_RCL_ACT": 3.0},
+    "ardupilot": {"GUID_OPTIONS": 8.0, "GUID_TIMEOUT": 0.5, "FS_GCS_ENABLE": 5.0, "VISO_DELAY_MS": 6.0},
+}
+"""Parameters as the check of the adapter wants them."""
+
+
+@dataclass(frozen=True)
+class RigSetup:
+    """How the rig is wired.
+
+    Raises:
+        BackendError: if a port is out of range.
+    """
+
+    autopilot: Flavour = "px4"
+    """Whose rules the emulated autopilot follows."""
+    pixhawk_port: int = 14540
+    """UDP port on loopback that it sends to."""
+    mocap_port: int = 51001
+    """UDP port on loopback that the cameras send to; 0: there are none, and the autopilot has satellites."""
+    folder: Path | None = None
+    """Where the link to the servos' pseudo-terminal is made; None: a new temporary folder."""
+    mocap_rate: float = 100.0
+    """Of the cameras [1/s]."""
+    heartbeat_rate: float = 1.0
+    """Of the autopilot [1/s]."""
+    seed: int = 0
+    """Of noise and faults."""
+
+    def __post_init__(self) -> None:
+        for name, least in (("pixhawk_port", 1), ("mocap_port", 0)):
+            if not least <= getattr(self, name) <= 65535:
+                raise BackendError("not a port", field=name, given=getattr(self, name), allowed=f"{least} to 65535")
+
+
+class Rig:
+    """Everything that `doorman fly` needs but the hardware. The constructor opens nothing; `start` does, on loopback only.
+
+    Args:
+        model: The model, for the rig alone.
+        setup: Ports and kinds.
+        recorder: Gets the truth.
+    """
+
+    def __init__(self, model: Model, setup: RigSetup | None = None, recorder: Recorder | None = None) -> None:
+        self.model = model
+        self.setup = setup or RigSetup()
+        self.plant = RigPlant(model, recorder)
+        self.gripper = model.scenario.contact.kind == "grip"
+        self._folder = self.setup.folder or Path(tempfile.mkdtemp(prefix="doorman-rig-"))
+        with_mocap = self.setup.mocap_port > 0
+        self.autopilot = EmulatedAutopilot(
+            self.setup.autopilot,
+            RigVehicle(self.plant),
+            remote=(LOOPBACK, self.setup.pixhawk_port),
+            vision=with_mocap,
+            start_up=2.0,
+            heartbeat_rate=self.setup.heartbeat_rate,
+            hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
+            seed=self.setup.seed,
+        )
+        for name, value in self._parameters().items():
+            self.autopilot.parameters[name] = value
+        count = model.n_arm + self.gripper
+        self.servos = ServoEmulator(range(1, count + 1), RigArm(self.plant, self.gripper), link=self._folder / SERVOS)
+        self.mocap = MocapEmulator(
+            RigBody(self.plant), TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate),
+            (LOOPBACK, self.setup.mocap_port or 51001),
+        )  # fmt: skip
+        self._with_mocap = with_mocap
+        self._running: ExitStack | None = None
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Options of `doorman fly` that fly against this rig."""
+        links = ["--pixhawk", f"udp:{self.setup.pixhawk_port}", "--servos", str(self._folder / SERVOS)]
+        return (*links, "--mocap", f"udp:{self.setup.mocap_port}") if self._with_mocap else tuple(links)
+
+    def start(self) -> None:
+        """Let the plant move and the emulators talk.
+
+        Raises:
+            BackendError: if it runs already, or a port is taken.
+        """
+        if self._running is not None:
+            raise BackendError("the rig runs already", allowed="stop() before another start()")
+        with ExitStack() as stack:
+            self.plant.start()
+            stack.callback(self.plant.stop)
+            stack.enter_context(self.servos)
+            stack.enter_context(self.autopilot)
+            if self._with_mocap:
+                stack.enter_context(self.mocap)
+            self._running = stack.pop_all()
+
+    def stop(self) -> None:
+        """End everything; may be called twice."""
+        running, self._running = self._running, None
+        if running is not None:
+            running.close()
+
+    def __enter__(self) -> Rig:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def _parameters(self) -> dict[str, float]:
+        px4 = self.setup.autopilot == "px4"
+        mocap = (PX4_MOCAP if px4 else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}
+        return {**mocap, **_SAFE[self.setup.autopilot]}

@@ -1,0 +1,242 @@
+"""Rig plant: one simulated vehicle and door, advanced in real time by a thread of its own, for several emulators at once."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.hardware.vehicle.places import Places
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.recording import Recorder
+from doorman.rig.landing_gear import LandingGear
+from doorman.simulation.engine import engine
+from doorman.simulation.simulator import Disturbance, Simulator
+from doorman.simulation.truth import Truth
+
+Array = NDArray[np.float64]
+
+MOST_BEHIND = 0.1
+"""Physics that is later than this lets time stand still instead of making up for it [s]."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """The plant at one instant, as all emulators see it."""
+
+    at: float
+    """Of `time.monotonic` [s]."""
+    truth: Truth
+    """State and contact."""
+    on_ground: bool
+    """Whether the landing gear touches."""
+    motors: bool
+    """Whether the motors run."""
+    arm_torques: Array
+    """Of the servos, shape (n,) [N m]."""
+
+
+class RigPlant:
+    """Vehicle and door in real time. The vehicle stands on its pad until its motors lift it.
+
+    Args:
+        model: The model, for this plant alone.
+        recorder: Gets a message `truth` per tick while the motors run or the vehicle is in the air; written by the plant's
+            thread only.
+    """
+
+    def __init__(self, model: Model, recorder: Recorder | None = None) -> None:
+        self.model = model
+        self.places = Places.of(model)
+        self.gear = LandingGear(float(self.places.pad[2]))
+        simulation = model.scenario.simulation
+        self.period = 1.0 / simulation.controller_rate
+        self._steps = max(1, round(simulation.physics_rate / simulation.controller_rate))
+        self.lock = threading.RLock()
+        """Held while the physics advances."""
+        self.slipped = 0.0
+        """By how much the plant's time has fallen behind the clock's [s]."""
+        self.failure: str | None = None
+        """Why the physics ended, if it did."""
+        self._recorder = recorder
+        self._recorded_epoch: float | None = None
+        self._simulator = Simulator(model, self.period / self._steps, self._acting)
+        self._gains = self._simulator.plant.engine_model.actuator_gainprm
+        self._thrust, self._attitude = 0.0, np.array([0.0, 0.0, self.places.yaw])
+        self._arm_rates = np.zeros(model.n_arm)
+        self._motors, self._grip = False, False
+        self._wind = _NOTHING
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._stand()
+        self.epoch = time.monotonic()
+        """When the plant's time was zero [s]."""
+        self._snapshot = self._look()
+
+    # ------------------------------------------------------------ life
+
+    def start(self) -> None:
+        """Let time pass.
+
+        Raises:
+            BackendError: if it passes already.
+        """
+        if self._thread is not None:
+            raise BackendError("the plant runs already", allowed="stop() before another start()")
+        self._stopping.clear()
+        self.epoch = time.monotonic() - self._simulator.time
+        self._thread = threading.Thread(target=self._run, name="rig plant", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Let time stand still; may be called twice."""
+        self._stopping.set()
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.join(2.0)
+
+    # ------------------------------------------------------------ what emulators do
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """Newest state."""
+        return self._snapshot
+
+    def fly(self, thrust: float, attitude: Array) -> None:
+        """Run the motors.
+
+        Args:
+            thrust: f_t [N].
+            attitude: Φ_d, shape (3,) [rad].
+        """
+        with self.lock:
+            self._thrust, self._attitude, self._motors = thrust, attitude, True
+
+    def stop_motors(self) -> None:
+        """Let the motors stand still."""
+        with self.lock:
+            self._thrust, self._motors = 0.0, False
+
+    def move_arm(self, rates: Array) -> None:
+        """Ask for joint rates.
+
+        Args:
+            rates: Ḣ_d, shape (n,) [rad/s].
+        """
+        with self.lock:
+            self._arm_rates = np.array(rates)
+
+    def grip(self, closed: bool) -> None:
+        """Close or open the gripper; closed, it takes hold of the leaf as soon as the tip is there.
+
+        Args:
+            closed: Whether to hold.
+        """
+        self._grip = closed
+
+    def reset(self) -> None:
+        """Put vehicle, arm and door back to where they began, at rest; time goes on."""
+        with self.lock:
+            self._grip, self._motors, self._thrust = False, False, 0.0
+            self._arm_rates = np.zeros(self.model.n_arm)
+            self._stand()
+            self._snapshot = self._look()
+
+    def kick(self, door_rate: float) -> None:
+        """Slam the door: somebody gives it a rate.
+
+        Args:
+            door_rate: α̇ [rad/s].
+        """
+        with self.lock:
+            self._simulator.plant.data.qvel[self._simulator.plant.hinge_velocity] = door_rate
+
+    def blow(self, force: tuple[float, float, float]) -> None:
+        """Let wind, or somebody's hand, push the vehicle until the next call.
+
+        Args:
+            force: World frame [N].
+        """
+        self._wind = Disturbance(force)
+
+    # ------------------------------------------------------------ the thread
+
+    def _run(self) -> None:
+        try:
+            while not self._stopping.is_set():
+                behind = time.monotonic() - self.epoch - self._simulator.time
+                if behind < self.period:
+                    self._stopping.wait(self.period - behind)
+                    continue
+                if behind > MOST_BEHIND:
+                    self.epoch += behind - MOST_BEHIND
+                    self.slipped += behind - MOST_BEHIND
+                self.advance()
+        except BackendError as error:
+            self.failure = str(error)
+
+    def advance(self) -> None:
+        """Let one tick pass, and look."""
+        with self.lock:
+            self._simulator.set_grip(self._grip)
+            self._gains[: self._simulator.layout.count, 0] = float(self._motors)
+            attitude = self._attitude if self._motors else self._snapshot.truth.attitude
+            self._simulator.set_command(self._thrust if self._motors else 0.0, attitude, self._arm_rates)
+            self._simulator.advance(self._steps)
+            self._snapshot = self._look()
+        if self._recorder is not None and (self._snapshot.motors or not self._snapshot.on_ground):
+            self._record(self._recorder)
+
+    def _record(self, recorder: Recorder) -> None:
+        truth = self._snapshot.truth
+        if self.epoch != self._recorded_epoch:
+            recorder.write("epoch", truth.time, {"epoch": self.epoch})
+            self._recorded_epoch = self.epoch
+        recorder.write("truth", truth.time, truth.fields())
+
+    def _look(self) -> Snapshot:
+        truth, plant = self._simulator.truth(), self._simulator.plant
+        return Snapshot(
+            at=self.epoch + truth.time,
+            truth=truth,
+            on_ground=self.gear.touches(float(truth.position[2])),
+            motors=self._motors,
+            arm_torques=plant.data.qfrc_actuator[plant.arm_velocities].copy(),
+        )
+
+    def _acting(self, _: float) -> Disturbance:
+        """The landing gear's wrench, at every physics step."""
+        plant = self._simulator.plant
+        data = plant.data
+        if data.xpos[plant.base_body, 2] > self.gear.length:
+            return self._wind
+        rotation = data.xmat[plant.base_body].reshape(3, 3)
+        spin = data.xmat[plant.base_body - 1].reshape(3, 3) @ data.qvel[3:6]
+        force, torque = self.gear.wrench(data.xpos[plant.base_body], data.qvel[:3], rotation[:, 2], spin)
+        x, y, z = force.tolist()
+        roll, pitch, yaw = torque.tolist()
+        return Disturbance((x, y, z), (roll, pitch, yaw))
+
+    def _stand(self) -> None:
+        """Put the vehicle on its pad, at rest, with its motors off."""
+        plant = self._simulator.plant
+        self._simulator.set_grip(False)
+        data, to_root = plant.data, np.linalg.inv(plant.root_to_base)
+        rotation = rotation_body_to_world([0.0, 0.0, self.places.yaw])
+        sunk = self.model.vehicle.mass * GRAVITY / self.gear.stiffness
+        data.qpos[:3] = self.places.pad - [0.0, 0.0, sunk] + rotation @ to_root[:3, 3]
+        engine().mju_mat2Quat(data.qpos[3:7], (rotation @ to_root[:3, :3]).ravel())
+        data.qpos[plant.arm_positions] = self.model.start_arm
+        data.qpos[plant.hinge_position] = self.model.scenario.start.door_angle
+        data.qvel[:] = 0.0
+        if plant.engine_model.na:
+            data.act[:] = 0.0
+        engine().mj_forward(plant.engine_model, data)
+
+
+_NOTHING = Disturbance()

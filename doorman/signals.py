@@ -1,0 +1,47 @@
+"""Signals between a vehicle and what flies it: what is measured, and what is commanded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What the sensors say at one time; the door's angle is not among it."""
+
+    time: float
+    """Since the backend was opened [s]."""
+    position: Array
+    """P of O_B, shape (3,), world frame [m]."""
+    velocity: Array
+    """Ṗ, shape (3,), world frame [m/s]."""
+    attitude: Array
+    """Φ = [φ, θ, ψ], shape (3,) [rad]."""
+    body_rates: Array
+    """Ω, shape (3,), body frame [rad/s]."""
+    arm_angles: Array
+    """H, shape (n,) [rad]."""
+    arm_rates: Array
+    """Ḣ, shape (n,) [rad/s]."""
+    pose_time: float
+    """When position, velocity and attitude were true, as the receiver knows it [s]: at most `time`, the same as before if
+    nothing new has come, and before 0 where the pose is older than the backend's opening."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """What is asked of the vehicle until the next command."""
+
+    thrust: float
+    """f_t along the body's z axis [N]."""
+    attitude: Array
+    """Φ_d, shape (3,) [rad]."""
+    arm_rates: Array
+    """Ḣ_d, shape (n,) [rad/s]."""
+    grip: bool = False
+    """Whether the tip holds on to the leaf that it touches; a tip that can only push takes no notice."""

@@ -1,0 +1,173 @@
+"""Observers and filters on motions whose truth is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman.control.contact_monitor import ContactMonitor
+from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.control.door_filter import DoorFilter
+from doorman.control.vehicle_observer import VehicleObserver
+from doorman.model import Model
+from doorman.scenario import ContactStateSection, EstimationSection, Scenario
+
+TICK = 0.004
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return Model(Scenario.load("push"))
+
+
+def observe(latency: float, gap: tuple[float, float] = (9.0, 9.0)) -> tuple[VehicleObserver, np.ndarray, np.ndarray]:
+    """A point mass pushed about, seen late and not at all in the gap; observer, true position and velocity at the end."""
+    mass, wind = 3.0, np.array([0.8, -0.4, 0.2])
+    observer = VehicleObserver(mass, 15.0)
+    position, velocity, force = np.zeros(3), np.array([0.1, 0.0, 0.0]), np.zeros(3)
+    past: list[np.ndarray] = []
+    seen_at = 0.0
+    for tick in range(1500):
+        now = tick * TICK
+        past.append(position.copy())
+        late = max(tick - round(latency / TICK), 0)
+        if not gap[0] <= now < gap[1]:
+            seen_at, seen = late * TICK, past[late]
+        observer.update(seen, seen_at, now, force, TICK if tick else 0.0)
+        force = 1.5 * np.array([math.sin(now), math.cos(2.0 * now), 0.0])
+        velocity = velocity + TICK * (force + wind) / mass
+        position = position + TICK * velocity
+    return observer, past[-1], velocity
+
+
+def test_the_vehicle_observer_finds_velocity_and_wind() -> None:
+    observer, position, velocity = observe(0.0)
+    np.testing.assert_allclose(observer.position, position, atol=2e-3)
+    np.testing.assert_allclose(observer.velocity, velocity, atol=5e-3)
+    np.testing.assert_allclose(observer.outer_force, [0.8, -0.4, 0.2], atol=0.02)
+
+
+def test_late_positions_do_not_shift_the_estimate() -> None:
+    observer, position, _ = observe(0.02)
+    np.testing.assert_allclose(observer.position, position, atol=5e-3)
+    np.testing.assert_allclose(observer.outer_force, [0.8, -0.4, 0.2], atol=0.05)
+
+
+def test_a_gap_is_bridged_by_the_model() -> None:
+    observer, position, velocity = observe(0.0, (5.75, 6.0))
+    np.testing.assert_allclose(observer.position, position, atol=5e-3)
+    np.testing.assert_allclose(observer.velocity, velocity, atol=1e-2)
+
+
+def test_contact_state_has_hysteresis_in_force_and_time() -> None:
+    settings = ContactStateSection()
+    monitor = ContactMonitor(settings)
+    between = 0.5 * (settings.touched_above + settings.lost_below)
+    assert not any(monitor.update(between, TICK) for _ in range(100))
+    assert not monitor.update(1.0, TICK)  # one spike is no contact
+    touched = [monitor.update(1.0, TICK) for _ in range(50)]
+    assert touched[-1] and touched.index(True) * TICK <= 0.1
+    assert all(monitor.update(between, TICK) for _ in range(100))
+    lost = [monitor.update(0.0, TICK) for _ in range(50)]
+    assert not lost[-1] and lost.index(False) * TICK <= 0.1
+
+
+class Swing:
+    """A true door, pushed at the tip, integrated finely; its tip is measured with noise."""
+
+    def __init__(self, model: Model, **hinge: float) -> None:
+        self.lever = model.coupling.distance_from_hinge
+        self.vehicle = model.vehicle.mass * self.lever**2
+        self.angle, self.rate, self.rest = math.pi / 2, 0.0, math.pi / 2
+        self.hinge = hinge
+
+    def step(self, push: float, touching: bool) -> None:
+        hinge = self.hinge
+        inertia = hinge["inertia"] + (self.vehicle if touching else 0.0)
+        for _ in range(10):
+            drive = -self.lever * push * touching - hinge["stiffness"] * (self.angle - self.rest)
+            drive -= hinge["damping"] * self.rate
+            if self.rate == 0.0 and abs(drive) <= hinge["friction"]:
+                continue
+            sign = math.copysign(1.0, self.rate if self.rate != 0.0 else drive)
+            rate = self.rate + 0.1 * TICK * (drive - hinge["friction"] * sign) / inertia
+            self.rate = 0.0 if self.rate * rate < 0.0 else rate
+            self.angle += 0.1 * TICK * self.rate
+
+
+def filtered(model: Model, swing: Swing, seed: int, lost_after: float = math.inf) -> DoorFilter:
+    """Filter after a push that changes, 8 s long; the tip leaves the leaf for good after a while."""
+    door, generator = DoorFilter(model, EstimationSection()), np.random.default_rng(seed)
+    strength = (swing.hinge["friction"] + swing.hinge["damping"] * 0.1) / swing.lever
+    for tick in range(round(min(8.0, lost_after + 2.0) / TICK)):
+        now = tick * TICK
+        touching = now < lost_after
+        push = strength + (0.7 if now % 4.0 < 2.0 else -0.4 * strength)
+        push += swing.hinge["stiffness"] * (swing.rest - swing.angle) / swing.lever
+        swing.step(push, touching)
+        noise = generator.standard_normal(2) * (0.1, 0.003)
+        door.update(push + noise[0], touching, swing.angle + noise[1], now, now, TICK)
+    return door
+
+
+HINGES = [
+    {"inertia": 5.28, "damping": 0.5, "friction": 0.5, "stiffness": 0.0},
+    {"inertia": 9.6, "damping": 0.1, "friction": 1.2, "stiffness": 0.0},
+    {"inertia": 2.9, "damping": 1.8, "friction": 0.4, "stiffness": 1.0},
+    {"inertia": 6.0, "damping": 1.0, "friction": 2.0, "stiffness": 1.5},
+]
+
+
+@pytest.mark.parametrize("hinge", HINGES)
+def test_the_door_filter_follows_the_door_and_is_honest_about_its_hinge(model: Model, hinge: dict[str, float]) -> None:
+    inside = {name: 0 for name in hinge}
+    for seed in range(4):
+        swing = Swing(model, **hinge)
+        door = filtered(model, swing, seed)
+        assert swing.angle < math.pi / 2 - 0.1, "the door has moved"
+        assert door.angle == pytest.approx(swing.angle, abs=math.radians(0.3))
+        assert door.rate == pytest.approx(swing.rate, abs=0.02)
+        estimate = door.hinge()
+        for name in hinge:
+            off = abs(getattr(estimate, name) - hinge[name])
+            inside[name] += off <= 2.0 * getattr(estimate, f"{name}_deviation")
+    assert sum(inside.values()) >= 14, inside
+
+
+def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
+    before = DoorFilter(model, EstimationSection()).hinge()
+    after = filtered(model, Swing(model, **HINGES[0]), 1).hinge()
+    assert after.friction_deviation < 0.6 * before.friction_deviation
+    assert after.inertia_deviation < 0.9 * before.inertia_deviation
+    assert after.friction == pytest.approx(0.5, abs=0.3)
+
+
+def test_a_door_that_was_lost_is_followed_by_the_model(model: Model) -> None:
+    swing = Swing(model, **HINGES[0])
+    door = filtered(model, swing, 2, lost_after=4.0)
+    assert door.angle == pytest.approx(swing.angle, abs=math.radians(2.0))
+    assert door.rate == 0.0 and swing.rate == 0.0
+
+
+def test_a_standing_door_teaches_nothing(model: Model) -> None:
+    door = DoorFilter(model, EstimationSection())
+    for tick in range(500):
+        door.update(0.3, True, math.pi / 2, tick * TICK, tick * TICK, TICK)
+    assert door.hinge() == DoorFilter(model, EstimationSection()).hinge()
+    assert door.angle == pytest.approx(math.pi / 2)
+
+
+def test_the_disturbance_observer_is_aligned_without_a_bump() -> None:
+    observer, velocity = DisturbanceObserver(3.0, 3.0), np.array([0.05, 0.02, 0.0])
+    position, force = np.zeros(3), np.zeros(3)
+    for _ in range(800):
+        observer.update(position, force, TICK)
+        position = position + TICK * velocity  # the force is balanced by a disturbance of its opposite
+        force = np.array([1.0, 0.0, 0.5])
+    normal, wind = np.array([1.0, 0.0, 0.0]), np.array([0.3, 9.0, 9.0])
+    observer.align(normal, wind, velocity)
+    np.testing.assert_allclose(observer.estimate, [0.3, 0.0, -0.5], atol=0.01)
+    after = observer.update(position + TICK * velocity, np.array([-0.3, 0.0, 0.5]), TICK)
+    np.testing.assert_allclose(after, [0.3, 0.0, -0.5], atol=0.02)

@@ -1,0 +1,60 @@
+"""What docs/hardware/safety.md says: its rows are tests, its actions and numbers are those of the code."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+from doorman.hardware.safety import RULES, Action, SafetyLimits
+from doorman.hardware.safety.observer import FORCE_LAG
+from doorman.hardware.safety.supervisor import ABORT_WITHIN, ACKNOWLEDGE_WITHIN
+from doorman.hardware.vehicle.links import GUARD_TIMEOUT
+
+HERE = Path(__file__).parent
+PAGE = (HERE.parents[2] / "docs" / "hardware" / "safety.md").read_text(encoding="utf-8")
+
+
+def table(heading: str) -> list[list[str]]:
+    part = PAGE.split(f"# {heading}\n", 1)[1].split("\n## ", 1)[0]
+    lines = [line for line in part.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def names_of_tests() -> set[str]:
+    paths = [*HERE.glob("test_*.py"), *(HERE.parents[1] / "rig").glob("test_*.py")]
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in paths)
+    return {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
+
+
+def test_every_row_of_the_fault_table_is_a_test():
+    rows = table("Faults")
+    assert len(rows) >= 25
+    assert all(len(row) == 5 and all(row) for row in rows)
+    assert {row[-1].strip("`") for row in rows} <= names_of_tests()
+
+
+def test_every_action_is_explained():
+    assert [row[0] for row in table("Safety")] == [action.name for action in Action]
+
+
+def test_every_action_of_the_rules_is_in_the_table():
+    told = " ".join(row[2] for row in table("Faults"))
+    assert {rule.action.name for rule in RULES} <= set(re.findall(r"[A-Z]{4,}", told))
+
+
+def test_numbers_are_those_of_the_code():
+    limits = SafetyLimits()
+    assert f"has not ended after {ABORT_WITHIN:g} s, RETREAT" in PAGE
+    assert f"flies it back within {ACKNOWLEDGE_WITHIN:g} s, LAND" in PAGE
+    assert f"silent for\n{GUARD_TIMEOUT:g} s" in PAGE
+    assert f"low-pass of\n{FORCE_LAG:g} s" in PAGE
+    assert f"tilt {limits.tilt:g} rad, speed {limits.speed:g} m/s" in PAGE
+    assert f"surroundings {limits.force:g} N, thrust {100 * limits.thrust_share:g} %" in PAGE
+    assert f"autopilot {limits.divergence:g} m apart" in PAGE
+    assert f"{limits.command_age:g} s without a\ncommand" in PAGE
+    assert f"charge {100 * limits.low_battery:g} % (ABORT) and {100 * limits.critical_battery:g} % (LAND)" in PAGE
+    low, high = (
+        [f"{value:g}".replace("-", "−") for value in corner] for corner in (limits.fence_low, limits.fence_high)
+    )
+    assert f"from ({', '.join(low)}) to ({', '.join(high)}) m" in PAGE

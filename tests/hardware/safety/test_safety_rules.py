@@ -1,0 +1,150 @@
+"""Every rule of the supervisor: it stays silent in a good flight, waits for its patience, and asks for its action."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import BusState, ServoFault
+from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.pixhawk import Authority, EventKind
+from doorman.hardware.safety import RULES, Action, Assessor, Fault, Observation, SafetyLimits
+from doorman.hardware.safety.rules import ACTIONS
+
+LIMITS = SafetyLimits()
+GOOD = Observation(
+    now=100.0, position=np.array([-1.0, 0.7, 1.3]), speed=0.1, tilt=0.05, thrust_share=0.6, force=1.0,
+    pose=PoseQuality.MEASURED, divergence=0.005, battery=0.8,
+)  # fmt: skip
+BROKEN: dict[Fault, dict[str, Any]] = {
+    Fault.PILOT: {"authority": Authority.LOST},
+    Fault.LINK: {"conditions": frozenset({EventKind.LINK_LOST})},
+    Fault.HEARTBEAT: {"conditions": frozenset({EventKind.HEARTBEAT_LOST})},
+    Fault.STATE: {"conditions": frozenset({EventKind.STATE_STALE})},
+    Fault.POSE: {"pose": PoseQuality.LOST},
+    Fault.DIVERGENCE: {"divergence": 0.3},
+    Fault.TILT: {"tilt": 0.9},
+    Fault.BATTERY_CRITICAL: {"battery": 0.05},
+    Fault.CONTROLLER: {"command_age": 0.4},
+    Fault.FENCE: {"position": np.array([-1.0, 0.7, 3.5])},
+    Fault.SPEED: {"speed": 2.0},
+    Fault.FORCE: {"force": 25.0},
+    Fault.THRUST: {"thrust_share": 1.0},
+    Fault.SERVOS_DISCONNECTED: {"servo_state": BusState.DISCONNECTED},
+    Fault.SERVOS_FAILED: {"servo_fault": ServoFault.OVERLOAD},
+    Fault.SERVOS_STOPPED: {"servo_state": BusState.HOLDING, "servo_fault": ServoFault.STALE},
+    Fault.DEADLINES: {"missed_ticks": 0.8},
+    Fault.BATTERY_LOW: {"battery": 0.15},
+}
+"""What an observation shows of every fault."""
+
+
+def assess(seen: Observation, duration: float, step: float = 0.02) -> list[tuple[float, Fault, Action]]:
+    """Findings with the time after which they came, while one observation lasts."""
+    assessor = Assessor(LIMITS)
+    times = np.arange(0.0, duration + 1e-9, step)
+    return [
+        (float(time), finding.fault, finding.action)
+        for time in times
+        for finding in assessor.assess(replace(seen, now=seen.now + time))
+    ]
+
+
+def test_a_good_flight_breaks_no_rule():
+    assert assess(GOOD, 5.0) == []
+
+
+def test_every_rule_is_broken_by_something_here():
+    assert set(BROKEN) == {rule.fault for rule in RULES}
+    assert set(ACTIONS) == set(Fault)
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.fault.name.lower())
+def test_rule(rule):
+    found = [row for row in assess(replace(GOOD, **BROKEN[rule.fault]), 3.0) if row[1] is rule.fault]
+    assert len(found) == 1, "found once while it lasts"
+    after, _, action = found[0]
+    assert action is rule.action
+    assert rule.patience - 1e-9 <= after <= rule.patience + 0.02 + 1e-9
+
+
+@pytest.mark.parametrize(
+    "rule", [rule for rule in RULES if rule.patience > 0.0], ids=lambda rule: rule.fault.name.lower()
+)
+def test_what_passes_in_time_is_no_fault(rule):
+    assessor = Assessor(LIMITS)
+    bad = replace(GOOD, **BROKEN[rule.fault])
+    for start in (0.0, 10.0):  # the second time must not count what the first one lasted
+        for seen, at in ((bad, 0.0), (bad, 0.6 * rule.patience), (GOOD, 0.7 * rule.patience)):
+            found = assessor.assess(replace(seen, now=100.0 + start + at))
+            assert rule.fault not in [finding.fault for finding in found]
+
+
+def test_a_fault_that_comes_again_is_found_again():
+    assessor = Assessor(LIMITS)
+    bad = replace(GOOD, authority=Authority.LOST)
+    found = [assessor.assess(replace(seen, now=100.0 + k)) for k, seen in enumerate((bad, bad, GOOD, bad))]
+    assert [len(findings) for findings in found] == [1, 0, 0, 1]
+
+
+def test_the_gravest_comes_first():
+    seen = replace(GOOD, authority=Authority.LOST, conditions=frozenset({EventKind.HEARTBEAT_LOST}))
+    assert [finding.action for finding in Assessor(LIMITS).assess(seen)] == [Action.RELEASE, Action.LAND]
+
+
+def test_nothing_is_found_on_the_ground():
+    worst = replace(GOOD, **{name: value for change in BROKEN.values() for name, value in change.items()}, armed=False)
+    assert assess(worst, 3.0) == []
+
+
+def test_rules_of_the_mission_rest_while_none_flies():
+    for fault in (Fault.CONTROLLER, Fault.DEADLINES, Fault.SERVOS_STOPPED):
+        assert assess(replace(GOOD, **BROKEN[fault], commanding=False), 3.0) == []
+
+
+def test_an_arm_that_nobody_commands_is_no_fault():
+    seen = replace(GOOD, servo_state=BusState.HOLDING, servo_fault=ServoFault.COMMAND_STALE)
+    assert assess(seen, 3.0) == []
+
+
+@pytest.mark.parametrize("name", ["speed", "tilt", "thrust_share", "force", "divergence", "battery"])
+def test_what_is_unknown_breaks_no_rule(name):
+    assert assess(replace(GOOD, **{name: math.nan}), 3.0) == []
+
+
+def test_every_limit_is_used():
+    """Widening any limit beyond everything lets its fault pass: none is dead."""
+    wide = {
+        "fence_high": ((9.0, 9.0, 9.0), Fault.FENCE), "tilt": (3.0, Fault.TILT), "speed": (9.0, Fault.SPEED),
+        "thrust_share": (2.0, Fault.THRUST), "force": (99.0, Fault.FORCE), "divergence": (9.0, Fault.DIVERGENCE),
+        "missed_ticks": (2.0, Fault.DEADLINES), "command_age": (9.0, Fault.CONTROLLER),
+        "low_battery": (0.12, Fault.BATTERY_LOW), "critical_battery": (0.01, Fault.BATTERY_CRITICAL),
+    }  # fmt: skip
+    assert set(wide) | {"fence_low"} == {field.name for field in fields(SafetyLimits)}
+    for name, (value, fault) in wide.items():
+        assessor = Assessor(replace(LIMITS, **{name: value}))
+        bad = replace(GOOD, **BROKEN[fault])
+        found = [f.fault for k in range(200) for f in assessor.assess(replace(bad, now=100.0 + 0.02 * k))]
+        assert fault not in found, name
+    low = Assessor(replace(LIMITS, fence_low=(-0.5, -2.0, 0.0)))
+    assert [f.fault for k in range(9) for f in low.assess(replace(GOOD, now=100.0 + 0.02 * k))] == [Fault.FENCE]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"tilt": 0.0}, "safety.tilt"),
+        ({"speed": math.nan}, "safety.speed"),
+        ({"fence_low": (5.0, 0.0, 0.0)}, "safety.fence_low"),
+        ({"critical_battery": 0.5}, "safety.critical_battery"),
+    ],
+)
+def test_limits_are_checked(change, field):
+    with pytest.raises(BackendError) as error:
+        SafetyLimits(**change)
+    assert error.value.field == field

@@ -1,0 +1,91 @@
+"""Measurement composed of the links' samples: what is fresh is carried on rightly, what is old is an error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
+from doorman.hardware.mocap.sample import measured
+from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.hardware.vehicle.measurement import compose
+from doorman.kinematics.rotations import euler_rate_matrix
+
+NOW, OPENED = 50.0, 40.0
+RATES = np.array([0.2, -0.3, 0.5])
+ATTITUDE = np.array([0.1, -0.2, 0.7])
+VEHICLE = VehicleSample(
+    status=SampleStatus.FRESH, attitude_time=NOW - 0.004, position_time=NOW - 0.03, position=np.array([1.0, 2.0, 3.0]),
+    velocity=np.array([0.5, 0.0, -0.1]), attitude=ATTITUDE, quaternion=quaternion_from_euler(ATTITUDE), body_rates=RATES,
+)  # fmt: skip
+SERVOS = ServoSample(
+    time=NOW - 0.01, angles=np.array([0.1, 0.2, 0.3, 0.4, 0.8]), rates=np.array([1.0, -1.0, 0.0, 2.0, 0.0]),
+    currents=np.zeros(5), temperatures=np.full(5, 30.0), voltages=np.full(5, 12.0), errors=(0,) * 5,
+    times=np.full(5, NOW - 0.01), faults=(ServoFault.NONE,) * 5, bus_fault=ServoFault.NONE, state=BusState.FOLLOWING,
+    goals=np.zeros(5), cycle=7, age=0.01, fresh=True,
+)  # fmt: skip
+POSE = measured(
+    NOW - 0.02,
+    (-1.0, 0.7, 1.3),
+    tuple(quaternion_from_euler(ATTITUDE).tolist()),
+    (0.1, 0.2, 0.3),
+    (0.0, 0.0, 0.0),
+    5,
+    9,
+)
+
+
+def at(**changes):
+    given = {"vehicle": VEHICLE, "servos": SERVOS, "pose": POSE} | changes
+    return compose(NOW, OPENED, given["vehicle"], given["servos"], given["pose"], 4, 0.15)
+
+
+def test_position_is_that_of_the_cameras_with_its_own_time():
+    measurement = at()
+    assert measurement.time == pytest.approx(NOW - OPENED)
+    assert measurement.pose_time == pytest.approx(NOW - OPENED - 0.02)
+    assert measurement.position.tolist() == [-1.0, 0.7, 1.3]
+    assert measurement.velocity.tolist() == [0.1, 0.2, 0.3]
+
+
+def test_without_cameras_it_is_that_of_the_autopilot():
+    measurement = at(pose=None)
+    assert measurement.pose_time == pytest.approx(NOW - OPENED - 0.03)
+    assert measurement.position.tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(("pose", "age"), [(POSE, 0.02), (None, 0.004)])
+def test_attitude_is_carried_on_by_the_gyroscope(pose, age):
+    expected = ATTITUDE + age * euler_rate_matrix(ATTITUDE) @ RATES
+    assert at(pose=pose).attitude == pytest.approx(expected, abs=1e-4)
+    assert np.abs(expected - ATTITUDE).max() > 1e-3
+
+
+def test_joint_angles_are_carried_on_and_the_gripper_left_out():
+    measurement = at()
+    assert measurement.arm_angles == pytest.approx([0.11, 0.19, 0.3, 0.42])
+    assert measurement.arm_rates.tolist() == [1.0, -1.0, 0.0, 2.0]
+    assert measurement.body_rates.tolist() == RATES.tolist()
+
+
+def test_angles_of_an_arm_that_is_not_heard_are_not_carried_on_for_long():
+    measurement = at(servos=replace(SERVOS, time=NOW - 0.14, age=0.14, fresh=False))
+    assert measurement.arm_angles[0] == pytest.approx(0.1 + 0.05)
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"vehicle": replace(VEHICLE, status=SampleStatus.STALE)}, "pixhawk"),
+        ({"vehicle": VehicleSample()}, "pixhawk"),
+        ({"servos": replace(SERVOS, age=0.2, fresh=False)}, "servos"),
+    ],
+)
+def test_what_is_old_is_an_error(change, field):
+    with pytest.raises(BackendError) as error:
+        at(**change)
+    assert error.value.field == field

@@ -1,0 +1,133 @@
+"""A rig with links on it, and one flight after another through both."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from doorman.flight import FlightReport, FlightSession
+from doorman.hardware.emulators.mocap import StreamFaults
+from doorman.hardware.pixhawk import SampleStatus, Timeouts
+from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
+from doorman.model import Model
+from doorman.ocp.planner import Planner
+from doorman.recording import Recorder, Recording
+from doorman.rig import Rig, RigSetup
+from doorman.scenario import Scenario
+
+PATIENCE = 60.0
+"""Longest wait for something that takes far less [s]."""
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def until(condition: Callable[[], Any], what: str) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"not in time: {what}"
+        time.sleep(0.01)
+
+
+def quick(config: VehicleConfig) -> VehicleConfig:
+    """The same vehicle with shorter ways to the air, and more patience with a busy computer."""
+    timeouts = Timeouts(stream_before_mode=0.3, state=0.4, answer=0.3, arming=8.0)
+    pixhawk = replace(
+        config.pixhawk, timeouts=timeouts, climb_rate=1.0, rates=replace(config.pixhawk.rates, setpoint=100.0)
+    )
+    assert config.mocap is not None
+    mocap = replace(config.mocap, stale_after=0.08, prediction_limit=0.4)
+    servos = replace(config.servos, rate=100.0, latency=0.015, stale_after=0.15, watchdog=0.3, command_timeout=0.3)
+    return replace(config, pixhawk=pixhawk, mocap=mocap, servos=servos, rate=100.0, servo_patience=0.4)
+
+
+class FlightRig:
+    """Rig and links that stay open, and a planner that stays compiled.
+
+    Args:
+        folder: For the link to the servos.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        scenario = Scenario.load("paper", {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
+        self.model = Model(scenario)
+        self.planner = Planner(self.model)
+        setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=folder, heartbeat_rate=10.0)
+        self.recorder = Recorder(None, {})
+        self.rig = Rig(Model(scenario), setup, self.recorder)
+        self.rig.autopilot.parameters["COM_DISARM_LAND"] = 0.3
+        words = self.rig.arguments
+        self.links = VehicleLinks(quick(vehicle_config(self.model, words[1], words[3], words[5])))
+        self.limits = SafetyLimits(missed_ticks=2.0, divergence=0.3)
+
+    def start(self) -> None:
+        self.rig.start()
+        self.links.open()
+        until(lambda: self.links.autopilot.state().status is SampleStatus.FRESH, "the autopilot's state")
+
+    def stop(self) -> None:
+        self.links.stop()
+        self.rig.stop()
+
+    def heal(self) -> None:
+        """End every fault, and bring the vehicle back to its pad."""
+        rig = self.rig
+        rig.mocap.stream.faults = StreamFaults()
+        rig.autopilot.allow_arming()
+        rig.autopilot.battery.remaining = 0.9
+        rig.plant.blow((0.0, 0.0, 0.0))
+        rig.servos.plug_in()
+        self.links.release()
+        until(lambda: not self.links.autopilot.state().armed, "disarmed")
+        rig.plant.reset()
+        until(lambda: self.links.autopilot.state().status is SampleStatus.FRESH, "a fresh state")
+        until(lambda: self.links.mocap.read().fresh, "a fresh pose")
+        until(lambda: not self.links.servos.recover(5.0), "servos set up again")
+        until(lambda: self.links.servos.read().fresh, "fresh servos")
+        until(lambda: float(self.links.autopilot.state().position[2]) < 0.3, "on the pad")
+
+    def flight(self) -> Flight:
+        return Flight(self)
+
+
+class Flight:
+    """One session in a thread of its own."""
+
+    def __init__(self, rig: FlightRig) -> None:
+        self.rig = rig
+        self.recorder = Recorder(None, {})
+        self.session = FlightSession(rig.model, rig.links, rig.planner, self.recorder, rig.limits)
+        self.on_progress: Callable[[], None] = lambda: None
+        self._report: FlightReport | None = None
+        self._thread = threading.Thread(target=self._fly, daemon=True)
+
+    def begin(self) -> Flight:
+        self._thread.start()
+        return self
+
+    def until_phase(self, *phases: str) -> Flight:
+        """Wait until the mission flies, in one of these phases."""
+        until(lambda: self._report or (self.session.backend.commanding and self.session.phase in phases), str(phases))
+        assert self._report is None, (self._report, self.session.journal.lines)
+        return self
+
+    def end(self) -> FlightReport:
+        self._thread.join(PATIENCE)
+        assert self._report is not None, f"the session does not end: {self.session.phase}, {self.session.journal.lines}"
+        return self._report
+
+    @property
+    def recording(self) -> Recording:
+        return self.recorder.recording()
+
+    def _fly(self) -> None:
+        self._report = self.session.fly(None, lambda now, door_angle: self.on_progress())

@@ -1,0 +1,218 @@
+"""Rows of the fault table, flown: a fault at hover or on the way to the door, and the end that the table promises."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from flight_rig import Flight, FlightRig, until
+
+from doorman.exceptions import DoormanError
+from doorman.flight import End, FlightReport
+from doorman.hardware.emulators.servos_unit import OVERLOAD
+from doorman.hardware.pixhawk import Authority
+from doorman.hardware.safety import Fault
+
+
+def at_hover(rig: FlightRig) -> Flight:
+    return rig.flight().begin().until_phase("hover", "approach")
+
+
+def found(report: FlightReport) -> set[Fault]:
+    return {finding.fault for finding in report.findings}
+
+
+def assert_down(rig: FlightRig) -> None:
+    """On the ground, upright, motors off, and nothing was touched."""
+    until(lambda: not rig.rig.plant.snapshot.motors and rig.rig.plant.snapshot.on_ground, "on the ground, motors off")
+    truth = rig.rig.plant.snapshot.truth
+    assert np.abs(truth.attitude[:2]).max() < 0.1
+    assert not rig.recorder.recording()["truth"]["collisions"].any()
+
+
+def assert_at_the_pad(rig: FlightRig) -> None:
+    away = rig.rig.plant.snapshot.truth.position[:2] - rig.rig.plant.places.pad[:2]
+    assert np.linalg.norm(away) < 0.3
+
+
+def test_operator_gives_up(rig):
+    flight = at_hover(rig)
+    flight.session.interrupt()
+    report = flight.end()
+    assert (report.end, report.completed) == (End.LANDED, False)
+    assert found(report) == {Fault.OPERATOR_ABORT}
+    assert "retreat" in flight.recording["mission"]["state"], "the mission's own controller flew back"
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_operator_lands(rig):
+    flight = at_hover(rig)
+    flight.session.interrupt()
+    flight.session.interrupt()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.OPERATOR_LAND in found(report)
+    assert_down(rig)
+
+
+def test_process_is_asked_to_end(rig):
+    flight = at_hover(rig)
+    flight.session.terminate()
+    assert flight.end().end is End.LANDED
+    assert_down(rig)
+
+
+@pytest.mark.parametrize("fault", ["silent", "frozen", "zeroed"])
+def test_cameras_lose_the_vehicle(rig, fault):
+    flight = at_hover(rig)
+    setattr(rig.rig.mocap.faults, fault, True)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.POSE in found(report)
+    assert_down(rig)
+
+
+def test_pilot_takes_over(rig):
+    flight = at_hover(rig)
+    rig.rig.autopilot.pilot_mode("position")
+    report = flight.end()
+    assert report.end is End.TAKEN_OVER
+    assert found(report) == {Fault.PILOT}
+    assert rig.links.autopilot.status().authority is Authority.LOST
+    rig.rig.autopilot.pilot_mode("land")
+    assert_down(rig)
+
+
+def test_link_cut(rig):
+    flight = at_hover(rig)
+    line = rig.rig.autopilot
+    line.outgoing.cut = line.incoming.cut = True
+    try:
+        report = flight.end()
+        assert report.end is End.UNHEARD
+        assert Fault.LINK in found(report)
+        assert_down(rig)  # by the autopilot's own failsafe
+    finally:
+        line.outgoing.cut = line.incoming.cut = False
+
+
+def test_battery_low(rig):
+    flight = at_hover(rig)
+    rig.rig.autopilot.battery.remaining = 0.17
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.BATTERY_LOW}
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_battery_nearly_empty(rig):
+    flight = at_hover(rig)
+    rig.rig.autopilot.battery.remaining = 0.05
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.BATTERY_CRITICAL in found(report)
+    assert_down(rig)
+
+
+def test_servo_shuts_down(rig):
+    flight = at_hover(rig)
+    with rig.rig.servos.lock:
+        rig.rig.servos.servo(2).memory.set("hardware error status", OVERLOAD)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.SERVOS_FAILED in found(report)
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_servos_unplugged(rig):
+    flight = at_hover(rig)
+    rig.rig.servos.unplug()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_wind_pushes_too_hard(rig):
+    flight = at_hover(rig)
+    rig.rig.plant.blow((-25.0, 0.0, 0.0))
+    until(lambda: flight.session.supervisor.findings, "a finding")
+    rig.rig.plant.blow((0.0, 0.0, 0.0))
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) & {Fault.FORCE, Fault.SPEED, Fault.TILT}
+    assert_down(rig)
+
+
+def test_mission_raises_an_error(rig):
+    flight = rig.flight()
+
+    def fail() -> None:
+        raise DoormanError("made up")
+
+    flight.on_progress = fail
+    report = flight.begin().end()
+    assert (report.end, report.completed, report.message) == (End.LANDED, False, "made up")
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_controller_hangs(rig):
+    flight = rig.flight()
+    hung_until: list[float] = []
+
+    def hang() -> None:
+        if not hung_until:
+            hung_until.append(time.monotonic() + 4.0)
+            time.sleep(4.0)
+
+    flight.on_progress = hang
+    report = flight.begin().end()
+    assert report.end is End.LANDED
+    (finding,) = [one for one in report.findings if one.fault is Fault.CONTROLLER]
+    assert finding.time < hung_until[0], "landed while it hung"
+    assert_down(rig)
+
+
+def test_supervisor_hangs(rig):
+    flight = at_hover(rig)
+    real = flight.session.supervisor._look
+
+    def hang():
+        time.sleep(3.0)
+        return real()
+
+    flight.session.supervisor._look = hang
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert "supervisor is silent" in report.message
+    assert_down(rig)
+
+
+def test_arming_refused(rig):
+    rig.rig.autopilot.refuse_arming("Preflight Fail: made up")
+    report = rig.flight().begin().end()
+    assert report.end is End.NOT_FLOWN
+    assert "arm" in report.message
+    assert not rig.rig.plant.snapshot.motors
+
+
+def test_autopilot_reboots(rig):
+    flight = at_hover(rig)
+    rig.rig.autopilot.reboot()
+    report = flight.end()
+    assert report.end in (End.LANDED, End.TAKEN_OVER)
+    assert found(report) & {Fault.PILOT, Fault.DIVERGENCE, Fault.STATE}
+    until(lambda: rig.rig.plant.snapshot.on_ground, "on the ground")
+
+
+def test_motors_are_stopped_by_the_pilot(rig):
+    flight = at_hover(rig)
+    rig.rig.autopilot.kill_switch()
+    report = flight.end()
+    assert Fault.PILOT in found(report)
+    until(lambda: rig.rig.plant.snapshot.on_ground, "on the ground")

@@ -1,0 +1,107 @@
+"""`doorman rig` and `doorman fly` as commands: the whole mission over real links, a dry run, and input that cannot be used."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flight_rig import free_port
+from typer.testing import CliRunner, Result
+
+from doorman.cli import app
+from doorman.hardware.vehicle.scheduling import real_time
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.rig import Rig, RigSetup
+from doorman.rig.judge import together
+from doorman.scenario import Scenario
+
+ROOT = Path(__file__).parents[2]
+COMMAND = [sys.executable, "-c", "from doorman.cli import main; main()"]
+
+
+def run(*arguments: str) -> Result:
+    return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "200", "TERM": "dumb"})
+
+
+def test_the_door_is_opened_over_real_links(tmp_path):
+    ran = subprocess.run(
+        [*COMMAND, "rig", "paper", "--fly", "--out", str(tmp_path / "truth.mcap")], cwd=tmp_path, text=True,
+        capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert "The door was opened" in ran.stdout
+    assert "landed and disarmed" in ran.stdout
+    truth, flight = Recording.load(tmp_path / "truth.mcap"), Recording.load(tmp_path / "flight.mcap")
+    assert not truth["truth"]["collisions"].any()
+    assert truth["truth"]["position"][-1, 2] < 0.3, "it has landed"
+    assert {"event", "epoch", "timing", "measurement", "plan"} <= set(flight)
+    both = together(truth, flight)
+    error = both["truth"]["position"] - both["estimate"]["position"]
+    assert np.abs(error).max() < 0.05, "the two recordings are on one clock"
+
+
+def test_dry_run_commands_nothing(tmp_path):
+    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
+        heard = rig.autopilot.protocol.received
+        before = rig.plant.snapshot.truth.arm_angles
+        result = run("fly", "paper", *rig.arguments, "--dry-run", "--yes", "--out", str(tmp_path / "none.mcap"))
+        assert result.exit_code == 0, result.output
+        assert "nothing was commanded" in result.output
+        assert not rig.autopilot.brain.armed
+        for name in ("SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED"):
+            assert not heard[name], name
+        assert np.abs(rig.plant.snapshot.truth.arm_angles - before).max() < 1e-3
+    assert not (tmp_path / "none.mcap").exists()
+
+
+def test_without_an_answer_the_vehicle_is_not_flown(tmp_path):
+    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
+        result = CliRunner().invoke(app, ["fly", "paper", *rig.arguments], input="n\n", env={"COLUMNS": "200"})
+        assert result.exit_code == 1, result.output
+        assert "Not flown" in result.output
+        assert not rig.autopilot.brain.armed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["fly", "paper", "--pixhawk", "carrier pigeon", "--servos", "/dev/null"], ["connection", "carrier pigeon"]),
+        (["fly", "paper", "--pixhawk", "udp:1", "--servos", "x", "--servo-ids", "1,two"], ["--servo-ids", "1,two"]),
+        (["rig", "paper", "--pixhawk-port", "70000"], ["pixhawk_port", "70000"]),
+        (["rig", "no such"], ["no such scenario"]),
+    ],
+)
+def test_bad_input_is_one_line(arguments, words):
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stderr.startswith("doorman: error: ")
+    for word in words:
+        assert word in result.stderr
+
+
+def test_links_that_are_not_there_are_named():
+    result = run("fly", "paper", "--pixhawk", f"udp:{free_port()}", "--servos", "/dev/no-such-port")
+    assert result.exit_code == 2, result.output
+    assert "/dev/no-such-port" in result.stderr
+
+
+def test_the_rig_prints_how_to_fly_and_ends_by_ctrl_c(tmp_path):
+    ports = ["--pixhawk-port", str(free_port()), "--mocap-port", "0", "--set", "contact.kind=push"]
+    with subprocess.Popen(
+        [*COMMAND, "rig", "paper", *ports], cwd=tmp_path, text=True, stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        lines = [process.stdout.readline(), process.stdout.readline()]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0
+    assert re.match(r"doorman fly paper --set contact.kind=push --pixhawk udp:\d+ --servos \S+\n", lines[1]), lines

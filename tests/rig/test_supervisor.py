@@ -1,0 +1,139 @@
+"""The supervisor on real links: whom it asks, what it takes away, and what it does when nobody follows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flight_rig import FlightRig, until
+
+from doorman.exceptions import BackendError
+from doorman.hardware.interface import Command
+from doorman.hardware.pixhawk import Authority
+from doorman.hardware.safety import Action, Fault, Observation, Supervisor
+from doorman.hardware.safety import supervisor as supervisor_module
+from doorman.hardware.vehicle import VehicleBackend
+
+
+@pytest.fixture
+def hovering(rig: FlightRig) -> Iterator[FlightRig]:
+    """In the air, under our command."""
+    autopilot = rig.links.autopilot
+    for outcome in (autopilot.engage(), autopilot.arm(), autopilot.take_off(0.4)):
+        assert outcome.done, outcome
+    yield rig
+    autopilot.resume()
+    autopilot.land()
+
+
+def watching(rig: FlightRig) -> Supervisor:
+    """A supervisor to whom all looks well, whatever is: only what it is told counts."""
+    return Supervisor(rig.links, lambda: Observation(now=time.monotonic(), commanding=False))
+
+
+def test_abort_asks_the_mission_and_leaves_it_the_vehicle(hovering):
+    asked: list[str] = []
+    supervisor = watching(hovering)
+    supervisor.watch_mission(asked.append)
+    supervisor.report(Fault.OPERATOR_ABORT)
+    assert asked == [Fault.OPERATOR_ABORT.value]
+    assert supervisor.action is Action.ABORT
+    assert hovering.links.inhibited is None
+
+
+def test_abort_without_a_mission_is_a_retreat(hovering):
+    supervisor = watching(hovering)
+    supervisor.report(Fault.OPERATOR_ABORT)
+    assert supervisor.action is Action.RETREAT
+    assert hovering.links.inhibited == Fault.OPERATOR_ABORT.value
+
+
+def test_a_milder_action_does_not_replace_a_graver_one(hovering):
+    asked: list[str] = []
+    supervisor = watching(hovering)
+    supervisor.watch_mission(asked.append)
+    supervisor.report(Fault.OPERATOR_LAND)
+    supervisor.report(Fault.OPERATOR_ABORT)
+    assert supervisor.action is Action.LAND
+    assert asked == []
+    assert supervisor.reason == Fault.OPERATOR_LAND.value
+    until(lambda: hovering.links.autopilot.status().authority is Authority.LANDING, "landing")
+
+
+def test_a_retreat_that_nobody_flies_ends_in_a_landing(hovering, monkeypatch):
+    monkeypatch.setattr(supervisor_module, "ACKNOWLEDGE_WITHIN", 0.3)
+    with watching(hovering) as supervisor:
+        supervisor.report(Fault.OPERATOR_ABORT)
+        until(lambda: supervisor.action is Action.LAND, "the supervisor lands by itself")
+        until(lambda: not hovering.links.autopilot.state().armed, "landed")
+
+
+def test_a_retreat_that_somebody_flies_does_not(hovering, monkeypatch):
+    monkeypatch.setattr(supervisor_module, "ACKNOWLEDGE_WITHIN", 0.1)
+    supervisor = watching(hovering)
+    supervisor.report(Fault.OPERATOR_ABORT)
+    supervisor.acknowledge()
+    time.sleep(0.2)
+    supervisor.look_once()
+    assert supervisor.action is Action.RETREAT
+
+
+def test_a_mission_that_does_not_end_loses_the_vehicle(hovering, monkeypatch):
+    monkeypatch.setattr(supervisor_module, "ABORT_WITHIN", 0.1)
+    supervisor = Supervisor(hovering.links, lambda: Observation(now=time.monotonic(), commanding=True))
+    supervisor.watch_mission(lambda reason: None)
+    supervisor.report(Fault.OPERATOR_ABORT)
+    supervisor.look_once()
+    assert supervisor.action is Action.ABORT
+    time.sleep(0.2)
+    supervisor.look_once()
+    assert supervisor.action is Action.RETREAT
+    assert Fault.MISSION_STUCK in {finding.fault for finding in supervisor.findings}
+
+
+def test_a_mission_that_lost_the_vehicle_can_neither_read_nor_command(hovering):
+    backend = VehicleBackend(hovering.model, hovering.links)
+    command = Command(hovering.model.hover_input[0], np.zeros(3), np.zeros(hovering.model.n_arm))
+    with backend:
+        measurement = backend.read()
+        assert measurement.position[2] == pytest.approx(0.64, abs=0.2)
+        backend.command(command)
+        hovering.links.inhibit("made up")
+        for act in (backend.read, lambda: backend.command(command)):
+            with pytest.raises(BackendError, match="made up"):
+                act()
+    assert hovering.links.servos.read().goals == pytest.approx(np.zeros(hovering.links.config.servos.n))
+
+
+def test_commands_that_are_not_finite_are_errors(hovering):
+    backend = VehicleBackend(hovering.model, hovering.links)
+    good = Command(hovering.model.hover_input[0], np.zeros(3), np.zeros(hovering.model.n_arm))
+    with backend:
+        backend.read()
+        for bad in (
+            replace(good, thrust=np.nan),
+            replace(good, attitude=np.array([0.0, np.inf, 0.0])),
+            replace(good, arm_rates=np.zeros(2)),
+        ):
+            with pytest.raises(BackendError):
+                backend.command(bad)
+
+
+def test_a_backend_that_is_not_open_says_so(rig):
+    backend = VehicleBackend(rig.model, rig.links)
+    with pytest.raises(BackendError, match="not open"):
+        backend.read()
+    backend.stop()
+    with backend, pytest.raises(BackendError, match="open already"):
+        backend.open()
+
+
+def test_commands_to_a_vehicle_that_does_not_obey_are_errors(rig):
+    backend = VehicleBackend(rig.model, rig.links)
+    with backend:
+        backend.read()
+        with pytest.raises(BackendError, match="does not obey"):
+            backend.command(Command(10.0, np.zeros(3), np.zeros(rig.model.n_arm)))

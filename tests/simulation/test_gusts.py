@@ -1,0 +1,93 @@
+"""Wind on vehicle and leaf, against its definition and against the plant's motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman.hardware.interface import Command
+from doorman.scenario import GustSection
+from doorman.simulation import Disturbance, SimulatedBackend
+from doorman.simulation.gusts import Gust, together
+
+STEADY = {"simulation__gust__variation": 0.0}
+
+
+def series(gust: Gust, seconds: float, step: float = 0.001) -> np.ndarray:
+    """Force along x and hinge torque of a wind along x on a closed door of width 1.2 m."""
+    found = [gust.at(k * step, math.pi / 2) for k in range(round(seconds / step))]
+    return np.array([[one.force[0], one.hinge_torque] for one in found])
+
+
+def test_a_steady_wind_is_its_mean():
+    for direction in (0.0, 1.0, -2.5):
+        gust = Gust(GustSection(vehicle=1.5, leaf=2.0, direction=direction, variation=0.0), 1.2, 0)
+        for angle in (math.pi / 2, 0.7):
+            found = gust.at(0.3, angle)
+            wind = np.array([math.cos(direction), math.sin(direction), 0.0])
+            np.testing.assert_allclose(found.force, 1.5 * wind, atol=1e-12)
+            arm = 0.6 * np.array([math.cos(angle), math.sin(angle), 0.0])
+            assert found.hinge_torque == pytest.approx(np.cross(arm, 2.0 * wind)[2], abs=1e-12)
+            assert found.torque == (0.0, 0.0, 0.0)
+
+
+def test_the_variation_has_its_deviation_and_its_correlation_time():
+    section = GustSection(vehicle=2.0, leaf=1.0, variation=0.15, correlation_time=0.5)
+    force, torque = series(Gust(section, 1.2, seed=11), 2000.0, step=0.02).T
+    assert force.mean() == pytest.approx(2.0, rel=0.02) and force.std() == pytest.approx(0.3, rel=0.06)
+    assert torque.mean() == pytest.approx(-0.6, rel=0.02) and torque.std() == pytest.approx(0.09, rel=0.06)
+    for lag, kept in ((1, math.exp(-0.04)), (25, math.exp(-1.0)), (50, math.exp(-2.0))):
+        assert np.corrcoef(force[:-lag], force[lag:])[0, 1] == pytest.approx(kept, abs=0.06)
+    assert abs(np.corrcoef(force, torque)[0, 1]) < 0.1
+
+
+def test_same_seed_same_wind():
+    section = GustSection(vehicle=1.0, leaf=1.0)
+    first, second, other = (series(Gust(section, 1.2, seed), 0.5) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, second)
+    assert not np.array_equal(first, other)
+
+
+def test_disturbances_add_up():
+    one = Disturbance(force=(1.0, 2.0, 3.0), torque=(0.1, 0.2, 0.3), hinge_torque=0.5)
+    both = together(one, Disturbance(force=(0.5, 0.0, -3.0), torque=(0.0, 0.0, 1.0), hinge_torque=-1.0))
+    assert both == Disturbance(force=(1.5, 2.0, 0.0), torque=(0.1, 0.2, 1.3), hinge_torque=-0.5)
+
+
+def hovering(backend: SimulatedBackend, seconds: float) -> SimulatedBackend:
+    with backend:
+        for _ in range(round(seconds * 250) + 1):
+            backend.read()
+            backend.command(Command(3.0 * 9.81, np.zeros(3), np.zeros(4)))
+    return backend
+
+
+def test_the_wind_moves_vehicle_and_leaf(model):
+    windy = model(contact__kind="push", simulation__gust__vehicle=1.5, simulation__gust__leaf=2.0,
+                  simulation__gust__direction=math.pi, **STEADY)  # fmt: skip
+    truth = hovering(SimulatedBackend(windy), 0.4).truth
+    assert truth.velocity[0] == pytest.approx(-1.5 / 3.0 * 0.4, rel=0.05)
+    assert truth.door_rate == pytest.approx(0.6 * 2.0 / 5.28 * 0.4, rel=0.02)
+
+
+def test_a_wind_along_the_leaf_does_not_turn_it(model):
+    along = model(contact__kind="push", simulation__gust__leaf=2.0, simulation__gust__direction=math.pi / 2, **STEADY)
+    assert abs(hovering(SimulatedBackend(along), 0.4).truth.door_rate) < 1e-3
+
+
+def test_a_given_disturbance_acts_beside_the_wind(model):
+    calm, windy = model(contact__kind="push"), model(contact__kind="push", simulation__gust__vehicle=1.2, **STEADY)
+    push = Disturbance(force=(-1.2, 0.6, 0.0))
+    velocity = hovering(SimulatedBackend(windy, disturbance=lambda time: push), 0.4).truth.velocity
+    assert velocity[0] == pytest.approx(0.0, abs=5e-3) and velocity[1] == pytest.approx(0.6 / 3.0 * 0.4, rel=0.05)
+    still = hovering(SimulatedBackend(calm), 0.4).truth.velocity
+    assert np.abs(still).max() < 5e-3
+
+
+def test_the_seed_makes_the_wind(model):
+    windy = model(contact__kind="push", simulation__gust__vehicle=1.5)
+    first, second, other = (hovering(SimulatedBackend(windy, seed), 0.1).truth.position for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, second)
+    assert not np.array_equal(first, other)

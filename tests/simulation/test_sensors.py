@@ -1,0 +1,137 @@
+"""What motion capture, servos and gyroscope say of a known motion: late, held, with gaps, and the same for the same seed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doorman.scenario import NoiseSection, SensorsSection
+from doorman.simulation import SimulatedBackend, Truth
+from doorman.simulation.sensors import Dropouts, Sensors
+
+TICK = 0.004
+N = 4
+QUIET = NoiseSection(position=0, velocity=0, attitude=0, body_rates=0, arm_angles=0, arm_rates=0)
+ARRAYS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates")
+
+
+def truth(time: float) -> Truth:
+    """A motion whose every number tells the time."""
+    three, arm = np.array([1.0, 2.0, 3.0]), np.arange(1.0, N + 1)
+    return Truth(
+        time=time, position=time * three, velocity=three + time, attitude=0.1 * time * three, body_rates=0.1 * three + time,
+        door_angle=1.0, door_rate=0.0, arm_angles=time * arm, arm_rates=arm + time, tip_force=np.zeros(3),
+        tip_normal_force=0.0, touching=False, max_pull=0.0, collisions=0, collision_pairs=(), rotor_thrusts=np.zeros(6),
+    )  # fmt: skip
+
+
+def measured(ticks: int, noise: NoiseSection = QUIET, seed: int = 0, **delivery: object) -> list:
+    sensors = Sensors(noise, seed, SensorsSection(**delivery))
+    return [sensors.measure(truth(k * TICK)) for k in range(ticks)]
+
+
+def test_by_default_every_tick_has_the_present_pose_and_the_noise_of_the_seed():
+    noise = NoiseSection()
+    generator = np.random.default_rng(5)
+    for k, one in enumerate(measured(50, noise, seed=5)):
+        true, draws = truth(k * TICK), generator.standard_normal(12 + 2 * N)
+        parts = np.split(draws, [3, 6, 9, 12, 12 + N])
+        for name, part in zip(ARRAYS, parts, strict=True):
+            np.testing.assert_array_equal(getattr(one, name), getattr(true, name) + getattr(noise, name) * part)
+        assert one.pose_time == one.time == k * TICK
+
+
+def test_pose_and_arm_are_late_and_body_rates_are_not():
+    for k, one in enumerate(measured(40, latency=0.02)):
+        seen = truth(max(k - 5, 0) * TICK)
+        for name in ("position", "velocity", "attitude", "arm_angles", "arm_rates"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(seen, name), err_msg=name)
+        np.testing.assert_array_equal(one.body_rates, truth(k * TICK).body_rates)
+        assert one.time == k * TICK
+        assert one.pose_time == pytest.approx((k - 5) * TICK if k >= 5 else -0.02)
+
+
+def test_a_latency_between_two_ticks_ends_at_the_next():
+    assert measured(20, latency=0.0101)[10].pose_time == pytest.approx(7 * TICK)
+
+
+@pytest.mark.parametrize(("rate", "ages"), [(125.0, {0, 1}), (100.0, {0, 1, 2}), (250.0, {0}), (4000.0, {0})])
+def test_a_slow_pose_is_held(rate, ages):
+    run = measured(1000, rate=rate)
+    assert {round((one.time - one.pose_time) / TICK) for one in run} == ages
+    assert len({one.pose_time for one in run}) == pytest.approx(min(rate * 4.0, 1000), abs=1)
+    for one in run:
+        np.testing.assert_array_equal(one.position, truth(one.pose_time).position)
+        np.testing.assert_array_equal(one.arm_angles, truth(one.time).arm_angles)
+
+
+def test_in_a_gap_the_last_pose_repeats_to_the_bit():
+    run = measured(25_000, NoiseSection(), seed=3, dropout_rate=2.0, dropout_duration=0.2)
+    ages = np.array([round((one.time - one.pose_time) / TICK) for one in run])
+    assert 45 <= ages.max() <= 50  # 200 ms
+    for before, after in zip(run, run[1:], strict=False):
+        held = after.pose_time == before.pose_time
+        assert (
+            held == np.array_equal(after.position, before.position) == np.array_equal(after.attitude, before.attitude)
+        )
+        assert not np.array_equal(after.arm_angles, before.arm_angles)
+    assert np.mean(ages > 0) == pytest.approx(0.1 / (0.5 + 0.1), rel=0.25)
+
+
+def test_gaps_have_the_rate_and_the_length_asked_for():
+    gaps = Dropouts(0.5, 0.3, seed=1)
+    lost = np.array([gaps.lost(0.001 * k) for k in range(2_000_000)])
+    begins = np.flatnonzero(np.diff(lost.astype(int)) == 1)
+    ends = np.flatnonzero(np.diff(lost.astype(int)) == -1)
+    assert not lost[0]
+    lengths = (ends - begins[: len(ends)]) * 0.001
+    assert len(begins) / (~lost).sum() / 0.001 == pytest.approx(0.5, rel=0.1)
+    assert lengths.mean() == pytest.approx(0.15, rel=0.1) and 0.29 < lengths.max() <= 0.301
+
+
+@pytest.mark.parametrize("off", [{"dropout_rate": 0.0}, {"dropout_rate": 5.0, "dropout_duration": 0.0}])
+def test_without_gaps_nothing_is_lost(off):
+    assert all(one.pose_time == one.time for one in measured(2000, **off))
+
+
+def test_a_differenced_velocity_is_that_of_the_poses_seen():
+    noise = NoiseSection(position=0.001, velocity=5.0)
+    run = measured(4000, noise, seed=2, rate=125.0, dropout_rate=1.0, velocity="differenced")
+    np.testing.assert_array_equal(run[0].velocity, truth(0.0).velocity)
+    poses = list({one.pose_time: one for one in run}.values())
+    for last, one in zip(poses, poses[1:], strict=False):
+        np.testing.assert_allclose(
+            one.velocity, (one.position - last.position) / (one.pose_time - last.pose_time), rtol=1e-9
+        )
+    errors = np.array([one.velocity - [1.0, 2.0, 3.0] for one in poses[1:]])
+    assert errors.std() == pytest.approx(0.001 * np.sqrt(2) / 0.008, rel=0.1)
+    assert np.abs(errors.mean()) < 0.01
+
+
+def test_the_options_leave_the_noise_as_it_was():
+    plain, late = measured(60, NoiseSection(), seed=9), measured(60, NoiseSection(), seed=9, latency=0.02)
+    for k in range(5, 60):
+        np.testing.assert_array_equal(late[k].position, plain[k - 5].position)
+        np.testing.assert_array_equal(late[k].body_rates, plain[k].body_rates)
+
+
+def test_same_seed_same_measurements():
+    options = {"latency": 0.02, "rate": 125.0, "dropout_rate": 5.0}
+    first, second, other = (measured(500, NoiseSection(), seed, **options) for seed in (4, 4, 5))
+    for one, two in zip(first, second, strict=True):
+        assert one.pose_time == two.pose_time
+        assert all(np.array_equal(getattr(one, name), getattr(two, name)) for name in ARRAYS)
+    assert [one.pose_time for one in first] != [one.pose_time for one in other]
+
+
+def test_the_backend_delivers_as_the_scenario_says(model):
+    late = model(simulation__sensors__latency=0.02, **{f"simulation__noise__{name}": 0.0 for name in ARRAYS})
+    with SimulatedBackend(late) as backend:
+        truths, run = [], []
+        for _ in range(20):
+            run.append(backend.read())
+            truths.append(backend.truth)
+    for k in range(5, 20):
+        np.testing.assert_array_equal(run[k].position, truths[k - 5].position)
+        np.testing.assert_array_equal(run[k].body_rates, truths[k].body_rates)
+        assert run[k].pose_time == truths[k - 5].time

@@ -1,0 +1,51 @@
+"""The door as it truly is, where the planner is told another."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from doorman.simulation import Disturbance
+
+
+def loose(flight, **overrides):
+    source = lambda time: Disturbance(hinge_torque=-3.0)  # noqa: E731
+    return flight(contact__kind="push", away=True, disturbance=source, **overrides)
+
+
+def test_the_true_mass_moves_and_the_told_one_plans(flight):
+    door = loose(flight, simulation__door_mass=20.0)
+    assert door.model.door.inertia == pytest.approx(5.28)
+    end = door.run(0.5, every=500)[-1]
+    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(5.28 * 20.0 / 11.0, rel=1e-4)
+
+
+def test_mass_and_width_together(flight):
+    end = loose(flight, simulation__door_mass=8.0, door__width=1.4).run(0.5, every=500)[-1]
+    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(8.0 * 1.4**2 / 3.0, rel=1e-4)
+
+
+def test_the_told_mass_is_the_true_one_by_default(flight):
+    end = loose(flight, door__mass=8.0).run(0.5, every=500)[-1]
+    assert -3.0 / (end.door_rate / 0.5) == pytest.approx(8.0 * 1.2**2 / 3.0, rel=1e-4)
+
+
+def test_a_closer_that_nobody_told_of(flight):
+    damping = 2 * math.sqrt(20 * 5.28)
+    door = flight(contact__kind="push", away=True, simulation__door_stiffness=20.0, simulation__door_damping=damping,
+                  simulation__door_rest_angle=0.7)  # fmt: skip
+    assert door.model.door.stiffness == 0.0
+    assert door.run(6.0, every=6000)[-1].door_angle == pytest.approx(0.7, abs=1e-3)
+
+
+def test_a_closer_rests_where_the_planner_is_told_by_default(flight):
+    plant = flight(contact__kind="push", simulation__door_stiffness=2.0).plant
+    joint = plant.hinge_position
+    assert plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]] == 2.0
+    assert plant.engine_model.qpos_spring[joint] == pytest.approx(math.pi / 2)
+
+
+def test_a_told_closer_need_not_exist(flight):
+    plant = flight(door__stiffness=2.0, simulation__door_stiffness=0.0).plant
+    assert plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]] == 0.0

@@ -1,0 +1,246 @@
+"""`doorman export`, `doorman plot` and `doorman replay` on a short recorded flight."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+from typer.testing import CliRunner, Result
+
+from doorman.cli import app
+from doorman.cli.replay import replay_plans
+from doorman.exceptions import DoormanError, RecordingError
+from doorman.mission import simulate
+from doorman.ocp.planner import Planner
+from doorman.recording import Recorder, Recording
+from doorman.recording.export import export
+from doorman.scenario import Scenario
+
+CONTACT = {"mission.start": "contact"}
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner(Scenario.load("paper", CONTACT))
+
+
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory: pytest.TempPathFactory, planner: Planner) -> Path:
+    folder = tmp_path_factory.mktemp("flight")
+    simulate(planner.model, 0.3, path=folder / "recording.mcap", planner=planner)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def recording(flight: Path) -> Recording:
+    return Recording.load(flight / "recording.mcap")
+
+
+def changed(
+    recording: Recording, path: Path, change: Callable[[str, int, dict[str, Any]], dict[str, Any] | None]
+) -> Path:
+    """Copy of a recording whose messages went through `change`; None drops one."""
+    with Recorder(path, recording.header) as recorder:
+        for name, topic in recording.items():
+            for k, time in enumerate(topic.time):
+                values = {field: topic[field][k] for field in topic}
+                plain = {key: value.item() if np.ndim(value) == 0 else value for key, value in values.items()}
+                message = change(name, k, plain)
+                if message is not None:
+                    recorder.write(name, float(time), message)
+    return path
+
+
+# ---------------------------------------------------------------- export
+
+
+def test_csv_keeps_every_bit(flight, recording):
+    result = run("export", flight, "--csv", "--json")
+    assert result.exit_code == 0, result.output
+    topics = json.loads(result.stdout)["topics"]
+    assert set(topics) == {"header", *recording}
+    assert json.loads(Path(topics["header"]["file"]).read_text(encoding="utf-8")) == recording.header
+    for name, topic in recording.items():
+        with Path(topics[name]["file"]).open(newline="", encoding="utf-8") as stream:
+            table = list(csv.DictReader(stream))
+        assert len(table) == topics[name]["messages"] == len(topic.time)
+        assert [float(row["time"]) for row in table] == topic.time.tolist()
+        expected = sum(int(np.prod(topic[field].shape[1:])) for field in topic) + 1
+        assert len(table[0]) == expected
+    with (flight / "recording-csv" / "plan.csv").open(newline="", encoding="utf-8") as stream:
+        plans = list(csv.DictReader(stream))
+    assert [float(row["states[50,8]"]) for row in plans] == recording["plan"]["states"][:, 50, 8].tolist()
+    assert [row["status"] for row in plans] == recording["plan"]["status"].tolist()
+    assert [float(row["cost"]) for row in plans] == recording["plan"]["cost"].tolist()
+
+
+def test_parquet_keeps_every_bit_and_the_shapes(flight, recording, tmp_path):
+    result = run("export", flight / "recording.mcap", "--parquet", "--out", tmp_path / "tables")
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in (tmp_path / "tables").iterdir()} == {
+        "header.json",
+        *(f"{name}.parquet" for name in recording),
+    }
+    for name, topic in recording.items():
+        table = parquet.read_table(tmp_path / "tables" / f"{name}.parquet")
+        assert table.column_names == ["time", *topic]
+        for field in topic:
+            np.testing.assert_array_equal(np.array(table[field].to_pylist()), topic[field], strict=True)
+    assert str(parquet.read_schema(tmp_path / "tables" / "plan.parquet").field("states").type).count("[") == 2
+
+
+def test_one_format_at_a_time(flight):
+    result = run("export", flight, "--csv", "--parquet")
+    assert result.exit_code == 2
+    assert "one format at a time" in result.stderr
+
+
+def test_parquet_without_pyarrow_names_the_extra(flight, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    result = run("export", flight, "--parquet", "--out", tmp_path / "tables")
+    assert result.exit_code == 2
+    assert "doorman[campaign]" in result.stderr
+    assert not (tmp_path / "tables").exists()
+
+
+def test_names_of_topics_do_not_leave_the_folder(tmp_path):
+    with Recorder(None, {}) as recorder:
+        recorder.write("../up", 0.0, {"value": float("nan"), "flags": [True, False], "words": ["a", "b,c"]})
+        files = export(recorder.recording(), tmp_path / "tables", "csv")
+        assert files["../up"].parent == tmp_path / "tables"
+        assert (
+            files["../up"].read_text() == 'time,value,flags[0],flags[1],words[0],words[1]\n0.0,nan,True,False,a,"b,c"\n'
+        )
+        recorder.write(".._up", 0.0, {"value": 1.0})
+        recorder.write("___up", 0.0, {"value": 1.0})
+        with pytest.raises(RecordingError, match="same file"):
+            export(recorder.recording(), tmp_path, "csv")
+    with pytest.raises(DoormanError, match="no such format"):
+        export(recorder.recording(), tmp_path, "xlsx")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("command", ["export", "plot", "replay"])
+def test_a_run_that_is_not_there_is_bad_input(command, tmp_path):
+    for given, words in ((tmp_path / "none", "no such run"), (tmp_path, "not the folder of one run")):
+        result = run(command, given)
+        assert result.exit_code == 2
+        assert words in result.stderr
+
+
+# ---------------------------------------------------------------- plot
+
+
+def test_plot_makes_the_figures_again(flight, tmp_path):
+    names = {"states.png", "states.pdf", "constraints.png", "constraints.pdf", "replay.html"}
+    result = run("plot", flight, "--out", tmp_path / "figures", "--json")
+    assert result.exit_code == 0, result.output
+    files = [Path(file) for file in json.loads(result.stdout)["files"]]
+    assert {file.name for file in files} == names
+    assert all(file.parent == tmp_path / "figures" and file.stat().st_size > 10_000 for file in files)
+
+
+def test_urdfs_are_found_where_the_scenario_beside_the_recording_says(flight, recording, tmp_path):
+    header = json.loads(json.dumps(recording.header))
+    header["scenario"]["vehicle"]["urdf"] = "somewhere/else.urdf"
+    with Recorder(tmp_path / "recording.mcap", header) as recorder:
+        recorder.write("estimate", 0.0, {"state": recording["estimate"]["state"][0]})
+    assert run("plot", tmp_path).exit_code == 2
+    (tmp_path / "scenario.toml").write_text('[vehicle]\nurdf = "hexarotor_arm"\n')
+    result = run("replay", tmp_path)
+    assert "has no plans" in result.stderr  # the vehicle was found
+
+
+def test_a_scenario_of_another_version_is_bad_input(recording, tmp_path):
+    header = json.loads(json.dumps(recording.header))
+    header["scenario"]["planner"]["crystal_ball"] = True
+    for given, words in ((header, "header.scenario.planner.crystal_ball"), ({}, "which scenario")):
+        with Recorder(tmp_path / "recording.mcap", given) as recorder:
+            recorder.write("estimate", 0.0, {"state": [0.0]})
+        result = run("plot", tmp_path)
+        assert result.exit_code == 2
+        assert words in result.stderr
+
+
+# ---------------------------------------------------------------- replay
+
+
+def test_every_plan_comes_out_the_same_to_the_bit(flight, recording):
+    result = run("replay", flight, "--json")
+    assert result.exit_code == 0, result.output
+    plans = len(recording["plan"].time)
+    assert plans >= 25
+    assert json.loads(result.stdout) == {"identical": True, "plans": plans, "cold": 1, "differences": []}
+
+
+def test_what_was_told_of_the_door_is_in_the_plan(recording):
+    plan, estimate = recording["plan"], recording["estimate"]
+    at = np.searchsorted(estimate.time, plan.time)
+    assert (estimate.time[at] == plan.time).all()
+    assert (estimate["door_disturbance"][at] == plan["door_disturbance"]).all()
+    assert len(np.unique(plan["door_disturbance"])) > 3
+
+
+def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
+    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
+        if topic == "plan" and k == 3:
+            message["inputs"] = message["inputs"].copy()
+            message["inputs"][7, 0] = np.nextafter(message["inputs"][7, 0], np.inf)
+        if topic == "plan" and k == 5:
+            message["status"] = "infeasible"
+        return message
+
+    result = run("replay", changed(recording, tmp_path / "changed.mcap", change), "--json")
+    assert result.exit_code == 1, result.output
+    found = json.loads(result.stdout)
+    assert found["identical"] is False
+    assert [(one["plan"], list(one["fields"])) for one in found["differences"]] == [(3, ["inputs"]), (5, ["status"])]
+    assert 0.0 < found["differences"][0]["fields"]["inputs"] < 1e-14
+    words = run("replay", tmp_path / "changed.mcap").stdout
+    assert "plan 3 at 0.032 s: inputs by" in words and "2 differ" in words
+
+
+def test_another_door_would_give_other_plans(recording, planner, tmp_path):
+    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
+        return message | {"door_disturbance": message["door_disturbance"] - 0.5} if topic == "plan" else message
+
+    path = changed(recording, tmp_path / "changed.mcap", change)
+    assert len(replay_plans(Recording.load(path), planner).differences) > 20
+
+
+def test_plans_after_the_schedule_forgot_are_cold_again(flight, recording, planner, tmp_path):
+    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
+        return message | {"cold": k in (0, 10)} if topic == "plan" else message
+
+    found = replay_plans(Recording.load(changed(recording, tmp_path / "changed.mcap", change)), planner)
+    assert found.cold == 2
+    assert found.differences[0].plan == 10
+
+
+def test_a_recording_that_does_not_say_enough_is_refused(recording, planner, tmp_path):
+    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
+        return {name: value for name, value in message.items() if name != "cold"}
+
+    with pytest.raises(RecordingError, match="no cold"):
+        replay_plans(Recording.load(changed(recording, tmp_path / "changed.mcap", change)), planner)
+
+
+def test_a_recording_that_was_cut_off_is_replayed_as_far_as_it_goes(flight, tmp_path):
+    data = (flight / "recording.mcap").read_bytes()
+    (tmp_path / "recording.mcap").write_bytes(data[: int(0.6 * len(data))])
+    shutil.copy(flight / "recording.mcap", tmp_path / "whole.mcap")
+    result = run("replay", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "every bit" in result.stdout
+    assert "cut off" in run("export", tmp_path).stdout

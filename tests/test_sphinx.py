@@ -1,0 +1,108 @@
+"""The documentation builds without a warning, and holds every public name, every formula and every link."""
+
+from __future__ import annotations
+
+import html
+import importlib
+import inspect
+import os
+import pkgutil
+import re
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import furo
+import myst_parser
+import pytest
+import sphinx
+from sphinx.util.inventory import InventoryFile
+
+import doorman
+
+ROOT = Path(__file__).parent.parent
+PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
+    "campaign", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk", "hardware.safety",
+    "hardware.vehicle", "mission", "ocp", "recording", "rig", "simulation", "visualization",
+))]  # fmt: skip
+"""Packages that export names."""
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("docs")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-c", "docs",
+               "-d", str(folder / "trees"), ".", str(folder / "html")]  # fmt: skip
+    ran = subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert (ran.returncode, ran.stderr) == (0, "")
+    return folder / "html"
+
+
+def exported(package: str) -> list[str]:
+    """Names that a package brings in from its modules."""
+    module = importlib.import_module(package)
+    if hasattr(module, "__all__"):
+        return list(module.__all__)
+    imports = re.findall(
+        rf"^from {re.escape(package)}\.\w+ import (\w+) as \1$", inspect.getsource(module), re.MULTILINE
+    )
+    return list(imports)
+
+
+def test_the_tools_are_those_of_the_extra(built):
+    page = (built / "docs" / "index.html").read_text(encoding="utf-8")
+    assert f"Generated with Sphinx {sphinx.__version__} and Furo {furo.__version__}" in page
+    assert myst_parser.__name__ in runpy.run_path(str(ROOT / "docs" / "conf.py"))["extensions"]
+
+
+def test_packages_that_export_names_are_known():
+    packages = [module.name for module in pkgutil.walk_packages(doorman.__path__, "doorman.") if module.ispkg]
+    exporting = [name for name in packages if exported(name) and not name.startswith("doorman.cli")]
+    assert sorted(exporting) == sorted(PUBLIC[1:])
+
+
+@pytest.mark.parametrize("package", PUBLIC)
+def test_every_public_name_is_in_the_reference(built, package):
+    with (built / "objects.inv").open("rb") as stream:
+        inventory = InventoryFile.load(stream, "", lambda base, path: base + path)
+    known = {name for kind, names in inventory.items() if kind.startswith("py:") for name in names}
+    for name in exported(package):
+        thing = getattr(importlib.import_module(package), name)
+        home = f"{getattr(thing, '__module__', '')}.{getattr(thing, '__qualname__', '')}"
+        data = [one for one in known if one.startswith(f"{package}.") and one.endswith(f".{name}")]
+        assert data or home in known or f"doorman.{name}" in known, name
+
+
+def test_every_page_is_built(built):
+    pages = ["README.md", "CHANGELOG.md", "urdf/README.md"]
+    pages += [str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md")]
+    for page in pages:
+        assert (built / page).with_suffix(".html").is_file(), page
+    assert "docs/index.html" in (built / "index.html").read_text(encoding="utf-8")
+
+
+def test_links_among_the_pages_lead_somewhere(built):
+    for page in built.rglob("*.html"):
+        links = re.findall(r'<a class="reference[^"]*"[^>]* href="([^"#]+)', page.read_text(encoding="utf-8"))
+        for link in links:
+            if not link.startswith(("http:", "https:", "mailto:")):
+                assert not link.endswith(".md"), f"{page}: {link}"
+                assert (page.parent / link).exists(), f"{page}: {link}"
+
+
+def test_formulas_are_mathml(built):
+    text = (built / "docs" / "theory.html").read_text(encoding="utf-8")
+    formulas = re.findall(r"<math.*?</math>", text, re.DOTALL)
+    source = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"\$\$.+?\$\$", source, re.DOTALL)
+    inline = re.findall(r"\$[^$]+\$", re.sub(r"\$\$.+?\$\$", "", source, flags=re.DOTALL))
+    assert len(formulas) == len(blocks) + len(inline)
+    for formula in formulas:
+        tree = ElementTree.fromstring(re.sub(r"&(?!lt|gt|amp)\w+;", lambda entity: html.unescape(entity[0]), formula))
+        assert "".join(tree.itertext()).strip()
+    assert "$" not in re.sub(r"<[^>]+>", "", text.split('role="main"')[1].split("<footer")[0])
