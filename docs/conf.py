@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
-from docutils.utils.math import MathError, latex2mathml
+from latex2mathml.converter import convert
 from sphinx.application import Sphinx
 from sphinx.util import logging
 
@@ -85,8 +85,8 @@ _PLAIN = ("attribute", "data")
 _kept: dict[str, list[str]] = {}
 """Their docstrings, while napoleon is at work."""
 
-_SIZE = re.compile(r"\\[Bb]igg?[lr]?(?![A-Za-z])")
-"""Sizes of brackets, which MathML finds by itself."""
+_EQUATION = "overflow-x: auto; overflow-y: hidden; padding: 0.4em 0"
+"""Style of a formula that stands by itself."""
 
 _ENTRY = """<!doctype html>
 <meta charset="utf-8">
@@ -126,22 +126,22 @@ def _after_napoleon(_app: Sphinx, what: str, name: str, _object: Any, _options: 
 
 
 def _visit_math(translator: Any, node: nodes.math) -> None:
-    _render(translator, node, as_block=False)
+    translator.body.append(_formula(node, "inline"))
+    raise nodes.SkipNode
 
 
 def _visit_equation(translator: Any, node: nodes.math_block) -> None:
-    _render(translator, node, as_block=True)
-
-
-def _render(translator: Any, node: nodes.Element, as_block: bool) -> None:
-    """Formulas as MathML: browsers draw it by themselves, without a network."""
-    try:
-        formula = latex2mathml.tex2mathml(_SIZE.sub("", " ".join(node.astext().split())), as_block=as_block)
-    except MathError as error:
-        logging.getLogger(__name__).warning("not a formula: %s", error, location=node)
-        formula = translator.encode(node.astext())
-    translator.body.append(f'<div class="math">{formula}</div>\n' if as_block else formula)
+    translator.body.append(f'<div style="{_EQUATION}">{_formula(node, "block")}</div>\n')
     raise nodes.SkipNode
+
+
+def _formula(node: nodes.Element, display: str) -> str:
+    """A formula as MathML: browsers draw it by themselves, without a network."""
+    formula = convert(" ".join(node.astext().split()), display=display)
+    unknown = re.findall(r"\\\w+", formula)
+    if unknown:
+        logging.getLogger(__name__).warning("not known in formulas: %s", ", ".join(unknown), location=node)
+    return formula
 
 
 def _write_entry(app: Sphinx, error: Exception | None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from doorman.ocp import augmented_lagrangian as kernels
-from doorman.ocp.careful import iterate_carefully
+from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.solution import PlanStatus, Solution
 from doorman.ocp.solver import FAST_ITERATIONS, Solver
 from doorman.ocp.workspace import RESULT
@@ -29,15 +29,14 @@ class AugmentedLagrangian(Solver):
         result = self._work.result
         self._keep_guess()
         code = kernels.iterate(self._model, self._memory, min(max_iterations, FAST_ITERATIONS), deadline)
-        iterations = int(result[RESULT.ITERATIONS])
-        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
-            self._guess_again()
-            code = iterate_carefully(self._model, self._memory, max_iterations - iterations, deadline)
-            iterations += int(result[RESULT.ITERATIONS])
+        iterations, penalty = int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
         self._measure()
-        while code == kernels.CONVERGED and self._rough() and iterations < max_iterations:
-            kernels.iterate(self._model, self._memory, 1, deadline)
-            iterations += 1
+        if (code != kernels.CONVERGED or self._rough()) and iterations < max_iterations and time.monotonic() < deadline:
+            if code != kernels.CONVERGED:
+                self._guess_again()
+                penalty = FIRST_PENALTY
+            code = self._iterate_carefully(penalty, max_iterations - iterations, deadline)
+            iterations += int(result[RESULT.ITERATIONS])
             self._measure()
         result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
         return self._finish(_STATUS[code], iterations, started)
@@ -54,4 +53,4 @@ class AugmentedLagrangian(Solver):
     def _compile(self) -> None:
         super()._compile()
         kernels.iterate(self._model, self._memory, 1, 0.0)
-        iterate_carefully(self._model, self._memory, 1, 0.0)
+        self._iterate_carefully(FIRST_PENALTY, 1, 0.0)

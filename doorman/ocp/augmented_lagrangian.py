@@ -299,6 +299,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     result[RESULT.ITERATIONS] = 0.0
     result[RESULT.ENTRIES] = 0.0
     result[RESULT.PRICED_OUT] = 0.0
+    result[RESULT.PENALTY] = penalty
     linearize(model, work)
     classify(work, work.nominal, penalty)
     if max_iterations > 1:
@@ -331,6 +332,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             slow = violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation
             if scale == 1.0 and settled == 1 and slow and result[RESULT.PRICED_OUT] == 0.0:
                 penalty = min(4.0 * penalty, 1e7)
+                result[RESULT.PENALTY] = penalty
         if settled == 1:
             sweeps = work.settings.sweeps
         elif scale < 1.0 or iteration >= _PATIENCE:

@@ -1,4 +1,4 @@
-"""The default solver: augmented Lagrangian iterations, then a rollout onto dynamics and constraints, CDDP where they fail."""
+"""The default solver: augmented Lagrangian iterations, then a rollout onto dynamics and constraints, CDDP where they differ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp import augmented_lagrangian as kernels
 from doorman.ocp import guess
-from doorman.ocp.careful import iterate_carefully
+from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.cddp import Cddp
 from doorman.ocp.rollout import roll_out
 from doorman.ocp.solution import PlanStatus, Solution
@@ -35,8 +35,9 @@ _AGREEMENT = 1e-7
 class Hybrid(Cddp):
     """Augmented Lagrangian iterations, then a rollout, then CDDP if need be.
 
-    The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics; the rollout makes of
-    their result a trajectory that satisfies dynamics and nonlinear constraints. Where they fail, CDDP goes on from there.
+    The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics; where they fail,
+    careful ones follow. The rollout makes of their result a trajectory that satisfies dynamics and nonlinear constraints. Where
+    that costs something else, CDDP goes on from there, and careful iterations again from where CDDP stalls.
     """
 
     def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
@@ -44,25 +45,58 @@ class Hybrid(Cddp):
         self._keep_guess()
         straight = self._no_guess and bool(guess.choose_guess(self._model, self._memory))
         code = self._iterate(min(max_iterations, FAST_ITERATIONS), deadline)
-        iterations = int(result[RESULT.ITERATIONS])
+        iterations, penalty = int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
         if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
             self._guess_otherwise(straight)
             code = self._iterate(min(max_iterations - iterations, FAST_ITERATIONS), deadline)
-            iterations += int(result[RESULT.ITERATIONS])
+            iterations, penalty = iterations + int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
         if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
             self._guess_again()
-            code = iterate_carefully(self._model, self._memory, max_iterations - iterations, deadline)
+            penalty = FIRST_PENALTY
+            code = self._iterate_carefully(penalty, max_iterations - iterations, deadline)
             iterations += int(result[RESULT.ITERATIONS])
         expected = kernels.nominal_cost(self._model, self._memory)
         if not self._start():
             return self._finish(PlanStatus.DIVERGED, iterations, started)
-        close = abs(result[RESULT.COST] - expected) <= _AGREEMENT * (1.0 + abs(expected))
-        if code == kernels.CONVERGED and (close or self._returns()):
+        if code == kernels.CONVERGED and (self._agrees(expected) or self._returns()):
             return self._finish(PlanStatus.CONVERGED, iterations, started)
         if iterations >= max_iterations or time.monotonic() >= deadline:
             return self._finish(PlanStatus.ITERATION_LIMIT, iterations, started)
         status, more = self._descend(max_iterations - iterations, deadline)
-        return self._finish(status, iterations + more, started)
+        iterations += more
+        priced_out = result[RESULT.PRICED_OUT] > 0.0  # another optimum, which lies outside the constraints
+        stalled = status is PlanStatus.STALLED and not priced_out
+        if stalled and iterations < max_iterations and time.monotonic() < deadline:
+            status, more = self._refine(penalty, max_iterations - iterations, deadline)
+            iterations += more
+        return self._finish(status, iterations, started)
+
+    def _agrees(self, expected: float) -> bool:
+        """Whether the rollout of the augmented Lagrangian's solution costs what that does."""
+        return bool(abs(self._work.result[RESULT.COST] - expected) <= _AGREEMENT * (1.0 + abs(expected)))
+
+    def _refine(self, penalty: float, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        """Careful iterations from where CDDP has stalled, and their rollout: status and number of iterations.
+
+        CDDP stalls where rows need the inputs of several nodes. What does not come of this leaves everything as it was.
+        """
+        result = self._work.result
+        self._keep_guess()
+        code = self._iterate_carefully(penalty, max_iterations, deadline)
+        iterations = int(result[RESULT.ITERATIONS])
+        expected = kernels.nominal_cost(self._model, self._memory)
+        if self._start() and code == kernels.CONVERGED and (self._agrees(expected) or self._returns()):
+            return PlanStatus.CONVERGED, iterations
+        self._restore()
+        return PlanStatus.STALLED, iterations
+
+    def _restore(self) -> None:
+        """Nominal trajectory back to the one that was kept, measured."""
+        np.copyto(self._work.nominal.states, self._given[0])
+        np.copyto(self._work.nominal.inputs, self._given[1])
+        kernels.linearize(self._model, self._memory)
+        kernels.measure_nominal(self._memory)
+        self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
 
     def _iterate(self, max_iterations: int, deadline: float) -> int:
         """Augmented Lagrangian iterations from the nominal trajectory."""
@@ -170,7 +204,7 @@ class Hybrid(Cddp):
     def _compile(self) -> None:
         self._last_inputs = self._work.nominal.inputs.copy()
         super()._compile()
-        iterate_carefully(self._model, self._memory, 1, 0.0)
+        self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
         kernels.iterate(self._model, self._memory, 1, 0.0)
         guess.choose_guess(self._model, self._memory)
         guess.accept_trial(self._memory)

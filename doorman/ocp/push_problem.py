@@ -62,6 +62,8 @@ _CREEP = 0.015
 """Speed at which a door may always move: it stops within a fraction of a degree [rad/s]."""
 
 
+_ROOM = 1.3
+"""Where a start is outside, constraints are widened by so much more than it needs."""
 _NOTED = 1.05
 """Constraints that are widened by a larger factor are worth a word."""
 
@@ -321,7 +323,7 @@ def with_hinge(model: Model, parameters: PushModel, friction: float, disturbance
     allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * _CREEP**2
     hinge = PushHinge(
         deceleration=deceleration,
-        slack=0.5 * _CREEP**2 + max(0.0, 0.5 * rate * rate - allowed),
+        slack=0.5 * _CREEP**2 + _ROOM * max(0.0, 0.5 * rate * rate - allowed),
         speed=max(push.max_rate, -rate),
         least_force=max(
             push.least_force,

@@ -14,6 +14,7 @@ from doorman.checks import vector
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp import augmented_lagrangian, functions, guess, rollout
+from doorman.ocp.careful import iterate_carefully
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.problem import Problem
 from doorman.ocp.solution import PlanStatus, Solution, Timings
@@ -60,7 +61,6 @@ class Solver(ABC):
         """Quadratic programs that ProxQP has solved so far."""
         self._compile()
         self._check_integrators()
-        self._forget_failures()
         self._forget_failures()
 
     def solve(
@@ -176,6 +176,11 @@ class Solver(ABC):
         np.copyto(self._work.nominal.states, self._given[0])
         np.copyto(self._work.nominal.inputs, self._given[1])
 
+    def _iterate_carefully(self, penalty: float, max_iterations: int, deadline: float) -> int:
+        """Careful iterations from the nominal trajectory and the multipliers; their code."""
+        feasibility = self.options.feasibility
+        return int(iterate_carefully(self._model, self._memory, penalty, feasibility, max_iterations, deadline))
+
     def _evaluates(self, state: Array) -> bool:
         """Whether dynamics and constraints are finite at the start."""
         ahead, h = np.empty(self.problem.nx), np.zeros(self.problem.n_constraints)
@@ -242,6 +247,7 @@ class Solver(ABC):
     def _compile(self) -> None:
         """Run every kernel once."""
         self._set_guess(self.problem.cost.state_goal.copy(), None, None, None)
+        self._evaluates(self.problem.cost.state_goal.copy())
         guess.settle_integrators(self._memory)
         guess.aim_straight(self._memory)
         guess.last_violation(self._memory, 0.0)

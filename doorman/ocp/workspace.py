@@ -290,7 +290,7 @@ class Result(NamedTuple):
     ENTRIES: int = 9
     """Number of pairs in the filter."""
     PENALTY: int = 10
-    """1/μ."""
+    """1/μ with which the fast iterations ended."""
     RELAXED: int = 11
     """Nodes at which no input was good enough for all rows."""
     CORRECTIONS: int = 12
