@@ -56,7 +56,7 @@ $(VENV)/.installed-for-rig: pyproject.toml | $(BIN)/python
 # Includes what the demos need: their stamps are set too, so that they do not install again.
 $(VENV)/.installed-for-test: pyproject.toml | $(BIN)/python
 	@echo 'Installing into $(VENV): a few minutes the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware,test]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware,campaign,test]'
 	touch $(VENV)/.installed-for-demo $(VENV)/.installed-for-rig $@
 
 clean:

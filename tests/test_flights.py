@@ -61,7 +61,9 @@ def test_the_mission_goes_from_hover_to_hover(kind: str, request: pytest.Fixture
     assert mission["state"].tolist() == PHASES
     assert not any(mission["message"][:-1])
     for place in (0, -1):
-        assert truth["position"][place, 0] < -0.4 - 0.9 * scenario.mission.hover_distance  # the disc is out of the doorway
+        assert (
+            truth["position"][place, 0] < -0.4 - 0.9 * scenario.mission.hover_distance
+        )  # the disc is out of the doorway
         assert np.linalg.norm(truth["velocity"][place]) < 0.3
     closing = truth["velocity"][np.flatnonzero(truth["touching"])[0], 0]
     assert 0.0 < closing < 0.1, "it touches gently"
@@ -84,7 +86,9 @@ def test_a_tip_that_can_only_push_opens_a_door_that_it_does_not_know(pushed: Rec
 def test_the_tips_force_is_estimated(pushed: Recording) -> None:
     truth, estimate = pushed["truth"], pushed["estimate"]
     moving = (truth.time > 10.0) & (truth.time < 20.0)
-    average = np.convolve(truth["tip_normal_force"], np.full(125, 1 / 125), mode="same")  # it lags by a tenth of a second
+    average = np.convolve(
+        truth["tip_normal_force"], np.full(125, 1 / 125), mode="same"
+    )  # it lags by a tenth of a second
     found = np.convolve(estimate["normal_force"], np.full(125, 1 / 125), mode="same")
     assert np.abs(average - found)[moving].mean() < 0.15
 

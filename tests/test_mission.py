@@ -41,7 +41,9 @@ class ScriptedBackend(Backend):
         x, rest = self.model.start_state, np.zeros(3)
         position = self.model.coupling.vehicle_position(x[:3], x[3], x[5:])
         arm = np.zeros(self.model.n_arm)
-        measurement = Measurement(TICK * self.ticks, position, rest, x[:3].copy(), rest, x[5:].copy(), arm, TICK * self.ticks)
+        measurement = Measurement(
+            TICK * self.ticks, position, rest, x[:3].copy(), rest, x[5:].copy(), arm, TICK * self.ticks
+        )
         self.ticks += 1
         return self.change(measurement)
 

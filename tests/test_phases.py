@@ -84,7 +84,6 @@ def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
 
 def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
-
     begun: list[tuple[float, float]] = []
 
     def swung(time: float, angle: float, rate: float) -> float:

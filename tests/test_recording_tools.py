@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 from doorman.cli import app
 from doorman.cli.replay import replay_plans
 from doorman.exceptions import DoormanError, RecordingError
-from doorman.mission import simulate
+from doorman.mission import PlanSchedule, simulate
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder, Recording
 from doorman.recording.export import export
@@ -189,7 +189,21 @@ def test_what_was_told_of_the_door_is_in_the_plan(recording):
     at = np.searchsorted(estimate.time, plan.time)
     assert (estimate.time[at] == plan.time).all()
     assert (estimate["door_disturbance"][at] == plan["door_disturbance"]).all()
-    assert len(np.unique(plan["door_disturbance"])) > 3
+
+
+def test_changing_doors_and_cold_plans_are_replayed(planner):
+    told = [0.0, -0.3, -0.31, 0.2, -1.0, -1.1]
+    with Recorder(None, {}) as recorder:
+        schedule = PlanSchedule(planner, 0, recorder)
+        for k, disturbance in enumerate(told):
+            if k == 3:
+                schedule.forget()
+            schedule.update(schedule.period * k, planner.planning.start_state, disturbance)
+        recording = recorder.recording()
+    assert recording["plan"]["door_disturbance"].tolist() == told
+    assert recording["plan"]["cold"].tolist() == [True, False, False, True, False, False]
+    found = replay_plans(recording, planner)
+    assert (found.plans, found.cold, found.identical) == (6, 2, True)
 
 
 def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):

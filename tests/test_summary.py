@@ -47,7 +47,9 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
         plan = {name: columns[name][k] for name in names}
         recorder.write("plan", 0.1 * k, {**plan, "normal_force": [0.3 + 0.1 * k, 0.7]})
     for state, message in columns["phases"]:
-        recorder.write("mission", 0.1 * (m - 1), {"state": state, "message": message, "wall_time": columns["wall_time"]})
+        recorder.write(
+            "mission", 0.1 * (m - 1), {"state": state, "message": message, "wall_time": columns["wall_time"]}
+        )
     return recorder.recording()
 
 

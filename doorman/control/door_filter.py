@@ -90,7 +90,9 @@ class DoorFilter:
         turned = self._rest - self.state[ANGLE]
         p = self.covariance
         torque = p[FRICTION, FRICTION] + turned * (2.0 * p[FRICTION, STIFFNESS] + turned * p[STIFFNESS, STIFFNESS])
-        return HingeEstimate(*(float(x) for x in (*self.state[chosen], *deviations)), math.sqrt(max(torque, 0.0)))
+        b, c, k, inertia = (float(value) for value in self.state[chosen])
+        d = [float(value) for value in deviations]
+        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], math.sqrt(max(torque, 0.0)))
 
     def sliding_torque(self) -> float:
         """Torque against a slow opening at the present angle, Coulomb friction and closer [N m]."""

@@ -57,7 +57,7 @@ class PushController:
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
         posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
-        planned = float(np.linalg.norm(setpoint.force)) * np.sign(setpoint.normal @ setpoint.force)
+        planned = float(setpoint.normal @ setpoint.force)
         push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
         return self._with(setpoint, normal, push, estimate)
 

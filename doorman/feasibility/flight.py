@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE, clearances_at
 from doorman.collision.scene import CollisionScene
-from doorman.feasibility.rehearsal import Rehearsal
+from doorman.feasibility.rehearsal import Rehearsal, resistance
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
 from doorman.kinematics.door import door_normal
@@ -46,6 +46,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         _tilt(model, rehearsal),
         _thrust(model, rehearsal),
         *_forces(model, rehearsal),
+        *_stopping(model),
         _clearance(model, rehearsal),
     ]
 
@@ -162,6 +163,27 @@ def _pull(model: Model, pull: float) -> Finding:
         pull, _PULL_SLACK if push_only else None, "N",
         "" if ok else 'contact.kind = "grip", or a hinge with enough friction and damping to brake the door',
     )  # fmt: skip
+
+
+def _stopping(model: Model) -> list[Finding]:
+    """A tip that can only push needs a hinge that stops the door: the speed from which it does, at the start."""
+    if model.scenario.contact.kind != "push":
+        return []
+    torque, push, lever = resistance(model), model.scenario.push, model.coupling.distance_from_hinge
+    deceleration = push.stopping_share * torque / (model.door.inertia + model.vehicle.mass * lever**2)
+    way = abs(float(model.goal_state[3] - model.start_state[3]))
+    speed = min(math.sqrt(2.0 * deceleration * way), push.max_rate)
+    needed = 2.0 * way / model.scenario.mission.time_out.open
+    ok = speed >= needed
+    known = "" if model.door.friction > 0.0 else " (unknown: the mean of estimation.friction)"
+    return [
+        Finding(
+            "door can be stopped", graded(ok),
+            f"against {torque:.2f} N m{known} the door may be as fast as {speed:.3f} rad/s, so that it stops by itself",
+            speed, needed, "rad/s",
+            "" if ok else 'contact.kind = "grip": a door without resistance cannot be stopped by pushing',
+        )
+    ]  # fmt: skip
 
 
 def _clearance(model: Model, rehearsal: Rehearsal) -> Finding:

@@ -5,6 +5,8 @@ is out of bounds it settles on a compromise. Whether the compromise still opens 
 constraints together; running the loop answers it. The motion is that of `PlanningModel.swing`: of the planner's own model,
 with the inertia that the push really moves. The hinge's friction is a torque against the swing that the planner knows of, as
 in flight, where an observer finds it: what it costs in force, and so in tilt and in room beside the leaf, is in the answer.
+A tip that can only push needs resistance: where the scenario names no friction, the rehearsal takes the prior mean of
+`estimation.friction` for it.
 """
 
 from __future__ import annotations
@@ -16,14 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import SingularityError
-from doorman.model import Model
+from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Planner
 from doorman.ocp.planning_model import planning_model
+from doorman.ocp.push_planning import push_state
 
 Array = NDArray[np.float64]
 
 DURATION = 12.0
 """Of a rehearsal [s]."""
+PUSH_DURATION = 30.0
+"""Of one with a tip that can only push [s]."""
 
 _FASTEST_DOOR = 20.0
 """Door rate at which a rehearsal is given up [rad/s]."""
@@ -65,14 +70,21 @@ class Rehearsal:
         return float(self.times[off[-1] + 1]) if off[-1] + 1 < len(self.times) else None
 
 
-def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
+def resistance(model: Model) -> float:
+    """Friction that a rehearsal takes the hinge to have [N m]."""
+    if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
+        return float(model.scenario.estimation.friction[0])
+    return model.door.friction
+
+
+def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     """Run the planner on a model of the swing, one plan each time step.
 
     As in flight, a plan that may not be flown is dropped, and the last good one followed to its end.
 
     Args:
         model: Model of the scenario.
-        duration: [s].
+        duration: [s]; by default long enough for the contact's kind.
 
     Returns:
         The motion, as far as it went.
@@ -81,12 +93,19 @@ def rehearse(model: Model, duration: float = DURATION) -> Rehearsal:
         ScenarioError: if the scenario's weights do not fit the arm.
     """
     planner = Planner(model)
-    against = math.copysign(model.door.friction, float(model.goal_state[3] - model.start_state[3]))
+    pushes = model.scenario.contact.kind == "push"
+    against = math.copysign(resistance(model), float(model.goal_state[3] - model.start_state[3]))
     planner.update_door(friction=0.0, disturbance=against)
     planning = planning_model(model)
     swing = planning.swing(against)
     time_step = model.scenario.planner.time_step
-    states, inputs = [planning.start_state], []
+    start = planning.start_state
+    if pushes:
+        push = resistance(model) / model.coupling.distance_from_hinge
+        start = push_state(start, push, model.vehicle.mass * GRAVITY)
+    if duration is None:
+        duration = PUSH_DURATION if pushes else DURATION
+    states, inputs = [start], []
     flown, ahead, unusable, failure = None, 0, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):
         try:

@@ -138,7 +138,9 @@ class Sequence:
             if estimate.time - self._entered > limit:
                 self._time_out(estimate, limit)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
-        closed = self._grips and (self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None))
+        closed = self._grips and (
+            self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None)
+        )
         return Action(setpoint, closed)
 
     def _time_out(self, estimate: Estimate, limit: float) -> None:

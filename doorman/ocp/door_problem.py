@@ -95,6 +95,7 @@ def _linearize_step(model: DoorModel, x: Array, u: Array, jacobian: Array) -> No
 @functions.implement(functions.constrain, DoorModel)
 @kernel
 def constrain_door(model: DoorModel, x: Array, h: Array) -> None:
+    """Rows of a state: collision constraints with margin, then the tilt, into `h` (nh,)."""
     collision_constraints(model.collision, x, h)
     last = h.shape[0] - 1
     for i in range(last):
@@ -107,6 +108,7 @@ def constrain_door(model: DoorModel, x: Array, h: Array) -> None:
 @functions.implement(functions.linearize_constraints, DoorModel)
 @kernel
 def linearize_door_constraints(model: DoorModel, x: Array, h: Array, jacobian: Array) -> None:
+    """The same with their Jacobian into `jacobian` (nh, nx)."""
     jacobian[:, :] = 0.0
     collision_constraints_jacobian(model.collision, x, h, jacobian)
     last = h.shape[0] - 1
@@ -134,6 +136,7 @@ def _gather(rows: Array, first: int, lanes: Array) -> None:
 def linearize_door_horizon(
     model: DoorModel, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
 ) -> None:
+    """Dynamics and rows of all nodes, as `functions.linearize_horizon`, many nodes side by side."""
     n, nx, nh = inputs.shape[0], states.shape[1], rows.shape[1]
     lanes, entries, h = model.collision_lanes.arm.lanes, model.entry_lanes, model.dynamics.time_step
     values, slopes, last = model.row_lanes, model.slope_lanes, nh - 1
@@ -171,6 +174,7 @@ def linearize_door_horizon(
 @functions.implement(functions.constrain_horizon, DoorModel)
 @kernel
 def constrain_door_horizon(model: DoorModel, states: Array, rows: Array) -> None:
+    """Rows of all nodes, as `functions.constrain_horizon`, many nodes side by side."""
     n, nh = rows.shape[0], rows.shape[1]
     lanes, values, last = model.collision_lanes.arm.lanes, model.row_lanes, nh - 1
     for first in range(0, n, LANES):

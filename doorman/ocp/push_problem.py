@@ -20,9 +20,10 @@ The tip carries next to no weight, so that :math:`f_t e_3^T R e_3 = m_A g` up to
 4. it does not slip sideways, :math:`|\lambda_t| \le \mu\lambda_n/\sqrt 2`;
 5. the door is not thrown, :math:`-\ddot\alpha \le a_{max}`;
 
-and what is left for the input is that it does not slip up or down, :math:`|\lambda_z| \le \mu\lambda_{min}/\sqrt 2`. Both ends
-of an absolute value are rows of their own: a cone's tip would be too sharp for linearised steps. Forces are rows as shares of
-the weight, so that their slopes by roll and pitch are near one, as those of the other rows. docs/push.md has the proof that (1) can always be kept.
+and what is left for the input is that it does not slip up or down, :math:`|\lambda_z| \le \mu\lambda_{min}/\sqrt 2`. Both
+ends of an absolute value are rows of their own: a cone's tip would be too sharp for linearised steps. Forces are rows as
+shares of the weight, so that their slopes by roll and pitch are near one, as those of the other rows. docs/push.md has the
+proof that (1) can always be kept.
 """
 
 from __future__ import annotations

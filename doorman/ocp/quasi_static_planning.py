@@ -92,6 +92,10 @@ def push_along_normal(states: Array, inputs: Array) -> Array:
     Returns:
         Shape of the inputs' first axis [N].
     """
-    roll, pitch, turn = states[: len(inputs), 0], states[: len(inputs), 1], states[: len(inputs), 3] - states[: len(inputs), 2]
+    roll, pitch, turn = (
+        states[: len(inputs), 0],
+        states[: len(inputs), 1],
+        states[: len(inputs), 3] - states[: len(inputs), 2],
+    )
     direction = np.cos(roll) * np.sin(pitch) * np.sin(turn) + np.sin(roll) * np.cos(turn)
     return np.asarray(inputs[:, 0] * direction)

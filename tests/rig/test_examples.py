@@ -1,0 +1,53 @@
+"""The two examples are one program with two backends; the vehicle's takes off and lands by itself."""
+
+from __future__ import annotations
+
+import difflib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from flight_rig import FlightRig, until
+
+from doorman.exceptions import BackendError
+from doorman.flight import FlyingBackend
+from doorman.hardware.interface import Command
+
+ROOT = Path(__file__).parents[2]
+SIMULATED, FLOWN = (ROOT / "examples" / f"{name}_the_door.py" for name in ("open", "fly"))
+
+
+def test_examples_differ_in_the_backend_only():
+    lines = [path.read_text(encoding="utf-8").split('"""', 2)[2].splitlines() for path in (SIMULATED, FLOWN)]
+    changed = [line for line in difflib.ndiff(*lines) if line[0] in "+-"]
+    code = [line[2:] for line in changed if not line[2:].startswith(("import ", "from ", "recorder = "))]
+    assert [line.partition("=")[0].strip() for line in code] == ["backend", "backend"]
+
+
+def test_the_example_says_which_link_is_missing():
+    ran = subprocess.run(
+        [sys.executable, str(FLOWN), "udp:1", "/dev/no-such-port"], cwd=ROOT, capture_output=True, text=True, check=False,
+        timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert ran.returncode == 1
+    assert "not flown to its end" in ran.stderr
+    assert "/dev/no-such-port" in ran.stderr
+
+
+def test_the_backend_takes_off_and_lands(rig: FlightRig):
+    rig.links.stop()
+    words = rig.rig.arguments
+    backend = FlyingBackend(rig.model, words[1], words[3], words[5])
+    try:
+        with backend:
+            assert rig.rig.plant.snapshot.truth.position == pytest.approx(rig.rig.plant.places.hover, abs=0.2)
+            measurement = backend.read()
+            backend.command(Command(rig.model.hover_input[0], measurement.attitude * 0.0, measurement.arm_rates * 0.0))
+        until(lambda: rig.rig.plant.snapshot.on_ground and not rig.rig.plant.snapshot.motors, "landed")
+        with pytest.raises(BackendError, match="not open"):
+            backend.read()
+    finally:
+        backend.stop()
+        rig.links.open()
