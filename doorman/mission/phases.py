@@ -34,8 +34,8 @@ _PRESSING = 0.4
 """From the touch to the opening [s]."""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
-_FRICTION_FLOOR = 0.05
-"""Friction beyond what the closer needs, without which a door is held and not let go [N m]."""
+_FRICTION_FLOOR = 0.2
+"""By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -254,10 +254,15 @@ class Sequence:
         return setpoint
 
     def _stays(self, estimate: Estimate) -> bool:
-        """Whether friction surely holds the door against its closer, and against being let go."""
+        """Whether friction holds the door against its closer.
+
+        A push teaches the two well, and a wrong answer swings the leaf onto the vehicle: it must be sure. A grip moves too fast to
+        learn much, and counts on what is more likely.
+        """
         hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
-        closer = (hinge.stiffness + hinge.stiffness_deviation) * turned
-        return hinge.friction - hinge.friction_deviation > closer + _FRICTION_FLOOR
+        doubt = 0.0 if self._grips else 1.0
+        closer = (hinge.stiffness + doubt * hinge.stiffness_deviation) * turned
+        return hinge.friction - doubt * hinge.friction_deviation + (0.0 if doubt else _FRICTION_FLOOR) > closer
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
