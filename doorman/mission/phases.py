@@ -256,8 +256,8 @@ class Sequence:
     def _stays(self, estimate: Estimate) -> bool:
         """Whether friction holds the door against its closer.
 
-        A push teaches the two well, and a wrong answer swings the leaf onto the vehicle: it must be sure. A grip moves too fast to
-        learn much, and counts on what is more likely.
+        A push teaches the two well, and a wrong answer swings the leaf onto the vehicle: it must be sure. A grip moves too
+        fast to learn much, and counts on what is more likely.
         """
         hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
         doubt = 0.0 if self._grips else 1.0
