@@ -24,7 +24,7 @@ rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
 test: lint
-	$(BIN)/python -m pytest --cov --cov-report=term:skip-covered --cov-report=xml
+	$(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=term:skip-covered --cov-report=xml
 
 lint: $(VENV)/.installed-for-test
 	$(BIN)/ruff check .

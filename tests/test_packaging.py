@@ -114,7 +114,14 @@ def third_party_imports(path: Path) -> set[str]:
     return {name for name in names if name not in sys.stdlib_module_names and name not in ("doorman", "__future__")}
 
 
-PROVIDED_BY = {"pinocchio": "pin", "coal": "coal", "proxsuite": "proxsuite", "mujoco": "mujoco", "yaml": "pyyaml"}
+PROVIDED_BY = {
+    "distributed": "dask",
+    "pinocchio": "pin",
+    "coal": "coal",
+    "proxsuite": "proxsuite",
+    "mujoco": "mujoco",
+    "yaml": "pyyaml",
+}
 """Distributions whose metadata does not name the modules they install where Python looks for them."""
 
 
@@ -129,16 +136,17 @@ def distribution_of(module: str) -> str:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "doorman").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_import_is_a_declared_dependency(path):
-    extras = {"simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware",)}.get(
-        path.relative_to(ROOT / "doorman").parts[0], ()
-    )
+    extras = {
+        "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware",), "campaign": ("campaign",),
+        "recording": ("campaign",), "rig": ("sim", "hardware"), "flight": ("hardware",),
+    }.get(path.relative_to(ROOT / "doorman").parts[0], ())  # fmt: skip
     declared = requirements(*extras)
     for module in third_party_imports(path):
         assert distribution_of(module) in declared, f"{path} imports {module}"
 
 
 def test_every_import_of_the_tests_is_a_declared_dependency():
-    declared = requirements("sim", "viz", "hardware", "test")
+    declared = requirements("sim", "viz", "hardware", "campaign", "docs", "test")
     own = {path.stem for path in (ROOT / "tests").rglob("*.py")}
     for path in (ROOT / "tests").rglob("*.py"):
         for module in third_party_imports(path) - own:
@@ -150,13 +158,23 @@ def test_every_dependency_is_imported():
     for path in [*(ROOT / "doorman").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]:
         own = {test.stem for test in (ROOT / "tests").rglob("*.py")}
         imported |= {distribution_of(module) for module in third_party_imports(path) - own}
-    tools = {"pytest-cov", "ruff", "mypy", "import-linter", "example-robot-data"}
-    assert set(requirements("sim", "viz", "hardware", "test")) - tools <= imported
+    tools = {
+        "pytest-cov",
+        "pytest-xdist",
+        "ruff",
+        "mypy",
+        "import-linter",
+        "example-robot-data",
+        "furo",
+        "myst-parser",
+        "latex2mathml",
+    }
+    assert set(requirements("sim", "viz", "hardware", "campaign", "docs", "test")) - tools <= imported
 
 
-@pytest.mark.parametrize("requirement", requirements("sim", "viz", "hardware", "test").values())
+@pytest.mark.parametrize("requirement", requirements("sim", "viz", "hardware", "campaign", "docs", "test").values())
 def test_every_dependency_has_a_lower_bound_that_is_met(requirement):
-    name, bound = re.fullmatch(r"([\w.-]+)>=([\d.]+)", requirement).groups()
+    name, bound = re.fullmatch(r"([\w.-]+)(?:\[\w+\])?>=([\d.]+)", requirement).groups()
     installed = importlib.metadata.version(name)
     assert [int(part) for part in re.findall(r"\d+", installed)] >= [int(part) for part in bound.split(".")]
 
@@ -209,7 +227,7 @@ def test_make_test_installs_and_runs_every_check():
     text = recipe("test")
     steps = [
         "-m venv venv",
-        "[sim,viz,hardware,test]",
+        "[sim,viz,hardware,campaign,test]",
         "ruff check",
         "ruff format --check",
         "mypy",
