@@ -37,8 +37,10 @@ _NUDGE = 0.4
 _FORGOTTEN = 0.3
 """Once it moves [s]."""
 _PROGRESS = math.radians(0.5)
-_PATIENCE = 10.0
+_STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
+_PATIENCE = 6.0
+"""Hold times after which a door that swings about the goal is near enough."""
 
 
 class Opening:
@@ -63,6 +65,7 @@ class Opening:
         self._rate = 0.0
         self._good_since: float | None = None
         self._slow_since: float | None = None
+        self._near_since: float | None = None
         self._held_since: float | None = None
         self._held: Setpoint | None = None
         self._pressing = 0.0
@@ -124,11 +127,12 @@ class Opening:
             return self._held_since is not None and now - self._held_since >= self._hold_time
         good = self._good_since is not None and now - self._good_since >= self._hold_time
         slow = self._slow_since is not None and now - self._slow_since >= _SETTLING * self._hold_time
-        return (good or slow) and abs(self._rate) < 0.4 * _SLOW
+        near = self._near_since is not None and now - self._near_since >= _PATIENCE * self._hold_time
+        return ((good or slow) and abs(self._rate) < 0.4 * _SLOW) or near
 
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
-        if estimate.time - self._progress_at < _PATIENCE or self._slow_since is not None:
+        if estimate.time - self._progress_at < _STUCK or self._near_since is not None:
             return ""
         return (
             f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
@@ -144,6 +148,8 @@ class Opening:
         held = self._held is not None and abs(off) < _LEFT
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None
+        near = abs(off) < _NEAR
+        self._near_since = (self._near_since if self._near_since is not None else now) if near else None
         self._held_since = (self._held_since if self._held_since is not None else now) if held else None
 
     def _holds(self, off: float, estimate: Estimate) -> bool:

@@ -34,7 +34,7 @@ class VehicleConfig:
     """Whether the last servo is a gripper's."""
     rate: float = 200.0
     """Ticks of the controller [1/s]."""
-    servo_patience: float = 0.15
+    servo_patience: float = 0.3
     """Age up to which joint angles are used; the arm stands still from `servos.stale_after` on [s]."""
 
     def __post_init__(self) -> None:
