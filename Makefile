@@ -1,4 +1,5 @@
 # make demo    opens the door in simulation
+# make test-rig   flies over emulated links in real time: about 5 minutes, on an otherwise idle machine
 # make rig-demo    opens it through emulated autopilot, servos and cameras, on their real protocols
 # make test    runs every check and every test
 # make docs    builds the documentation from docs/ and the docstrings: build/docs/index.html
@@ -12,11 +13,10 @@ VENV ?= .venv
 SCENARIO ?= paper
 
 BIN := $(VENV)/bin
-REAL_TIME := tests/rig tests/hardware
 CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
 
 .DELETE_ON_ERROR:
-.PHONY: demo rig-demo test lint docs bench clean
+.PHONY: demo rig-demo test test-rig lint docs bench clean
 
 demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman open $(SCENARIO)
@@ -27,9 +27,14 @@ rig-demo: $(VENV)/.installed-for-rig
 # First what runs in real time, alone, with kernels compiled ahead; then everything else, two processes at a time.
 test: lint
 	$(BIN)/doorman warmup paper push
-	$(BIN)/python -m pytest --cov --cov-report= $(REAL_TIME)
-	$(BIN)/python -m pytest -n 2 --dist loadfile $(REAL_TIME:%=--ignore=%) \
+	$(BIN)/python -m pytest --cov --cov-report= tests/hardware
+	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore=tests/hardware --ignore=tests/rig \
 		--cov --cov-append --cov-report=term:skip-covered --cov-report=xml
+
+# Whole flights over the emulated links, in real time: they need two cores of their own, which test machines do not promise.
+test-rig: $(VENV)/.installed-for-test
+	$(BIN)/doorman warmup paper
+	$(BIN)/python -m pytest tests/rig
 
 lint: $(VENV)/.installed-for-test
 	$(BIN)/ruff check .
