@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from at_the_door import AT_THE_DOOR
 from hypothesis import settings
 
 from doorman.model import Model
@@ -15,8 +16,8 @@ settings.load_profile("doorman")
 
 @pytest.fixture(scope="session")
 def scenario() -> Scenario:
-    """The paper's task."""
-    return Scenario.load("paper")
+    """The paper's task, from the touch on."""
+    return Scenario.load("paper", AT_THE_DOOR)
 
 
 @pytest.fixture(scope="session")

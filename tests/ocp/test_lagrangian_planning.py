@@ -312,7 +312,7 @@ def test_rehearsals_with_both_models_agree_on_the_end() -> None:
 
 def test_the_papers_door_is_opened() -> None:
     """A whole flight; the planner's own states are twelve, the recorded ones those of every flight."""
-    model = Model(Scenario.load("paper", FULL))
+    model = Model(Scenario.load("paper", FULL | {"mission.start": "contact"}))
     with tempfile.TemporaryDirectory() as folder:
         recording = simulate(model, duration=12.0, path=Path(folder, "flight.mcap"))
     summary, plan = recording.summary, recording["plan"]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from at_the_door import AT_THE_DOOR
 
 from doorman.model import Model
 from doorman.scenario import Scenario
@@ -19,7 +20,7 @@ HOVER = 3.0 * 9.81
 
 @functools.lru_cache(maxsize=64)
 def _model(items: tuple[tuple[str, Any], ...]) -> Model:
-    return Model(Scenario.load("paper", dict(items)))
+    return Model(Scenario.load("paper", AT_THE_DOOR | dict(items)))
 
 
 def make_model(**overrides: Any) -> Model:
