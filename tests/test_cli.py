@@ -14,6 +14,7 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
+from at_the_door import AT_THE_DOOR
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
@@ -319,8 +320,11 @@ def test_json_is_the_only_thing_on_stdout_and_a_shut_door_is_status_1(tmp_path, 
 
 def test_the_seed_decides(tmp_path, monkeypatch):
     monkeypatch.setattr("doorman.cli.open_door._write_pictures", lambda *_: None)
+    at_the_door = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
     summaries = [
-        json.loads(run("open", "--duration", "0.2", "--seed", seed, "--json", "--out", str(tmp_path)).stdout)
+        json.loads(
+            run("open", "--duration", "0.2", "--seed", seed, "--json", "--out", str(tmp_path), *at_the_door).stdout
+        )
         for seed in ("1", "1", "2")
     ]
     angles = [summary["final_door_angle_deg"] for summary in summaries]
@@ -343,7 +347,7 @@ def test_the_progress_bar_shows_the_door_and_the_time_left(monkeypatch):
         on_progress(1.0, 1.0)
         on_progress(4.0, 0.35)
     text = terminal.file.getvalue()
-    for words in ("Preparing", "Flying", "1.0 of 4 s", "door at 57°", "4.0 of 4 s", "door at 20°", "left"):
+    for words in ("Preparing", "Flying", "1.0 s", "door at 57°", "4.0 s", "door at 20°", "left"):
         assert words in text
 
 
@@ -367,7 +371,7 @@ def test_ctrl_c_keeps_what_was_flown(tmp_path):
     out, err = process.communicate(timeout=120)
     assert process.returncode == 1, err
     assert err == ""
-    assert "Interrupted after" in out and "of 600 s" in out
+    assert "Interrupted after" in out
     assert {path.name for path in (tmp_path / "run").iterdir()} == set(RUN_FILES)
     loaded = Recording.load(recording)
     assert loaded.complete

@@ -41,7 +41,10 @@ def test_the_paper_file_says_what_the_defaults_say():
     model, default_model = Model(paper), Model(defaults)
     np.testing.assert_array_equal(model.start_state, default_model.start_state)
     np.testing.assert_array_equal(model.goal_state, default_model.goal_state)
-    for section in ("vehicle", "door", "contact", "control", "simulation"):
+    assert (
+        paper.simulation.door_friction and defaults.simulation.door_friction is None
+    )  # a door that stays where it is left
+    for section in ("vehicle", "door", "contact", "control", "push", "estimation", "mission"):
         assert getattr(paper, section) == getattr(defaults, section), section
     assert paper.planner.model_copy(update={"weights": defaults.planner.weights}) == defaults.planner
 
