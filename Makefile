@@ -16,7 +16,7 @@ BIN := $(VENV)/bin
 CHECK_PYTHON := import sys; sys.exit(sys.version_info < (3, 11) and "doorman needs Python 3.11 or newer: make PYTHON=python3.11")
 
 .DELETE_ON_ERROR:
-.PHONY: demo rig-demo test test-rig lint docs bench clean
+.PHONY: demo rig-demo test test-rig coverage lint docs bench clean
 
 demo: $(VENV)/.installed-for-demo
 	$(BIN)/doorman open $(SCENARIO)
@@ -24,12 +24,17 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-# First what runs in real time, alone, with kernels compiled ahead; then everything else, two processes at a time.
+# First what runs in real time or takes signals, alone, with kernels compiled ahead; then everything else, two processes at a time.
+ALONE := tests/hardware tests/test_recording.py
+
 test: lint
 	$(BIN)/doorman warmup paper push
-	$(BIN)/python -m pytest --cov --cov-report= tests/hardware
-	$(BIN)/python -m pytest -n 2 --dist loadfile --ignore=tests/hardware --ignore=tests/rig \
-		--cov --cov-append --cov-report=term:skip-covered --cov-report=xml
+	$(BIN)/python -m pytest $(ALONE)
+	$(BIN)/python -m pytest -n 2 --dist loadfile $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
+
+# The same with a report of what the tests do not reach; slower by half.
+coverage: PYTEST_OPTIONS := --cov --cov-report=term:skip-covered --cov-report=xml
+coverage: test
 
 # Whole flights over the emulated links, in real time: they need two cores of their own, which test machines do not promise.
 test-rig: $(VENV)/.installed-for-test
