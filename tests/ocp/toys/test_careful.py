@@ -20,6 +20,8 @@ from doorman.ocp.workspace import RESULT, Workspace
 
 FEASIBILITY = 1e-6
 
+pytestmark = pytest.mark.compiles
+
 
 class Careful:
     """Workspace of a toy with a guess in it."""

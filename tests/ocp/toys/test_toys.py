@@ -16,6 +16,8 @@ from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, PlanStatus, Solution,
 
 TOYS = {"point mass": point_mass, "pendulum": pendulum, "car": car, "quadrotor": quadrotor}
 
+pytestmark = pytest.mark.compiles
+
 
 def solved(toy: Toy, method: type[Solver]) -> Solution:
     """A solution that holds what its status says, by the toy's own equations."""
