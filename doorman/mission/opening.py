@@ -68,6 +68,8 @@ class Opening:
         self._near_since: float | None = None
         self._held_since: float | None = None
         self._held: Setpoint | None = None
+        self._waiting: Setpoint | None = None
+        self._nudges = model.scenario.control.door_observer_rate > 0.0
         self._pressing = 0.0
         self._stiction = 0.0
         self._last = 0.0
@@ -85,6 +87,7 @@ class Opening:
             push: F_n that the tip presses with [N].
         """
         self._schedule.forget()
+        self._waiting = None
         self._held, self._progress_at, self._nearest, self._last = None, now, math.inf, now
         if self._push is not None:
             self._push.push = push
@@ -108,7 +111,9 @@ class Opening:
         self._nudge(off, estimate.door_rate, time_step)
         current = self._schedule.update(now, state, estimate.door_disturbance - self._stiction)
         if current is None:
-            setpoint = self._converter.hold(estimate.position, float(estimate.state[2]))
+            if self._waiting is None:
+                self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))
+            setpoint = self._waiting
             return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
         if self._push is None:
             return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
@@ -116,7 +121,7 @@ class Opening:
 
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
-        if abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
+        if self._nudges and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
             self._stiction += math.copysign(_NUDGE * time_step, off)
         else:
             self._stiction *= math.exp(-time_step / _FORGOTTEN)

@@ -36,6 +36,8 @@ _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
+_DOUBT = 0.5
+"""Standard deviations by which friction must be stronger than the closer for a pushed door to be let go."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -260,7 +262,7 @@ class Sequence:
         fast to learn much, and counts on what is more likely.
         """
         hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
-        doubt = 0.0 if self._grips else 1.0
+        doubt = 0.0 if self._grips else _DOUBT
         closer = (hinge.stiffness + doubt * hinge.stiffness_deviation) * turned
         return hinge.friction - doubt * hinge.friction_deviation + (0.0 if doubt else _FRICTION_FLOOR) > closer
 

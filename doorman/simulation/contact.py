@@ -105,7 +105,7 @@ class Gripper:
         self._shapes = [(tip, leaf) for tip in tip_shapes for leaf in leaf_shapes]
         tie = mujoco.mj_name2id(engine_model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
         self._tie = tie if tie >= 0 else None
-        self._model.pair_gap[:] = _NO_CONTACT if self.closed else 0.0
+        self._model.pair_margin[:] = -_NO_CONTACT if self.closed else 0.0
 
     @property
     def closed(self) -> bool:
@@ -131,7 +131,7 @@ class Gripper:
             leaf = self._data.body(int(contact.bodyid[0]))
             contact.pos[:] = leaf.xmat.reshape(3, 3).T @ (tip.xpos - leaf.xpos)
         self._data.eq_active[self._tie] = closed
-        self._model.pair_gap[:] = _NO_CONTACT if closed else 0.0
+        self._model.pair_margin[:] = -_NO_CONTACT if closed else 0.0
 
 
 class ContactReader:

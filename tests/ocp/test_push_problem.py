@@ -86,11 +86,11 @@ def test_rows_are_the_tips_force_by_newtons_law(model: Model) -> None:
         h = np.zeros(problem.n_constraints)
         functions.constrain(parameters, x, h)
         rows = h[-N_STATE_ROWS:]
-        cone, hinge = parameters.cone, parameters.hinge
+        cone, hinge, weight = parameters.cone, parameters.hinge, mass * GRAVITY
         assert rows[1] == pytest.approx(-x[4] - hinge.speed)
-        assert rows[2] == pytest.approx(hinge.least_force - normal)
-        assert rows[3] == pytest.approx(sideways - cone * normal)
-        assert rows[4] == pytest.approx(-sideways - cone * normal)
+        assert rows[2] == pytest.approx((hinge.least_force - normal) / weight)
+        assert rows[3] == pytest.approx((sideways - cone * normal) / weight)
+        assert rows[4] == pytest.approx((-sideways - cone * normal) / weight)
         assert rows[5] == pytest.approx(-acceleration - hinge.acceleration)
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from at_the_door import AT_THE_DOOR
 
 from doorman.model import Model
 from doorman.scenario import Scenario
@@ -20,7 +20,7 @@ HOVER = 3.0 * 9.81
 
 @functools.lru_cache(maxsize=64)
 def _model(items: tuple[tuple[str, Any], ...]) -> Model:
-    return Model(Scenario.load("paper", AT_THE_DOOR | dict(items)))
+    return Model(Scenario.load(Path(__file__).with_name("default.toml"), dict(items)))
 
 
 def make_model(**overrides: Any) -> Model:
