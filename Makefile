@@ -29,7 +29,7 @@ ALONE := tests/hardware tests/test_recording.py
 CHOSEN := -m "not compiles"
 
 test: lint
-	$(BIN)/doorman warmup paper push
+	$(BIN)/doorman warmup paper & other=$$!; $(BIN)/doorman warmup push && wait $$other
 	$(BIN)/python -m pytest $(ALONE)
 	$(BIN)/python -m pytest -n 2 --dist loadfile $(CHOSEN) $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
 

@@ -35,6 +35,8 @@ FREE = QuadraticCost(
 )  # fmt: skip
 PUSHED = Bounds(input_lower=[-FORCE], input_upper=[FORCE])
 
+pytestmark = pytest.mark.compiles
+
 
 def roll(x: Any, u: Any) -> Any:
     return [x[0] + DT * x[1] + 0.5 * DT**2 * u[0], x[1] + DT * u[0]]
