@@ -55,7 +55,7 @@ assert check_scenario("paper", [], True) == 0
 """
 WARMUP = """
 from doorman.cli.warmup import warm_up
-assert warm_up([], [], True) == 0
+assert warm_up(["paper"], [], True) == 0
 """
 
 
@@ -138,7 +138,7 @@ def test_a_warm_up_fills_the_cache(warm):
     assert figures["cache_bytes"] > sum(kernel.stat().st_size for kernel in kernels) > 0
 
 
-@pytest.mark.parametrize("code", [PLAN, FLIGHT, CHECK, WARMUP], ids=["plan", "flight", "check", "warm-up of all"])
+@pytest.mark.parametrize("code", [PLAN, FLIGHT, CHECK, WARMUP], ids=["plan", "flight", "check", "another warm-up"])
 def test_nothing_is_compiled_after_a_warm_up(code, warm, tmp_path):
     printed = output(COMPILED.format(code=code), tmp_path, NUMBA_CACHE_DIR=str(warm[1]))
     figures = json.loads(printed.splitlines()[-1])

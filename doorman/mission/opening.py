@@ -39,6 +39,10 @@ _FORGOTTEN = 0.3
 _PROGRESS = math.radians(0.5)
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
+_STUCK_IN_SWING = 4.0
+"""The same for a pushed door that has swung: somebody holds it, and pushing harder tilts the disc onto the leaf [s]."""
+_SWINGING = 4
+"""Steps of progress after which a door has swung."""
 _PATIENCE = 6.0
 """Hold times after which a door that swings about the goal is near enough."""
 
@@ -62,6 +66,7 @@ class Opening:
         self._weight = model.vehicle.mass * GRAVITY
         self._nearest = math.inf
         self._progress_at = 0.0
+        self._steps_nearer = 0
         self._rate = 0.0
         self._good_since: float | None = None
         self._slow_since: float | None = None
@@ -137,7 +142,11 @@ class Opening:
 
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
-        if estimate.time - self._progress_at < _STUCK or self._near_since is not None:
+        in_swing = self._push is not None and self._steps_nearer > _SWINGING
+        if (
+            estimate.time - self._progress_at < (_STUCK_IN_SWING if in_swing else _STUCK)
+            or self._near_since is not None
+        ):
             return ""
         return (
             f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
@@ -147,6 +156,7 @@ class Opening:
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""
         if abs(off) < self._nearest - _PROGRESS:
+            self._steps_nearer += 1
             self._nearest, self._progress_at = abs(off), now
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
         slow = abs(off) < _NEAR and abs(self._rate) < _SLOW
