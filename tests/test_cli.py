@@ -319,7 +319,7 @@ def test_json_is_the_only_thing_on_stdout_and_a_shut_door_is_status_1(tmp_path, 
 
 
 def test_the_seed_decides(tmp_path, monkeypatch):
-    monkeypatch.setattr("doorman.cli.open_door._write_pictures", lambda *_: None)
+    monkeypatch.setattr("doorman.cli.open_door.write_pictures", lambda *_: None)
     at_the_door = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
     summaries = [
         json.loads(

@@ -18,7 +18,7 @@ from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario
 from doorman.summary import verdict
-from doorman.visualization import constraints_and_forces_figure, replay_page, save, states_figure
+from doorman.visualization import write_pictures
 
 RUN_FILES = (
     "scenario.toml",
@@ -78,7 +78,7 @@ def open_door(
     summary = recording.summary or {}
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    _write_pictures(recording, model, folder)
+    write_pictures(recording, model, folder)
     good, sentence = _outcome(recording)
     if as_json:
         typer.echo(text)
@@ -94,12 +94,6 @@ def _outcome(recording: Recording) -> tuple[bool, str]:
     if end["message"][-1] != "interrupted":
         return good, sentence
     return False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"
-
-
-def _write_pictures(recording: Recording, model: Model, folder: Path) -> None:
-    save(states_figure(recording, model), folder, "states")
-    save(constraints_and_forces_figure(recording, model), folder, "constraints")
-    replay_page(recording, model, folder / "replay.html")
 
 
 def _run_folder(out: Path | None, name: str) -> Path:

@@ -10,7 +10,7 @@ import typer
 from doorman.cli.recorded import recorded_scenario, recording_file
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.visualization import constraints_and_forces_figure, replay_page, save, states_figure
+from doorman.visualization import write_pictures
 
 
 def plot_run(run: Path, out: Path | None, as_json: bool) -> int:
@@ -33,11 +33,7 @@ def plot_run(run: Path, out: Path | None, as_json: bool) -> int:
     recording = Recording.load(file)
     model = Model(recorded_scenario(recording, file))
     folder = out or file.parent
-    files = [
-        *save(states_figure(recording, model), folder, "states"),
-        *save(constraints_and_forces_figure(recording, model), folder, "constraints"),
-        replay_page(recording, model, folder / "replay.html"),
-    ]
+    files = write_pictures(recording, model, folder)
     if as_json:
         typer.echo(json.dumps({"complete": recording.complete, "files": [str(path) for path in files]}, indent=2))
         return 0

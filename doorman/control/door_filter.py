@@ -94,10 +94,6 @@ class DoorFilter:
         d = [float(value) for value in deviations]
         return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], math.sqrt(max(torque, 0.0)))
 
-    def sliding_torque(self) -> float:
-        """Torque against a slow opening at the present angle, Coulomb friction and closer [N m]."""
-        return float(self.state[FRICTION] - self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))
-
     def update(
         self,
         push: float,

@@ -2,7 +2,8 @@
 
 from doorman.visualization.constraint_figure import constraints_and_forces_figure
 from doorman.visualization.figures import states_figure
+from doorman.visualization.pictures import write_pictures
 from doorman.visualization.replay import replay_page
 from doorman.visualization.style import save
 
-__all__ = ["constraints_and_forces_figure", "replay_page", "save", "states_figure"]
+__all__ = ["constraints_and_forces_figure", "replay_page", "save", "states_figure", "write_pictures"]
