@@ -149,6 +149,8 @@ class PushSection(_Section):
     """Least normal force of the tip, whatever the resistance [N]."""
     friction_coefficient: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
+    max_yaw_torque: Positive = 0.12
+    """Largest torque about the vertical by which the tip's force may turn the vehicle [N m]; rotors make little against it."""
     velocity_gain: Positive = 6.0
     """Impedance along the normal: force per difference of the tip's speed from the plan's [N s/m]."""
     hold_tolerance: Positive = 0.006

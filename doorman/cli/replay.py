@@ -18,7 +18,7 @@ from doorman.model import Model
 from doorman.ocp.planner import Plan, Planner
 from doorman.recording import Recording, Topic
 
-_NEEDED = ("cold", "door_disturbance", "state", "states", "inputs", "cost", "iterations", "status")
+_NEEDED = ("cold", "door_disturbance", "margin", "state", "states", "inputs", "cost", "iterations", "status")
 _NUMBERS = ("states", "inputs", "cost", "iterations")
 _SHOWN = 10
 """Differing plans that are listed on the terminal."""
@@ -112,6 +112,7 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
     differences = []
     for k, start in enumerate(_starts(recording, planner.model)):
         planner.update_door(friction=0.0, disturbance=float(recorded["door_disturbance"][k]))
+        planner.update_margin(float(recorded["margin"][k]))
         x = planner.planning.state(*start)
         plan = planner.plan(x) if recorded["cold"][k] else planner.replan(x)
         fields = _differences(recorded, k, plan, planner)

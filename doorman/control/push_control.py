@@ -6,6 +6,9 @@ r"""Following a plan that pushes: force along the door's normal, position along 
 
 with the tip's speed v along the normal: the planned force as feed-forward, an impedance around the planned motion. A
 position loop there would fight the door.
+
+The heading follows a reference with a memory, :math:`\dot\psi_r = \dot\psi_{plan} + \kappa(\psi - \psi_r)`: plans start from the
+heading as it is, so that a steady torque of the tip, which the rotors' drag hardly holds, would turn plan and vehicle away.
 """
 
 from __future__ import annotations
@@ -18,11 +21,16 @@ from numpy.typing import NDArray
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
-from doorman.kinematics.door import door_normal
+from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import Model
 from doorman.ocp.planner import Plan
 
 Array = NDArray[np.float64]
+
+_HEADING_RATE = 0.4
+"""κ [1/s]."""
+_HEADING_LEAD = 0.3
+"""Largest difference of that reference from the heading [rad]."""
 
 
 class PushController:
@@ -40,26 +48,46 @@ class PushController:
         self._moving = model.door.inertia + self._mass * self._lever**2
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
+        self._heading: float | None = None
 
-    def follow(self, plan: Plan, time: float, estimate: Estimate) -> Setpoint:
+    def begin(self, push: float) -> None:
+        """Begin with a push of `push` [N], at whatever heading the vehicle has."""
+        self.push, self._heading = push, None
+
+    def follow(self, plan: Plan, time: float, estimate: Estimate, time_step: float) -> Setpoint:
         """Setpoint for a time of the plan.
 
         Args:
             plan: A usable plan.
             time: Since its first state [s].
             estimate: What is known now.
+            time_step: Since the last call [s].
 
         Returns:
             The setpoint, with a push.
         """
         setpoint = self._converter.setpoint(plan, time, estimate.arm_angles)
+        setpoint = replace(setpoint, yaw=self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step))
         normal = door_normal(estimate.door_angle)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
         posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
         planned = float(setpoint.normal @ setpoint.force)
+        setpoint = replace(
+            setpoint, force=self._converter.force_along_leaf(plan, time) * leaf_direction(estimate.door_angle)
+        )
         push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
         return self._with(setpoint, normal, push, estimate)
+
+    def _yaw(self, plan: Plan, time: float, planned: float, heading: float, time_step: float) -> float:
+        """Yaw to command, where the plan is at `planned` when the attitude loop gets there [rad]."""
+        ahead = self._control.attitude_look_ahead
+        turn = planned - self._converter.heading(plan, time)
+        if self._heading is None:
+            self._heading = heading
+        self._heading += time_step * (turn / ahead + _HEADING_RATE * (heading - self._heading)) if ahead else 0.0
+        self._heading = heading + min(max(self._heading - heading, -_HEADING_LEAD), _HEADING_LEAD)
+        return self._heading + turn
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
         """The same position, with a push of its own.
@@ -78,7 +106,9 @@ class PushController:
             least, most = self.bounds(estimate)
             push = min(max(push, least), most)
         self.push = push
-        return replace(setpoint, normal=normal, push=push - float(normal @ estimate.wind), force=push * normal)
+        beside = setpoint.force - float(normal @ setpoint.force) * normal
+        force = push * normal + beside
+        return replace(setpoint, normal=normal, push=push - float(normal @ estimate.wind), force=force)
 
     def bounds(self, estimate: Estimate) -> tuple[float, float]:
         """Least and largest push: the tip never lets go, and never throws the door [N]."""

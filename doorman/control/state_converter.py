@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.coupling import VehicleMotion
-from doorman.kinematics.door import door_normal
+from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import Model
 from doorman.ocp.planner import Plan
 from doorman.ocp.planning_model import planning_model
@@ -120,7 +120,7 @@ class StateConverter:
             position=motion.position,
             velocity=motion.velocity,
             acceleration=self._acceleration(plan, time + settings.acceleration_look_ahead),
-            yaw=float(self._at(plan, time + settings.attitude_look_ahead)[0][2]),
+            yaw=self.heading(plan, time + settings.attitude_look_ahead),
             force=self._force(plan, time + settings.attitude_look_ahead),
             normal=door_normal(self._at(plan, time)[0][3]),
             arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
@@ -140,6 +140,23 @@ class StateConverter:
         state = self._at(plan, time)[0]
         change = self._at(plan, after)[0][4] - self._at(plan, before)[0][4] if after > before else 0.0
         return DoorMotion(float(state[3]), float(state[4]), float(change / max(after - before, 1e-9)))
+
+    def force_along_leaf(self, plan: Plan, time: float) -> float:
+        r"""Force of the tip on the leaf away from the hinge, at a time of the plan; none after its end [N].
+
+        With :math:`t_D^T F_R + m_A D_V\dot\alpha^2`: the rotors' part, and what the swing's circle leaves of it.
+        """
+        ahead = time + self.model.scenario.control.attitude_look_ahead
+        if ahead >= plan.time_step * len(plan.inputs):
+            return 0.0
+        state, inputs = self._at(plan, ahead)
+        rotors = self._planning.force_on_door(state, float(inputs[0]), np.zeros(3))
+        swing = self.model.vehicle.mass * self._coupling.distance_from_hinge * state[4] ** 2
+        return float(leaf_direction(state[3]) @ rotors + swing)
+
+    def heading(self, plan: Plan, time: float) -> float:
+        """ψ at a time of the plan [rad]."""
+        return float(self._at(plan, time)[0][2])
 
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""

@@ -64,6 +64,7 @@ class Opening:
         self._settings, self._hold_time = model.scenario.push, model.scenario.mission.hold_time
         self._goal, self._lever = float(model.goal_state[3]), model.coupling.distance_from_hinge
         self._weight = model.vehicle.mass * GRAVITY
+        self._tip_position = model.vehicle.tip_position
         self._nearest = math.inf
         self._progress_at = 0.0
         self._steps_nearer = 0
@@ -95,7 +96,7 @@ class Opening:
         self._waiting = None
         self._held, self._progress_at, self._nearest, self._last = None, now, math.inf, now
         if self._push is not None:
-            self._push.push = push
+            self._push.begin(push)
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Setpoint for now.
@@ -114,7 +115,8 @@ class Opening:
         if self._push is not None:
             state = push_state(state, self._push.push, self._weight)
         self._nudge(off, estimate.door_rate, time_step)
-        current = self._schedule.update(now, state, estimate.door_disturbance - self._stiction)
+        disturbance, lean = estimate.door_disturbance - self._stiction, self._lean(estimate)
+        current = self._schedule.update(now, state, disturbance, lean)
         if current is None:
             if self._waiting is None:
                 self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))
@@ -122,7 +124,14 @@ class Opening:
             return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
         if self._push is None:
             return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
-        return self._push.follow(current.plan, now - current.start, estimate)
+        return self._push.follow(current.plan, now - current.start, estimate, time_step)
+
+    def _lean(self, estimate: Estimate) -> float:
+        """How much nearer to the leaf a vehicle comes that leans into the wind about its tip [m]."""
+        if self._push is None:
+            return 0.0
+        depth = abs(float(self._tip_position(estimate.arm_angles)[2]))
+        return depth * float(np.hypot(estimate.wind[0], estimate.wind[1])) / self._weight
 
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""

@@ -104,6 +104,7 @@ class Sequence:
         self._recoveries = 0
         self._targets: list[Array] = []
         self._arm = model.start_arm
+        self._facing = float(model.start_state[2])
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
             Phase.HOLD: self._hold, Phase.RECOVER: self._recover, Phase.RELEASE: self._release,
@@ -169,7 +170,10 @@ class Sequence:
             self._arm = np.array(estimate.arm_angles)
             self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
+            self._facing = float(self._model.start_state[2])
             self._estimator.contact.declare(False)
+        elif phase in (Phase.RECOVER, Phase.RELEASE):
+            self._facing = float(estimate.state[2])
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
         self._on_change(estimate.time, phase, reason)
@@ -235,7 +239,7 @@ class Sequence:
         rest, rates = np.zeros(3), np.zeros(self._model.n_arm)
         wind = float(normal @ estimate.wind)
         reaction = push * normal if estimate.touching else rest
-        return Setpoint(position, rest, rest, yaw, reaction, normal, rates, push - wind)
+        return Setpoint(position, rest, rest, self._facing, reaction, normal, rates, push - wind)
 
     def _open(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         setpoint = self._opening.step(estimate, body_rates)

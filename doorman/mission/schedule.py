@@ -47,7 +47,7 @@ class PlanSchedule:
         """Between plans [s]."""
         return 1.0 / self.planner.settings.rate
 
-    def update(self, now: float, state: np.ndarray, door_disturbance: float) -> TimedPlan | None:
+    def update(self, now: float, state: np.ndarray, door_disturbance: float, lean: float = 0.0) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
         A plan that is not flyable is recorded and dropped: the last usable one is followed to its end, where it rests.
@@ -57,12 +57,15 @@ class PlanSchedule:
             state: x of the planner, shape (nx,).
             door_disturbance: Estimated torque in the hinge, Coulomb friction included, in the sense of damping [N m].
 
+            lean: By which the vehicle comes nearer to door and frame than a plan knows, as it leans into wind [m].
+
         Returns:
             The plan, or None before the first one is known.
         """
         if now >= self._next - 1e-9:
             self._next = max(self._next + self.period, now)
             self.planner.update_door(friction=0.0, disturbance=door_disturbance)
+            self.planner.update_margin(self.planner.settings.margin + lean)
             self._plan(now, state, door_disturbance)
         while self._waiting and self._waiting[0].available_at <= now + 1e-9:
             self.current = self._waiting.pop(0)
@@ -87,6 +90,7 @@ class PlanSchedule:
             {
                 "cold": first,
                 "door_disturbance": door_disturbance,
+                "margin": self.planner.margin,
                 "state": states[0],
                 "states": states,
                 "inputs": inputs,

@@ -89,6 +89,7 @@ class Planner:
         self._started = False
         self._parameters = self._problem.model
         self._friction, self._disturbance = self.model.door.friction, 0.0
+        self._margin = self.settings.margin
 
     def update_door(self, *, friction: float | None = None, disturbance: float | None = None) -> None:
         """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
@@ -109,6 +110,24 @@ class Planner:
                 )
         self._friction, self._disturbance = friction, disturbance
 
+    def update_margin(self, margin: float) -> None:
+        """Change the distance that the next plans keep from door and frame; `planner.margin` holds until the first call.
+
+        Args:
+            margin: Not negative [m].
+
+        Raises:
+            DimensionError: if it is negative or not finite.
+        """
+        if not 0.0 <= margin < math.inf:
+            raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
+        self._margin = float(margin)
+
+    @property
+    def margin(self) -> float:
+        """Distance that plans keep from door and frame [m]."""
+        return self._margin
+
     def normal_forces(self, plan: Plan) -> Array:
         """Force of the tip on the door along its normal, at every node but the last; positive where it presses.
 
@@ -121,9 +140,13 @@ class Planner:
         return self.planning.normal_forces(self._parameters, plan.states, plan.inputs)
 
     def _fit(self, state: Array) -> None:
-        """Fit the problem to what is known of the hinge, and to a start."""
-        self._parameters = self.planning.fitted(self._problem.model, self._friction, self._disturbance, state)
+        """Fit the problem to what is known of the hinge, to the margin, and to a start."""
+        fitted = self.planning.fitted(self._problem.model, self._friction, self._disturbance, state)
+        self._parameters = self.planning.with_margin(fitted, self._margin)
         self.solver.update_model(self._parameters)
+        goal = self.planning.goal(state)
+        if goal is not self.planning.goal_state:
+            self.solver.update_goal(goal)
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
         """Plan from hover inputs until converged.

@@ -76,6 +76,21 @@ class PlanningModel(Protocol):
             Parameters of the same type.
         """
 
+    def with_margin(self, parameters: Any, margin: float) -> Any:
+        """The same parameters with another distance from door and frame.
+
+        Args:
+            parameters: What `fitted` returned.
+            margin: [m].
+        """
+
+    def goal(self, start: Array) -> Array:
+        """Where the cost of a plan draws to, shape (nx,): `goal_state`, or a place on the way there.
+
+        Args:
+            start: x, shape (nx,).
+        """
+
     def relaxed(self, parameters: Any) -> bool:
         """Whether `fitted` had to widen constraints so that they contain the start."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.model import Model
 from doorman.ocp.problem import Problem
 from doorman.ocp.push_problem import PushModel, is_relaxed, push_problem, with_hinge
 from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal
@@ -19,6 +20,11 @@ class PushPlanning(QuasiStaticPlanning):
         model: Model of the scenario.
     """
 
+    def __init__(self, model: Model) -> None:
+        super().__init__(model)
+        planner = model.scenario.planner
+        self._lead = 0.5 * model.scenario.push.max_rate * planner.horizon_steps * planner.time_step
+
     def problem(self) -> Problem:
         """The problem with the push's constraints, see `PlanningModel`."""
         return push_problem(self.model)
@@ -26,6 +32,24 @@ class PushPlanning(QuasiStaticPlanning):
     def fitted(self, parameters: PushModel, friction: float, disturbance: float, start: Array) -> PushModel:
         """Constraints that fit the hinge's resistance and contain the start, see `PlanningModel`."""
         return with_hinge(self.model, parameters, friction, disturbance, start)
+
+    def with_margin(self, parameters: PushModel, margin: float) -> PushModel:
+        """Another distance from door and frame, see `PlanningModel`."""
+        return parameters._replace(door=parameters.door._replace(margin=margin))
+
+    def goal(self, start: Array) -> Array:
+        """The door at its goal, heading and arm as far on their way as the door will be within the horizon.
+
+        A pushed door takes many horizons. A heading that hurries to its goal turns the vehicle away from the line of the push,
+        and its rotors make little torque against what the push does then.
+        """
+        first, last = self.start_state, self.goal_state
+        soon = start[3] - self._lead
+        done = min(max((first[3] - soon) / (first[3] - last[3]), 0.0), 1.0)
+        goal = np.array(last)
+        goal[2] += (1.0 - done) * (first[2] - last[2])
+        goal[5:] += (1.0 - done) * (first[5:] - last[5:])
+        return goal
 
     def relaxed(self, parameters: PushModel) -> bool:
         """Whether the start is too fast to be stopped by the door's own resistance, or beyond the largest rate."""

@@ -19,6 +19,8 @@ The tip carries next to no weight, so that :math:`f_t e_3^T R e_3 = m_A g` up to
 3. the tip presses, :math:`\lambda_n \ge \lambda_{min}`;
 4. it does not slip sideways, :math:`|\lambda_t| \le \mu\lambda_n/\sqrt 2`;
 5. the door is not thrown, :math:`-\ddot\alpha \le a_{max}`;
+6. the rotors can hold the vehicle's heading against the tip's force, :math:`|r_t\lambda_n - r_n\lambda_t| \le M_{max}`, with the
+   tip at :math:`r_n n_D + r_t t_D` from O_B: drag makes little torque, and a vehicle that pushes beside its centre of mass spins;
 
 and what is left for the input is that it does not slip up or down, :math:`|\lambda_z| \le \mu\lambda_{min}/\sqrt 2`. Both
 ends of an absolute value are rows of their own: a cone's tip would be too sharp for linearised steps. Forces are rows as
@@ -36,6 +38,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.dynamics.quasi_static import quasi_static_step, quasi_static_step_jacobian
+from doorman.kinematics.arm import ArmParameters, arm_kinematics, point_derivative
 from doorman.model import GRAVITY, Model
 from doorman.numba_types.lanes import sincos
 from doorman.ocp import functions
@@ -52,7 +55,7 @@ from doorman.ocp.problem import Problem
 
 Array = NDArray[np.float64]
 
-N_STATE_ROWS = 6
+N_STATE_ROWS = 8
 """Rows of h beyond the door problem's."""
 N_INPUT_ROWS = 2
 """Rows of g."""
@@ -102,6 +105,8 @@ class PushModel(NamedTuple):
     """m_A g [N]."""
     cone: float
     """μ/√2."""
+    yaw_torque: float
+    """M_max [N m]."""
 
 
 @functions.implement(functions.step, PushModel)
@@ -148,6 +153,35 @@ def _directions(x: Array) -> tuple[float, float, float, float, float, float, flo
 
 
 @kernel
+def _level(x: Array, vector: tuple[float, float, float]) -> tuple[float, float]:
+    """Horizontal parts along normal and leaf of a vector in the body."""
+    sr, cr = sincos(x[0])
+    sp, cp = sincos(x[1])
+    sd, cd = sincos(x[3] - x[2])
+    forward = cp * vector[0] + sp * (sr * vector[1] + cr * vector[2])
+    left = cr * vector[1] - sr * vector[2]
+    return forward * sd - left * cd, forward * cd + left * sd
+
+
+@kernel
+def _level_by_roll(x: Array, dx: float, dy: float, dz: float) -> tuple[float, float]:
+    """Slopes of `_level` by roll."""
+    sr, cr = sincos(x[0])
+    sp, _ = sincos(x[1])
+    sd, cd = sincos(x[3] - x[2])
+    forward, left = sp * (cr * dy - sr * dz), -sr * dy - cr * dz
+    return forward * sd - left * cd, forward * cd + left * sd
+
+
+@kernel
+def _tip(arm: ArmParameters, x: Array) -> tuple[float, float, float]:
+    """Tip in the body; `arm.joints` are at x afterwards."""
+    arm_kinematics(arm, x[5:])
+    tip = arm.points.shape[0] - 1
+    return arm.points[tip, 0], arm.points[tip, 1], arm.points[tip, 2]
+
+
+@kernel
 def _constrain_push(model: PushModel, x: Array, h: Array, last: int) -> None:
     """Rows of the push into `h` from `last` on."""
     hinge, p = model.hinge, model.door.dynamics
@@ -162,6 +196,10 @@ def _constrain_push(model: PushModel, x: Array, h: Array, last: int) -> None:
     h[last + 3] = (along - model.cone * normal) / model.weight
     h[last + 4] = (-along - model.cone * normal) / model.weight
     h[last + 5] = (p.distance_from_hinge * push + torque) / p.door_inertia - hinge.acceleration
+    ahead, aside = _level(x, _tip(model.door.collision.arm, x))
+    turning = aside * normal - ahead * along
+    h[last + 6] = (turning - model.yaw_torque) / model.weight
+    h[last + 7] = (-turning - model.yaw_torque) / model.weight
 
 
 @kernel
@@ -193,10 +231,28 @@ def _linearize_push(model: PushModel, x: Array, h: Array, jacobian: Array, last:
     jacobian[last + 3, 4] = 2.0 * model.mass * p.distance_from_hinge * x[4] / model.weight
     jacobian[last + 5, 3] += by_angle / p.door_inertia
     jacobian[last + 5, 4] = by_rate / p.door_inertia
+    normal = model.hinge.least_force / model.weight - h[last + 2]
+    along = 0.5 * (h[last + 3] - h[last + 4])
+    dx, dy, dz = _tip(model.door.collision.arm, x)
+    ahead, aside = _level(x, (dx, dy, dz))
+    rolled = _level_by_roll(x, dx, dy, dz)
+    raised = sr * dy + cr * dz
+    pitched = (-sp * dx + cp * raised) * sd, (-sp * dx + cp * raised) * cd
+    tips = (rolled, pitched, (-aside, ahead), (aside, -ahead), (0.0, 0.0))
     for i in range(5):
-        pressing, sideways = model.cone * jacobian[last + 2, i], jacobian[last + 3, i]
-        jacobian[last + 3, i] = sideways + pressing
-        jacobian[last + 4, i] = pressing - sideways
+        tip_ahead, tip_aside = tips[i]
+        pressing, sideways = -jacobian[last + 2, i], jacobian[last + 3, i]
+        turning = aside * pressing - ahead * sideways + tip_aside * normal - tip_ahead * along
+        jacobian[last + 6, i] = turning
+        jacobian[last + 7, i] = -turning
+        jacobian[last + 3, i] = sideways - model.cone * pressing
+        jacobian[last + 4, i] = -sideways - model.cone * pressing
+    arm = model.door.collision.arm
+    for j in range(arm.joints.shape[0]):
+        tip_ahead, tip_aside = _level(x, point_derivative(arm, arm.points.shape[0] - 1, j))
+        turning = tip_aside * normal - tip_ahead * along
+        jacobian[last + 6, 5 + j] = turning
+        jacobian[last + 7, 5 + j] = -turning
 
 
 @functions.implement(functions.constrain, PushModel)
@@ -283,6 +339,7 @@ def push_problem(model: Model) -> Problem:
         mass=mass,
         weight=mass * GRAVITY,
         cone=push.friction_coefficient / math.sqrt(2.0),
+        yaw_torque=push.max_yaw_torque,
     )
     return Problem(
         model=with_hinge(model, parameters, 0.0, 0.0, model.start_state),
@@ -292,6 +349,7 @@ def push_problem(model: Model) -> Problem:
         bounds=reduced_bounds(model),
         constraint_names=(*model.constraint_names, "tilt", "door can be stopped", "door's speed", "tip presses",
                           "tip does not slip to the latch", "tip does not slip to the hinge", "door's acceleration",
+                          "tip turns the vehicle left", "tip turns the vehicle right",
                           "tip does not slip upwards", "tip does not slip downwards"),
         horizon=planner.horizon_steps,
         time_step=planner.time_step,

@@ -46,6 +46,14 @@ class QuasiStaticPlanning:
         dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
         return parameters._replace(dynamics=dynamics)
 
+    def with_margin(self, parameters: Any, margin: float) -> Any:
+        """Another distance from door and frame, see `PlanningModel`."""
+        return parameters._replace(margin=margin)
+
+    def goal(self, start: Array) -> Array:
+        """The scenario's, from wherever, see `PlanningModel`."""
+        return self.goal_state
+
     def relaxed(self, parameters: Any) -> bool:
         """Never, see `PlanningModel`."""
         return False

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -134,6 +135,18 @@ class Solver(ABC):
             raise DimensionError("another type of model", field="model", given=type(model).__name__,
                                  allowed=type(self._model.content).__name__)  # fmt: skip
         self._model.replace(model)
+
+    def update_goal(self, state_goal: ArrayLike) -> None:
+        """Take another goal of the quadratic cost.
+
+        Args:
+            state_goal: x^g, shape (nx,).
+
+        Raises:
+            DimensionError: if it has another shape or is not finite.
+        """
+        self.problem = replace(self.problem, cost=replace(self.problem.cost, state_goal=state_goal))
+        self._work.weights.state_goal[:] = self.problem.cost.state_goal
 
     def _set_guess(
         self, state: Array, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None
