@@ -8,11 +8,14 @@ with the tip's speed v along the normal: the planned force as feed-forward, an i
 position loop there would fight the door.
 
 The heading follows a reference with a memory, :math:`\dot\psi_r = \dot\psi_{plan} + \kappa(\psi - \psi_r)`: plans start from the
-heading as it is, so that a steady torque of the tip, which the rotors' drag hardly holds, would turn plan and vehicle away.
+heading as it is, so that a steady torque of the tip would turn plan and vehicle away. Rotors' drag can do little against it.
+But a tip that sticks to the leaf is a pivot, and a force along the leaf turns the vehicle about it: the position is that of
+the reference, too.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +32,8 @@ Array = NDArray[np.float64]
 
 _HEADING_RATE = 0.4
 """κ [1/s]."""
+_ARM_TIME = 0.1
+"""Time constant of the joint rates [s]: stiff servos make noise of angles a rattle of the tip, which then creeps on the leaf."""
 _HEADING_LEAD = 0.3
 """Largest difference of that reference from the heading [rad]."""
 
@@ -45,29 +50,36 @@ class PushController:
         self._converter = converter
         self._settings, self._control = model.scenario.push, model.scenario.control
         self._lever, self._mass = model.coupling.distance_from_hinge, model.vehicle.mass
+        self._door, self._height = model.door, model.coupling.height
         self._moving = model.door.inertia + self._mass * self._lever**2
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
         self._heading: float | None = None
+        self._arm_rates = np.zeros(model.n_arm)
 
     def begin(self, push: float) -> None:
         """Begin with a push of `push` [N], at whatever heading the vehicle has."""
         self.push, self._heading = push, None
+        self._arm_rates = np.zeros_like(self._arm_rates)
 
-    def follow(self, plan: Plan, time: float, estimate: Estimate, time_step: float) -> Setpoint:
+    def follow(self, plan: Plan, time: float, estimate: Estimate, resistance: float, time_step: float) -> Setpoint:
         """Setpoint for a time of the plan.
 
         Args:
             plan: A usable plan.
             time: Since its first state [s].
             estimate: What is known now.
+            resistance: Torque of the hinge against opening that the plan counts on [N m].
             time_step: Since the last call [s].
 
         Returns:
             The setpoint, with a push.
         """
         setpoint = self._converter.setpoint(plan, time, estimate.arm_angles)
-        setpoint = replace(setpoint, yaw=self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step))
+        self._arm_rates = self._arm_rates + min(time_step / _ARM_TIME, 1.0) * (setpoint.arm_rates - self._arm_rates)
+        yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
+        place = self._turned(setpoint.position, yaw - setpoint.yaw, estimate.door_angle)
+        setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
         normal = door_normal(estimate.door_angle)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
@@ -77,7 +89,8 @@ class PushController:
             setpoint, force=self._converter.force_along_leaf(plan, time) * leaf_direction(estimate.door_angle)
         )
         push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
-        return self._with(setpoint, normal, push, estimate)
+        least, most = self._bounds(max(0.0, resistance) / self._lever)
+        return self._with(setpoint, normal, min(max(push, least), most), estimate)
 
     def _yaw(self, plan: Plan, time: float, planned: float, heading: float, time_step: float) -> float:
         """Yaw to command, where the plan is at `planned` when the attitude loop gets there [rad]."""
@@ -89,6 +102,13 @@ class PushController:
         self._heading = heading + min(max(self._heading - heading, -_HEADING_LEAD), _HEADING_LEAD)
         return self._heading + turn
 
+    def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
+        """Position that belongs to another heading, with the tip where it is: turned about it."""
+        pivot = self._door.contact_point(door_angle, self._lever, self._height)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        x, y = position[0] - pivot[0], position[1] - pivot[1]
+        return np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
+
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
         """The same position, with a push of its own.
 
@@ -97,21 +117,15 @@ class PushController:
             push: F_n [N].
             estimate: What is known now.
         """
-        return self._with(setpoint, door_normal(estimate.door_angle), push, estimate, bounded=False)
+        return self._with(setpoint, door_normal(estimate.door_angle), push, estimate)
 
-    def _with(
-        self, setpoint: Setpoint, normal: Array, push: float, estimate: Estimate, bounded: bool = True
-    ) -> Setpoint:
-        if bounded:
-            least, most = self.bounds(estimate)
-            push = min(max(push, least), most)
+    def _with(self, setpoint: Setpoint, normal: Array, push: float, estimate: Estimate) -> Setpoint:
         self.push = push
         beside = setpoint.force - float(normal @ setpoint.force) * normal
         force = push * normal + beside
         return replace(setpoint, normal=normal, push=push - float(normal @ estimate.wind), force=force)
 
-    def bounds(self, estimate: Estimate) -> tuple[float, float]:
-        """Least and largest push: the tip never lets go, and never throws the door [N]."""
-        resistance = max(0.0, -estimate.door_disturbance) / self._lever
+    def _bounds(self, resistance: float) -> tuple[float, float]:
+        """Least and largest push against a resistance at the tip: it never lets go, and never throws the door [N]."""
         least = max(self._settings.least_force, self._settings.least_share * resistance)
         return least, resistance + self._moving / self._lever * self._settings.max_acceleration

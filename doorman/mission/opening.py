@@ -33,13 +33,17 @@ _AVERAGED = 0.5
 _STICKS = 0.01
 """A slower gripped door sticks [rad/s]."""
 _NUDGE = 0.4
-"""[N m/s]."""
+_PUSHED_NUDGE = 0.6
+"""Growth of the friction that plans are told of while a door sticks, with a grip and with a push [N m/s]."""
 _FORGOTTEN = 0.3
-"""Once it moves [s]."""
+_PUSHED_FORGOTTEN = 1.0
+"""Time in which it is forgotten once the door moves [s]."""
+_MOST_STICTION = 1.5
+"""[N m]."""
 _PROGRESS = math.radians(0.5)
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
-_STUCK_IN_SWING = 4.0
+_STUCK_IN_SWING = 6.0
 """The same for a pushed door that has swung: somebody holds it, and pushing harder tilts the disc onto the leaf [s]."""
 _SWINGING = 4
 """Steps of progress after which a door has swung."""
@@ -78,6 +82,8 @@ class Opening:
         self._nudges = model.scenario.control.door_observer_rate > 0.0
         self._pressing = 0.0
         self._stiction = 0.0
+        self._resisted = 0.0
+        self._most = model.scenario.control.max_door_disturbance
         self._last = 0.0
 
     @property
@@ -115,7 +121,7 @@ class Opening:
         if self._push is not None:
             state = push_state(state, self._push.push, self._weight)
         self._nudge(off, estimate.door_rate, time_step)
-        disturbance, lean = estimate.door_disturbance - self._stiction, self._lean(estimate)
+        disturbance, lean = max(self._disturbance(estimate) - self._stiction, -self._most), self._lean(estimate)
         current = self._schedule.update(now, state, disturbance, lean)
         if current is None:
             if self._waiting is None:
@@ -124,7 +130,17 @@ class Opening:
             return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
         if self._push is None:
             return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
-        return self._push.follow(current.plan, now - current.start, estimate, time_step)
+        return self._push.follow(current.plan, now - current.start, estimate, -disturbance, time_step)
+
+    def _disturbance(self, estimate: Estimate) -> float:
+        """Torque of the hinge that plans are told: a door that stands resists by no more than it is pushed, but could."""
+        if self._push is None:
+            return estimate.door_disturbance
+        if abs(estimate.door_rate) > _STICKS:
+            self._resisted = estimate.door_disturbance
+        else:
+            self._resisted = min(self._resisted, estimate.door_disturbance)
+        return self._resisted
 
     def _lean(self, estimate: Estimate) -> float:
         """How much nearer to the leaf a vehicle comes that leans into the wind about its tip [m]."""
@@ -135,10 +151,12 @@ class Opening:
 
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
+        nudge, forgotten = (_NUDGE, _FORGOTTEN) if self._push is None else (_PUSHED_NUDGE, _PUSHED_FORGOTTEN)
         if self._nudges and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
-            self._stiction += math.copysign(_NUDGE * time_step, off)
+            stiction = self._stiction + math.copysign(nudge * time_step, off)
+            self._stiction = min(max(stiction, -_MOST_STICTION), _MOST_STICTION)
         else:
-            self._stiction *= math.exp(-time_step / _FORGOTTEN)
+            self._stiction *= math.exp(-time_step / forgotten)
 
     def done(self, now: float) -> bool:
         """Whether the door has stood at the goal for long enough, and stands still right now."""
