@@ -145,7 +145,9 @@ class Solver(ABC):
         Raises:
             DimensionError: if it has another shape or is not finite.
         """
-        self.problem = replace(self.problem, cost=replace(self.problem.cost, state_goal=state_goal))
+        self.problem = replace(
+            self.problem, cost=replace(self.problem.cost, state_goal=np.asarray(state_goal, dtype=np.float64))
+        )
         self._work.weights.state_goal[:] = self.problem.cost.state_goal
 
     def _set_guess(

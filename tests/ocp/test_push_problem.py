@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from doorman.collision.constraints import collision_constraints
 from doorman.dynamics.quasi_static import quasi_static_step
-from doorman.exceptions import ScenarioError
+from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -92,6 +93,36 @@ def test_rows_are_the_tips_force_by_newtons_law(model: Model) -> None:
         assert rows[3] == pytest.approx((sideways - cone * normal) / weight)
         assert rows[4] == pytest.approx((-sideways - cone * normal) / weight)
         assert rows[5] == pytest.approx(-acceleration - hinge.acceleration)
+        tip = rotation @ model.vehicle.tip_position(x[5:])
+        on_vehicle = -(normal * door_normal(x[3]) + sideways * leaf_direction(x[3]))
+        turning = np.cross(tip, on_vehicle)[2]
+        assert rows[6] == pytest.approx((turning - model.scenario.push.max_yaw_torque) / weight)
+        assert rows[7] == pytest.approx((-turning - model.scenario.push.max_yaw_torque) / weight)
+
+
+def test_heading_and_arm_keep_step_with_the_door(model: Model, planner: Planner) -> None:
+    goal, state = planner.planning.goal, model.start_state.copy()
+    np.testing.assert_allclose(goal(model.goal_state), model.goal_state)
+    np.testing.assert_allclose(goal(state), state, atol=0.1)  # but for what the door does within a horizon
+    state[3] = 0.5 * (model.start_state[3] + model.goal_state[3])
+    half = 0.5 * (model.start_state + model.goal_state)
+    np.testing.assert_allclose(goal(state)[[2, 5, 6, 7, 8]], half[[2, 5, 6, 7, 8]], atol=0.1)
+    assert goal(state)[3] == model.goal_state[3]
+
+
+def test_a_margin_keeps_plans_farther_away(model: Model) -> None:
+    planner = Planner(model)
+    gaps = []
+    for margin in (0.0, 0.05):
+        planner.update_margin(margin)
+        planner.update_door(friction=0.0, disturbance=-RESISTANCE)
+        plan = planner.plan(push_state(model.start_state, 1.2, model.vehicle.mass * GRAVITY))
+        h = np.zeros(model.n_constraints)
+        collision_constraints(model.constraint_parameters(), plan.states[-1].copy(), h)
+        gaps.append(-h.max())
+    assert gaps[0] > -1e-6 and gaps[1] > 0.05 - 1e-6
+    with pytest.raises(DimensionError, match="margin"):
+        planner.update_margin(-0.01)
 
 
 @pytest.mark.parametrize("resistance", [0.2, 0.8, 2.5])
