@@ -18,9 +18,9 @@ from rich.text import Text
 
 from doorman.cli.overrides import parse_overrides
 from doorman.feasibility import check
-from doorman.flight import Check, FlightReport, FlightSession, Verdict, preflight, ready, rehearse
+from doorman.flight import Check, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.hardware.safety import SafetyLimits
-from doorman.hardware.vehicle import VehicleLinks, vehicle_config
+from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.scheduling import real_time
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
@@ -66,7 +66,7 @@ def fly_mission(
         wiring: The vehicle's links.
         out: MCAP file to record to; a new one under `runs` by default.
         duration: Longest time of the mission [s].
-        dry_run: Stop after the checklist.
+        dry_run: Listen only, send nothing, and say what that tells.
         yes: Do not ask.
 
     Returns:
@@ -83,6 +83,8 @@ def fly_mission(
     )  # fmt: skip
     limits = SafetyLimits()
     console = Console(stderr=True, highlight=False)
+    if dry_run:
+        return _dry_run(model, config, limits, console)
     console.print("Preparing planner and controller")
     planner, findings = Planner(model), check(model.scenario)
     rehearse(model, planner)
@@ -94,13 +96,23 @@ def fly_mission(
         if not ready(checks):
             typer.echo("The vehicle does not fly: see the lines marked 'no'.")
             return 1
-        if dry_run:
-            typer.echo("Dry run: the checklist is passed, nothing was commanded.")
-            return 0
         if not yes and not typer.confirm("Arm and fly?", default=False):
             typer.echo("Not flown.")
             return 1
         return _fly(model, links, planner, limits, _file(out, model), duration, console)
+
+
+def _dry_run(model: Model, config: VehicleConfig, limits: SafetyLimits, console: Console) -> int:
+    """Check what can be checked without sending anything."""
+    findings = check(model.scenario)
+    console.print("Listening to the links; nothing is sent")
+    checks = listen(model, config, limits, findings)
+    _print_checks(checks)
+    if not ready(checks):
+        typer.echo("Dry run: the vehicle would not fly, see the lines marked 'no'. Nothing was sent.")
+        return 1
+    typer.echo("Dry run: nothing speaks against a flight so far. Nothing was sent.")
+    return 0
 
 
 def _fly(

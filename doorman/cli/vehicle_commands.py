@@ -102,7 +102,9 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         duration: Annotated[
             float | None, typer.Option(metavar="SECONDS", help="Longest time of the mission.", show_default="its own")
         ] = None,
-        dry_run: Annotated[bool, typer.Option("--dry-run", help="Go through the checklist, command nothing.")] = False,
+        dry_run: Annotated[
+            bool, typer.Option("--dry-run", help="Listen to the links, send nothing at all, and check what that tells.")
+        ] = False,
         yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
     ) -> None:
         """Fly the mission on the vehicle: checklist, take-off, door, landing.

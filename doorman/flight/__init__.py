@@ -3,6 +3,7 @@
 from doorman.flight.checklist import Check, Verdict, preflight, ready
 from doorman.flight.flying_backend import FlyingBackend
 from doorman.flight.guarded import End, GuardedFlight
+from doorman.flight.listening import listen
 from doorman.flight.rehearsal import rehearse
 from doorman.flight.session import FlightReport, FlightSession
 
@@ -14,6 +15,7 @@ __all__ = [
     "FlyingBackend",
     "GuardedFlight",
     "Verdict",
+    "listen",
     "preflight",
     "ready",
     "rehearse",

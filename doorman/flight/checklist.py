@@ -70,8 +70,15 @@ def preflight(model: Model, links: VehicleLinks, limits: SafetyLimits, findings:
     Returns:
         All rows.
     """
-    groups = (_autopilot(links), _mocap(links), _servos(model, links), _limits(model, limits), _place(model, links), _computer(),
-              _scenario(findings))  # fmt: skip
+    groups = (
+        _autopilot(links),
+        _mocap(links),
+        _servos(model, links),
+        judge_limits(model, limits),
+        _place(model, links),
+        _computer(),
+        judge_scenario(findings),
+    )
     return [row for group in groups for row in group]
 
 
@@ -142,7 +149,13 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
                "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
 
 
-def _limits(model: Model, limits: SafetyLimits) -> Iterator[Check]:
+def judge_limits(model: Model, limits: SafetyLimits) -> Iterator[Check]:
+    """Rows about fence and thrust.
+
+    Args:
+        model: Model of the scenario.
+        limits: Of the supervisor.
+    """
     places = Places.of(model)
     inside = all(
         bool((place >= limits.fence_low).all() and (place <= limits.fence_high).all())
@@ -165,7 +178,12 @@ def _computer() -> Iterator[Check]:
                "as root, or with the limit rtprio, other programs cannot delay it", Verdict.WARNING)  # fmt: skip
 
 
-def _scenario(report: Report) -> Iterator[Check]:
+def judge_scenario(report: Report) -> Iterator[Check]:
+    """Rows about the scenario.
+
+    Args:
+        report: Of `doorman.feasibility.check`.
+    """
     words = "; ".join(finding.message for finding in report.errors)
     yield _row("scenario", report.possible, words or "possible", "doorman check says what to change")
     warnings = [finding for finding in report.findings if finding.severity is Severity.WARNING]

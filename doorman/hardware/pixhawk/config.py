@@ -85,6 +85,8 @@ class PixhawkConfig:
     """Latitude [°], longitude [°], altitude [m] given to ArduPilot without GPS; any place will do."""
     signing_key: Path | None = None
     """File with the MAVLink signing key; unsigned messages are then ignored."""
+    listen_only: bool = False
+    """Whether nothing at all is sent, not even heartbeats: then there is no clock, and no state is ever fresh."""
     write_parameters: bool = False
     """Whether `fix_parameters` may write."""
     on_mocap_loss: Literal["land", "report"] = "land"

@@ -208,6 +208,8 @@ class Link:
 
     def _transmit(self, line: Line, message: Message) -> None:
         assert self.codec is not None
+        if self.config.listen_only:
+            return
         line.send(self.codec.encode(message))
 
     def _own_heartbeat(self) -> Message:

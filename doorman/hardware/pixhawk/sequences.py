@@ -34,7 +34,7 @@ _DONE = Outcome(OutcomeStatus.DONE)
 
 
 def await_autopilot(link: Link) -> None:
-    """Wait for heartbeat, attitude and clock.
+    """Wait for heartbeat, attitude and clock; for a heartbeat alone where we only listen.
 
     Args:
         link: Started already.
@@ -49,7 +49,7 @@ def await_autopilot(link: Link) -> None:
         ("attitude", lambda: link.tracker.sample.attitude_time > float("-inf")),
         ("answers to TIMESYNC", lambda: link.clock.synchronised),
     )
-    for missing, found in needs:
+    for missing, found in needs[:1] if link.config.listen_only else needs:
         if not _until(link, found, max(0.0, deadline - time.monotonic())):
             raise BackendError(
                 f"no {missing} within {timeout:g} s{_hint(link)}", field="connection", given=link.config.connection

@@ -1,0 +1,96 @@
+"""Dry run: what can be told of a vehicle and a scenario without sending a single byte."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import stat
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from doorman.exceptions import BackendError
+from doorman.feasibility import Report
+from doorman.flight.checklist import Check, Verdict, judge_limits, judge_scenario
+from doorman.hardware.mocap import MocapReceiver
+from doorman.hardware.pixhawk import Autopilot
+from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.vehicle import VehicleConfig
+from doorman.model import Model
+
+LISTENING = 3.0
+"""[s]."""
+
+
+def listen(model: Model, config: VehicleConfig, limits: SafetyLimits, findings: Report) -> list[Check]:
+    """Listen to the links and go through what can be checked so; nothing is sent on any of them.
+
+    Args:
+        model: Model of the scenario.
+        config: Of the links, which are opened and closed here.
+        limits: Of the supervisor.
+        findings: Of `doorman.feasibility.check` for the scenario.
+
+    Returns:
+        All rows; what only an answer could tell is a warning.
+    """
+    rows = [*_autopilot(config), *_mocap(config), *_servos(config)]
+    return [*rows, *judge_limits(model, limits), *judge_scenario(findings)]
+
+
+def _autopilot(config: VehicleConfig) -> Iterator[Check]:
+    autopilot = Autopilot(replace(config.pixhawk, listen_only=True))
+    try:
+        autopilot.open()
+    except BackendError as error:
+        yield Check("autopilot", Verdict.BAD, str(error),
+                    "one that waits to be spoken to, as on udpout and tcp, stays silent in a dry run")  # fmt: skip
+        return
+    try:
+        time.sleep(LISTENING)
+        state, status = autopilot.state(), autopilot.status()
+    finally:
+        autopilot.stop()
+    rates = ", ".join(f"{name} {rate:.0f}/s" for name, rate in status.rates.items() if rate > 0.0)
+    yield Check("autopilot", Verdict.GOOD, f"{status.dialect}, {state.mode}, hears nothing of us; {rates}")
+    if state.armed:
+        yield Check("disarmed", Verdict.BAD, "armed", "land and disarm it first")
+    else:
+        yield Check("disarmed", Verdict.GOOD, "disarmed")
+    voltage = state.battery.voltage
+    if math.isfinite(voltage):
+        yield Check("battery", Verdict.GOOD, f"{voltage:.1f} V")
+    else:
+        yield Check("battery", Verdict.WARNING, "not heard")
+    yield Check("clock, rates, parameters", Verdict.WARNING, "not asked", "the checklist of a flight asks")
+
+
+def _mocap(config: VehicleConfig) -> Iterator[Check]:
+    if config.mocap is None:
+        yield Check("mocap", Verdict.WARNING, "none: flown on the autopilot's own estimate")
+        return
+    receiver = MocapReceiver(config.mocap)
+    try:
+        with receiver:
+            time.sleep(LISTENING)
+            pose, rate = receiver.read(), receiver.statistics.frame_rate
+    except BackendError as error:
+        yield Check("mocap", Verdict.BAD, str(error), "see docs/hardware/mocap.md")
+        return
+    verdict = Verdict.GOOD if pose.fresh else Verdict.BAD
+    advice = "" if pose.fresh else "see that the object is visible"
+    yield Check("mocap", verdict, f"pose {pose.quality.value}, {rate:.1f} frames/s", advice)
+
+
+def _servos(config: VehicleConfig) -> Iterator[Check]:
+    device = config.servos.port
+    there = False
+    with contextlib.suppress(OSError):
+        there = stat.S_ISCHR(Path(device).stat().st_mode) and os.access(device, os.R_OK | os.W_OK)
+    if there:
+        yield Check("servos", Verdict.WARNING, f"{device} is there; not asked", "the checklist of a flight asks")
+    else:
+        yield Check("servos", Verdict.BAD, f"{device} is not there, or not ours to read and write",
+                    "see docs/hardware/servos.md")  # fmt: skip
