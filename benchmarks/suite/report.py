@@ -28,6 +28,8 @@ def page(results: Results) -> str:
         ("arms", "## Longer arms", lambda r: _with_plot(texts.SIZES, "arms", tables.sizes(r["rows"], "joints", "joints"))),
         ("phases", "## Where the time goes",
          lambda r: _with_plot(texts.PHASES, "phases", tables.phases(r["seconds"]))),
+        ("push", "## Pushing",
+         lambda r: f"{texts.PUSH}\n\n{tables.push(r['rows'], r['rows_of_a_node'])}"),
         ("fresh", "## A fresh process", _fresh),
         ("closed_loop", "## Real time", _real_time),
     ]  # fmt: skip
