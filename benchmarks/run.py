@@ -39,7 +39,8 @@ def main() -> None:
     session = Session(
         folder, [*OURS, *arguments.peers], Path(sys.executable), python, arguments.core, arguments.quick
     )  # fmt: skip
-    results: dict[str, Any] = {"machine": describe(session.python, python, arguments.core)}
+    machine = {**describe(session.python, python, arguments.core), "quick": arguments.quick}
+    results: dict[str, Any] = {"machine": machine}
     try:
         for name in arguments.only:
             started = time.monotonic()

@@ -155,6 +155,7 @@ def _machine(machine: Any) -> str:
     peers = ", ".join(f"{name} {version}" for name, version in machine["peer_versions"].items())
     lines = [
         ["measured", machine["when"]],
+        ["run", "quick: fewer states and repetitions" if machine["quick"] else "full"],
         ["processor", f"{machine['processor']}; {machine['cores']} cores, solvers on core {machine['core']}"],
         ["memory", f"{machine['memory'] / 2**30:.0f} GiB"],
         ["load average at the start", f"{machine['load']:.2f}"],
