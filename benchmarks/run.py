@@ -22,7 +22,7 @@ from suite.environment import peers_python  # noqa: E402
 from suite.machine import describe  # noqa: E402
 from suite.peers import ENTRIES  # noqa: E402
 from suite.session import Session  # noqa: E402
-from suite.workloads import closed_loop, cold, floor, fresh_process, perturbed, phases, replans, sizes  # noqa: E402
+from suite.workloads import closed_loop, cold, floor, fresh_process, perturbed, phases, push, replans, sizes  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "build" / "benchmarks"
@@ -39,7 +39,8 @@ def main() -> None:
     session = Session(
         folder, [*OURS, *arguments.peers], Path(sys.executable), python, arguments.core, arguments.quick
     )  # fmt: skip
-    results: dict[str, Any] = {"machine": describe(session.python, python, arguments.core)}
+    machine = {**describe(session.python, python, arguments.core), "quick": arguments.quick}
+    results: dict[str, Any] = {"machine": machine}
     try:
         for name in arguments.only:
             started = time.monotonic()
@@ -65,6 +66,7 @@ def available(arguments: argparse.Namespace) -> dict[str, Callable[[Session], di
         "horizons": sizes.measure_horizons,
         "arms": sizes.measure_arms,
         "phases": phases.measure,
+        "push": push.measure,
         "floor": floor.measure,
         "fresh": fresh_process.measure,
         "closed_loop": lambda session: closed_loop.measure(session, seconds),
@@ -74,7 +76,7 @@ def available(arguments: argparse.Namespace) -> dict[str, Callable[[Session], di
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     workloads = list(available(argparse.Namespace(closed_loop_seconds=1.0, quick=True)))
-    parser.add_argument("--quick", action="store_true", help="fewer states and repetitions: about two minutes")
+    parser.add_argument("--quick", action="store_true", help="fewer states and repetitions: some minutes")
     parser.add_argument("--only", type=partial(chosen, allowed=workloads), default=workloads, help=", ".join(workloads))
     parser.add_argument("--peers", type=partial(chosen, allowed=PEERS), default=PEERS, help=", ".join(PEERS))
     parser.add_argument("--core", type=int, default=max(os.sched_getaffinity(0)), help="the solvers' core")

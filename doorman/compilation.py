@@ -3,6 +3,9 @@
 numba does not notice when a kernel that another kernel calls has changed in a different file, so the cache directory is
 named by a hash over the sources of all kernels and over the versions of numba and Python: a change anywhere starts afresh.
 
+numba leaves it to the loader which copy of a function that several kernels contain is run, and takes the one that came first:
+other instructions, and other last bits, in a process that compiles than in one that loads. Here every kernel runs its own.
+
 Solver kernels are compiled once more for every type of model. For a type from outside the package they are kept in files of
 their own, named by a hash over the sources behind it: its kernels may change too, and who runs doorman alone cannot import it.
 """
@@ -24,7 +27,9 @@ from types import CodeType
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+from llvmlite import binding
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -136,6 +141,29 @@ def belongs_to(model: type, kernel: Callable[..., None]) -> None:
     if model.__module__.partition(".")[0] != _PACKAGE.name:
         code: CodeType = getattr(kernel, "py_func", kernel).__code__
         _sources.setdefault(model, set()).add(Path(code.co_filename))
+
+
+class _SelfContained(JITCodeLibrary):
+    """Machine code of one kernel whose calls of other kernels go to the copies in it."""
+
+    def _finalize_final_module(self) -> None:
+        if self._shared_module is None and any(True for _ in self._final_module.functions):
+            self._shared_module = self._to_share()  # before the copies are hidden, as other kernels are to inline them
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
+                    function.linkage = binding.Linkage.internal
+        super()._finalize_final_module()  # type: ignore[no-untyped-call]
+
+    def _to_share(self) -> Any:
+        """A copy for linking into other kernels, as numba would make it later."""
+        copy = self._final_module.clone()
+        for function in copy.functions:
+            if not function.is_declaration and function.linkage == binding.Linkage.external:
+                function.linkage = binding.Linkage.linkonce_odr
+        return copy
+
+
+JITCPUCodegen._library_class = _SelfContained
 
 
 class _Cache(FunctionCache):

@@ -7,9 +7,13 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
+import numba
 import numpy as np
 import pytest
+from llvmlite.binding import Linkage
+from numpy.typing import NDArray
 
 from doorman import compilation
 from doorman.compilation import kernel
@@ -137,3 +141,18 @@ def test_nothing_hides_a_number_that_is_not_finite() -> None:
     assert np.isnan(_divide(0.0, 0.0))
     assert np.isnan(_divide(np.nan, 1.0))
     assert _divide.py_func(3.0, 2.0) == _divide(3.0, 2.0) == 1.5
+
+
+def test_a_kernel_runs_its_own_copies_of_what_it_calls() -> None:
+    """Which of several copies runs is not left to the order in which a process compiles or loads them."""
+    compiled: Any = numba.njit(_in_order)
+    np.testing.assert_array_equal(compiled(np.array([3.0, 1.0, 2.0])), [1.0, 2.0, 3.0])
+    (overload,) = compiled.overloads.values()
+    functions = [each for each in overload.library._final_module.functions if not each.is_declaration]
+    linkages = [function.linkage for function in functions]
+    assert linkages.count(Linkage.internal) >= 2
+    assert Linkage.linkonce_odr not in linkages
+
+
+def _in_order(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.sort(values)

@@ -28,6 +28,8 @@ def page(results: Results) -> str:
         ("arms", "## Longer arms", lambda r: _with_plot(texts.SIZES, "arms", tables.sizes(r["rows"], "joints", "joints"))),
         ("phases", "## Where the time goes",
          lambda r: _with_plot(texts.PHASES, "phases", tables.phases(r["seconds"]))),
+        ("push", "## Pushing",
+         lambda r: f"{texts.PUSH}\n\n{tables.push(r['rows'], r['rows_of_a_node'])}"),
         ("fresh", "## A fresh process", _fresh),
         ("closed_loop", "## Real time", _real_time),
     ]  # fmt: skip
@@ -153,6 +155,7 @@ def _machine(machine: Any) -> str:
     peers = ", ".join(f"{name} {version}" for name, version in machine["peer_versions"].items())
     lines = [
         ["measured", machine["when"]],
+        ["run", "quick: fewer states and repetitions" if machine["quick"] else "full"],
         ["processor", f"{machine['processor']}; {machine['cores']} cores, solvers on core {machine['core']}"],
         ["memory", f"{machine['memory'] / 2**30:.0f} GiB"],
         ["load average at the start", f"{machine['load']:.2f}"],

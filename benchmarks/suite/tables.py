@@ -157,6 +157,34 @@ def phases(seconds: dict[str, float]) -> str:
     return markdown(["part", "µs"], [[name, number(1e6 * value)] for name, value in seconds.items()])
 
 
+def push(rows: Sequence[Row], rows_of_a_node: dict[str, int], period: float = 0.01) -> str:
+    """Replans of some of doorman's planners by planner, without and with noise; ratios to the last planner's medians.
+
+    Args:
+        rows: Of all flights.
+        rows_of_a_node: Number of constraints and bounds by planner.
+        period: Time between plans at the rate that is wanted [s].
+    """
+    heading = [
+        "planner", "rows and bounds at a node", "noise", "ms, median", "p99", "max", "× six inequalities, median", "late",
+        "not flyable",
+    ]  # fmt: skip
+    groups = {
+        (name, noisy): [row for row in rows if (row["planner"], row["noisy"]) == (name, noisy)]
+        for name in rows_of_a_node
+        for noisy in (False, True)
+    }
+    times = {key: milliseconds(_uninterrupted(own)) for key, own in groups.items()}
+    last, lines = list(rows_of_a_node)[-1], []
+    for (name, noisy), own in groups.items():
+        found = times[name, noisy]
+        figures = [_median(found), _p99(found), _most(found), _median(found) / _median(times[last, noisy])]
+        late = sum(row["seconds"] > period and not row["interrupted"] for row in own)
+        counts = [f"{late} of {len(own)}", str(sum(not row["flyable"] for row in own))]
+        lines.append([name, str(rows_of_a_node[name]), "yes" if noisy else "no", *map(number, figures), *counts])
+    return markdown(heading, lines)
+
+
 def missing(missing_by_task: dict[str, dict[str, str]]) -> str:
     """Solvers that could not be set up, in their own words."""
     lines = [

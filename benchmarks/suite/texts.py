@@ -48,6 +48,11 @@ FLOOR = """Operations that one iteration cannot do without, counted from the pro
 left out; a division or root counts as 4, a sine as 16), against fused multiply-adds in registers on the same core. Chains
 of dependent roots and divisions, loads, stores and shuffles are not counted: nobody reaches this floor."""
 
+PUSH = """Replans of the scenario `push`, whose tip can only push: friction cone, slip, edge, door rate, stopping and all limits
+at every node; of the scenario `paper` with its limits; and of the paper's problem with six inequalities at a node. Each flies
+closed loops of its own plans, without noise and with that from above; they take turns. Whole calls by the clock on the wall.
+*Late*: longer than the 10 ms of a planner at 100 Hz."""
+
 FRESH = """From the start of the interpreter to the first plan of the scenario `paper`, kernels compiled before; the worst
 of several processes."""
 

@@ -37,6 +37,8 @@ STALLED = 3
 _MARGIN = 1e-5
 """A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
 _SMALLEST_SCALE = 1.0 / 128.0
+_GAP = 1e-7
+"""Converged only if rows with a multiplier that are not reached are worth less, relative to 1 + |J|."""
 _PATIENCE = 3
 """Iterations after which a set that has not settled gets twice as many sweeps, and twice again, up to"""
 _MOST_SWEEPS = 32
@@ -238,6 +240,7 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
     The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
     """
     for turn in range(sweeps):
+        work.result[RESULT.SWEEPS] += 1.0
         while not sweep(model, work, penalty, regularization):
             regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
             if regularization > _LARGEST_REGULARIZATION:
@@ -282,8 +285,8 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
     """Iterate from the nominal trajectory and the multipliers in `work`.
 
     Converged is an iterate whose sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 + |J|, with defects
-    and violations below the tolerance's square root, and whose active set stays. Violations may stay where multipliers have
-    reached `settings.largest_multiplier`.
+    and violations below the tolerance's square root, whose active set stays, and whose rows with a multiplier are closed.
+    Violations may stay where multipliers have reached `settings.largest_multiplier`.
 
     Args:
         model: The problem's model.
@@ -342,8 +345,41 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
 
 @kernel
 def is_small(work: Workspace, tolerance: float) -> bool:
-    """Whether the step and what it started from are small enough to be the last."""
+    """Whether the step, what it started from, and what its rows could still gain are small enough to be the last."""
     result = work.result
-    limit = np.sqrt(tolerance)
-    remains = result[RESULT.DEFECT] if result[RESULT.PRICED_OUT] > 0.0 else result[RESULT.INFEASIBILITY]
-    return bool(result[RESULT.DECREASE] <= tolerance * (1.0 + abs(result[RESULT.COST])) and remains <= limit)
+    limit, scale = np.sqrt(tolerance), 1.0 + abs(result[RESULT.COST])
+    if result[RESULT.DECREASE] > tolerance * scale:
+        return False
+    if result[RESULT.PRICED_OUT] > 0.0:
+        return bool(result[RESULT.DEFECT] <= limit)
+    return bool(result[RESULT.INFEASIBILITY] <= limit and slack(work) <= _GAP * scale)
+
+
+@kernel
+def slack(work: Workspace) -> float:
+    """Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a price."""
+    trial, price, limits, total = work.trial, work.proposal, work.limits, 0.0
+    for k in range(trial.inputs.shape[0]):
+        for i in range(len(work.sizes.rows)):
+            total += price.rows[k, i] * max(0.0, -trial.rows[k, i])
+        for i in range(len(work.sizes.input_rows)):
+            total += price.input_rows[k, i] * max(0.0, -trial.input_rows[k, i])
+        for i in range(len(work.sizes.state_bounds)):
+            total += slack_of_bound(
+                price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
+            )
+        for i in range(len(work.sizes.input_bounds)):
+            total += slack_of_bound(
+                price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
+            )
+    for i in range(len(work.sizes.end_rows)):
+        total += price.end_rows[i] * max(0.0, -trial.end_rows[i])
+    return float(total)
+
+
+@kernel
+def slack_of_bound(price: float, value: float, lower: float, upper: float) -> float:
+    """The same of a number between bounds, with a signed multiplier."""
+    if price > 0.0:
+        return price * max(0.0, upper - value)
+    return -price * max(0.0, value - lower) if price < 0.0 else 0.0

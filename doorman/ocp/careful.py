@@ -60,13 +60,15 @@ def merit(model: object, work: Workspace, penalty: float, weight: float) -> floa
     nominal, multipliers, limits = work.nominal, work.multipliers, work.limits
     nx, total, defects = len(work.sizes.states), 0.0, 0.0
     for k in range(nominal.inputs.shape[0]):
+        stiff, of_state = penalty * work.stiffness[k], 0.0
         for i in range(len(work.sizes.rows)):
-            total += squared(multipliers.rows[k, i], nominal.rows[k, i], penalty)
+            of_state += squared(multipliers.rows[k, i], nominal.rows[k, i], stiff)
         for i in range(len(work.sizes.input_rows)):
             total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty)
         for i in range(len(work.sizes.state_bounds)):
             x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
-            total += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, penalty)
+            of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
+        total += of_state / work.stiffness[k]
         for i in range(len(work.sizes.input_bounds)):
             u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
             total += squared_bound(multiplier, u - limits.input_upper[i], limits.input_lower[i] - u, penalty)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
+from doorman.numba_types.lanes import multiply_rows
 from doorman.ocp.augmented_lagrangian import measure, total_cost
 from doorman.ocp.functions import step
 from doorman.ocp.linear_algebra import copy_rows
@@ -145,9 +146,38 @@ def shift_guess(work: Workspace, state: Array, shift: float, limit: int) -> None
         shift_rows(work.multipliers.input_rows, shift)
         shift_rows(work.multipliers.states, shift)
         shift_rows(work.multipliers.inputs, shift)
+    lead_to(work, state, shift)
     for i in range(state.shape[0]):
         work.nominal.states[0, i] = state[i]
     settle_integrators(work)
+
+
+@kernel
+def lead_to(work: Workspace, state: Array, shift: float) -> None:
+    """Bend the shifted trajectory towards another first state, to first order: by the last sweep's feedback and dynamics.
+
+    That keeps to the rows which were active in the sweep, where a first state that jumps would violate them all along.
+    """
+    nx, nu, step, nominal = len(work.sizes.states), len(work.sizes.inputs), work.node.step, work.nominal
+    n, whole = nominal.inputs.shape[0], int(shift + 0.5)
+    step[:] = 0.0
+    for i in range(nx):
+        step[i] = state[i] - nominal.states[0, i]
+    for k in range(n):
+        of_plan = min(k + whole, n - 1)
+        step[nx] = 0.0
+        for i in range(nu):
+            step[nx + 1 + i] = 0.0
+        multiply_rows(work.policy.gains, of_plan, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+        for i in range(nu):
+            value = nominal.inputs[k, i] + step[nx + 1 + i]
+            if len(work.sizes.input_bounds) > 0:
+                value = min(max(value, work.limits.input_lower[i]), work.limits.input_upper[i])
+            step[nx + 1 + i] = value - nominal.inputs[k, i]
+            nominal.inputs[k, i] = value
+        multiply_rows(work.linear.jacobians, of_plan, work.sizes.states, work.sizes.wide, step, step, 0)
+        for i in range(nx):
+            nominal.states[k + 1, i] += step[i]
 
 
 @kernel

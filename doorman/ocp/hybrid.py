@@ -4,29 +4,21 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
 from doorman.ocp import augmented_lagrangian as kernels
-from doorman.ocp import guess
+from doorman.ocp import guess, real_time, rollout, sweep
 from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.cddp import Cddp
-from doorman.ocp.rollout import roll_out
+from doorman.ocp.real_time import EXTRA_ITERATIONS, follow
 from doorman.ocp.solution import PlanStatus, Solution
 from doorman.ocp.solver import FAST_ITERATIONS, read_only
-from doorman.ocp.workspace import RESULT, Workspace
+from doorman.ocp.workspace import RESULT
 
 Array = NDArray[np.float64]
-
-_ENOUGH = 0.003
-"""A real-time iteration is followed by another one where a sweep changes an input by more, weighted by its cost, or the active
-set did not settle."""
-
-EXTRA_ITERATIONS = 3
-"""Largest number of these."""
 
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
@@ -183,6 +175,11 @@ class Hybrid(Cddp):
         return int(self._work.result[RESULT.ITERATIONS])
 
     @property
+    def sweeps(self) -> int:
+        """Riccati sweeps of the last `follow`."""
+        return int(self._work.result[RESULT.SWEEPS])
+
+    @property
     def change(self) -> float:
         """Largest change of an input by the last sweep, weighted by its cost."""
         return float(self._work.result[RESULT.CHANGE])
@@ -201,6 +198,29 @@ class Hybrid(Cddp):
         """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
         return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
 
+    def parts(self, state: Array) -> dict[str, Callable[[], object]]:
+        """Kernels of one real-time iteration, each as a call of its own, for profiles; the last one is all of them.
+
+        To be called after `follow`, in any order and as often as one likes: they stay with its trajectory. Their first calls
+        compile.
+
+        Args:
+            state: First state of the last `follow`, shape (nx,), contiguous.
+
+        Returns:
+            By name, in the order in which they run.
+        """
+        model, work, penalty = self._model, self._memory, self.options.penalty
+        return {
+            "shift": lambda: guess.shift_guess(work, state, 0.0, 1),
+            "linearise": lambda: kernels.linearize(model, work),
+            "active set": lambda: real_time.mark_active(work, penalty),
+            "backward": lambda: sweep.sweep(model, work, penalty, 0.0),
+            "forward": lambda: sweep.step_along(work),
+            "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
+            "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True),
+        }
+
     def _compile(self) -> None:
         self._last_inputs = self._work.nominal.inputs.copy()
         super()._compile()
@@ -209,35 +229,3 @@ class Hybrid(Cddp):
         guess.choose_guess(self._model, self._memory)
         guess.accept_trial(self._memory)
         follow(self._model, self._memory, self.problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
-
-
-@kernel
-def is_rough(work: Workspace) -> bool:
-    """Whether the last sweep changed so much that another iteration is worth its time."""
-    return bool(work.result[RESULT.CHANGE] > _ENOUGH or work.result[RESULT.SETTLED] == 0.0)
-
-
-@kernel
-def follow(
-    model: object,
-    work: Workspace,
-    state: Array,
-    shift: float,
-    limit: int,
-    max_iterations: int,
-    extra_iterations: int,
-    deadline: float,
-    guessing: bool,
-) -> int:
-    """Shift, iterate and roll out in one call; the code of `roll_out`, or −9 if no sweep goes through."""
-    guess.shift_guess(work, state, shift, limit)
-    done, most = 0, max_iterations + extra_iterations
-    while done < most and (done < max_iterations or is_rough(work)):
-        if done > 0 and clock() > deadline:
-            break
-        if kernels.iterate(model, work, 1, deadline) == kernels.FAILED:
-            return -9
-        done += 1
-    work.result[RESULT.ITERATIONS] = done
-    guess.start_trial(work)
-    return int(roll_out(model, work, -1, 0.0, guessing, 0))

@@ -101,9 +101,10 @@ def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) ->
     trial, multipliers, limits = work.trial, work.multipliers, work.limits
     total = 0.0
     for k in range(trial.inputs.shape[0]):
+        stiff = penalty * work.stiffness[k]
         for i in range(len(work.sizes.rows)):
             change = trial.rows[k, i] - base.rows[k, i]
-            total += max(0.0, multipliers.rows[k, i] + penalty * (base.rows[k, i] + part * change)) * change
+            total += max(0.0, multipliers.rows[k, i] + stiff * (base.rows[k, i] + part * change)) * change
         for i in range(len(work.sizes.input_rows)):
             change = trial.input_rows[k, i] - base.input_rows[k, i]
             force = multipliers.input_rows[k, i] + penalty * (base.input_rows[k, i] + part * change)
@@ -111,8 +112,8 @@ def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) ->
         for i in range(len(work.sizes.state_bounds)):
             change = trial.states[k + 1, i] - base.states[k + 1, i]
             x = base.states[k + 1, i] + part * change
-            above = max(0.0, multipliers.states[k, i] + penalty * (x - limits.state_upper[i]))
-            below = min(0.0, multipliers.states[k, i] + penalty * (x - limits.state_lower[i]))
+            above = max(0.0, multipliers.states[k, i] + stiff * (x - limits.state_upper[i]))
+            below = min(0.0, multipliers.states[k, i] + stiff * (x - limits.state_lower[i]))
             total += (above + below) * change
         for i in range(len(work.sizes.input_bounds)):
             change = trial.inputs[k, i] - base.inputs[k, i]

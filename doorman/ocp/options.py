@@ -20,7 +20,7 @@ class SolverOptions:
     largest_multiplier: float = 1e6
     """Rows cost no more than this by unit of violation: where they cannot hold, as after a start outside, the iterations settle
     for the least violation that this price leaves worth while."""
-    sweeps: int = 2
+    sweeps: int = 3
     """Largest number of Riccati sweeps on one linearisation; more where the active set keeps changing."""
     guess_active_sets: bool = True
     """Try a guess of a node's active set before ProxQP is asked; a guess counts only if it solves the node exactly."""

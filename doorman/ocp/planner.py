@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 from doorman.model import Model
-from doorman.ocp.hybrid import EXTRA_ITERATIONS, Hybrid
+from doorman.ocp.hybrid import Hybrid
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
+from doorman.ocp.real_time import EXTRA_ITERATIONS
 from doorman.ocp.solution import PlanStatus, Solution, row_name
 from doorman.scenario import Scenario
 

@@ -3,7 +3,8 @@ r"""Rollout of a policy onto the dynamics that stays inside the *nonlinear* cons
 At every node the input is :math:`u = \bar u + \epsilon k + K(x - \bar x)`, cut off at its bounds. Where the next state, or the
 input with its state, violates a row, Newton corrections in the metric of Q_uu bring it back:
 :math:`\min_v \tfrac12 v^T Q_{uu} v` s.t. :math:`c + D v \le 0`, repeated until the row holds. Rows of relative degree one need
-no more than their own node's input. A node where no input is good enough is passed with the policy's own, and counted.
+no more than their own node's input. Where the nominal trajectory's derivatives are near enough (`NEAR`), the first correction of
+a node borrows them. A node where no input is good enough is passed with the policy's own, and counted.
 
 First the whole horizon is rolled out, and the rows are looked at all at once; only from the first violation on, if there is
 one, node after node is corrected.
@@ -91,18 +92,56 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
 
 
 @kernel
-def fill_program(model: object, work: Workspace, k: int) -> None:
-    """Program of the correction at node k of the trial trajectory."""
+def linearize_node(model: object, work: Workspace, k: int) -> None:
+    """Derivatives at node k of the trial trajectory, and its rows.
+
+    Dynamics go into `node.hessian`, rows of the next state and then of the end into `program.scratch`, mixed ones into
+    `node.plain`.
+    """
+    nx = len(work.sizes.states)
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    program, trial = work.program, work.trial
+    x, u, ahead = trial.states[k], trial.inputs[k], trial.states[k + 1]
+    linearize_step(model, x, u, work.node.hessian[:nx])
+    if nh > 0:
+        linearize_constraints(model, ahead, trial.rows[k], program.scratch[: nh * nx].reshape((nh, nx)))
+    if nt > 0 and k == trial.inputs.shape[0] - 1:
+        slopes = program.scratch[nh * nx : (nh + nt) * nx].reshape((nt, nx))
+        linearize_end_constraints(model, ahead, trial.end_rows, slopes)
+    if ng > 0:
+        linearize_input_constraints(model, x, u, trial.input_rows[k], work.node.plain[:ng])
+
+
+@kernel
+def borrow_linearization(work: Workspace, k: int) -> None:
+    """The same derivatives from the nominal trajectory; rows stay as they are."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    program, linear, dynamics = work.program, work.linear, work.node.hessian
+    for i in range(nx):
+        for a in range(nu):
+            dynamics[i, nx + a] = linear.jacobians[k, i, nx + 1 + a]
+    for i in range(nh):
+        for j in range(nx):
+            program.scratch[i * nx + j] = linear.row_jacobians[k, i, j]
+    for i in range(nt if k == work.trial.inputs.shape[0] - 1 else 0):
+        for j in range(nx):
+            program.scratch[(nh + i) * nx + j] = linear.end_row_jacobians[i, j]
+    for i in range(ng):
+        for a in range(nu):
+            work.node.plain[i, nx + a] = linear.input_row_jacobians[k, i, nx + 1 + a]
+
+
+@kernel
+def fill_program(work: Workspace, k: int) -> None:
+    """Program of the correction at node k of the trial trajectory, from its rows and derivatives."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
     program, trial, dynamics, slopes = work.program, work.trial, work.node.hessian, work.node.plain
     factors, rows = work.policy.factors[k], program.jacobian
-    x, u, ahead = trial.states[k], trial.inputs[k], trial.states[k + 1]
-    linearize_step(model, x, u, dynamics[:nx])
+    u, ahead = trial.inputs[k], trial.states[k + 1]
     if nh > 0:
-        linear = program.scratch[: nh * nx].reshape((nh, nx))
-        linearize_constraints(model, ahead, trial.rows[k], linear)
-        multiply_inputs(linear, dynamics, rows, 0)
+        multiply_inputs(program.scratch[: nh * nx].reshape((nh, nx)), dynamics, rows, 0)
         for i in range(nh):
             program.residuals[i] = trial.rows[k, i]
     if nt > 0:
@@ -111,17 +150,13 @@ def fill_program(model: object, work: Workspace, k: int) -> None:
             for a in range(nu):
                 rows[i, a] = 0.0
         if k == trial.inputs.shape[0] - 1:
-            linear = program.scratch[: nt * nx].reshape((nt, nx))
-            linearize_end_constraints(model, ahead, trial.end_rows, linear)
-            multiply_inputs(linear, dynamics, rows, nh)
+            multiply_inputs(program.scratch[nh * nx : (nh + nt) * nx].reshape((nt, nx)), dynamics, rows, nh)
             for i in range(nt):
                 program.residuals[nh + i] = trial.end_rows[i]
-    if ng > 0:
-        linearize_input_constraints(model, x, u, trial.input_rows[k], slopes[:ng])
-        for i in range(ng):
-            program.residuals[nh + nt + i] = trial.input_rows[k, i]
-            for a in range(nu):
-                rows[nh + nt + i, a] = slopes[i, nx + a]
+    for i in range(ng):
+        program.residuals[nh + nt + i] = trial.input_rows[k, i]
+        for a in range(nu):
+            rows[nh + nt + i, a] = slopes[i, nx + a]
     for i in range(program.bounded.shape[0]):
         index, side, row = program.bounded[i], program.side[i], nh + nt + ng + i
         value = ahead[index] if index < nx else u[index - nx]
@@ -153,6 +188,19 @@ def hopeless(work: Workspace, k: int) -> bool:
             if least > FEASIBILITY:
                 return True
     return False
+
+
+@kernel
+def set_up(model: object, work: Workspace, k: int, exact: bool) -> bool:
+    """Set the program of node k up, with derivatives of its own or of the nominal trajectory; whether it is hopeless."""
+    if not exact:
+        borrow_linearization(work, k)
+        fill_program(work, k)
+        if not hopeless(work, k):
+            return False
+    linearize_node(model, work, k)
+    fill_program(work, k)
+    return hopeless(work, k)
 
 
 @kernel
@@ -234,8 +282,7 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
         worst = worst_row(model, work, k, True)
         while worst > FEASIBILITY and done >= 0:
             if done < _CORRECTIONS:
-                fill_program(model, work, k)
-                if hopeless(work, k):
+                if set_up(model, work, k, done > 0 or work.result[RESULT.NEAR] == 0.0):
                     apply_policy(work, k, scale)
                     done = -1
                 elif not (guess and solve_dual(work, k)):

@@ -41,12 +41,13 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
     """Add the active rows and bounds of state k + 1 to its value function."""
     nx, last = len(work.sizes.states), k == work.nominal.inputs.shape[0] - 1
     value, linear, active, multipliers = work.node.value, work.linear, work.active, work.multipliers
+    stiff = penalty * work.stiffness[k]
     for i in range(len(work.sizes.rows)):
         if active.rows[k, i] != 0:
             row = linear.row_jacobians[k, i]
-            row[nx] = multipliers.rows[k, i] / penalty + work.nominal.rows[k, i]
+            row[nx] = multipliers.rows[k, i] / stiff + work.nominal.rows[k, i]
             for a in range(nx):
-                scale = penalty * row[a]
+                scale = stiff * row[a]
                 store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
             row[nx] = 0.0
     if last:
@@ -64,8 +65,8 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
             side = active.states[k, i]
             if side != 0:
                 bound = work.limits.state_upper[i] if side > 0 else work.limits.state_lower[i]
-                value[i, i] += penalty
-                value[i, nx] += multipliers.states[k, i] + penalty * (x[i] - bound)
+                value[i, i] += stiff
+                value[i, nx] += multipliers.states[k, i] + stiff * (x[i] - bound)
 
 
 @kernel
@@ -234,9 +235,9 @@ def classify(work: Workspace, at: Trajectory, penalty: float) -> bool:
 def classify_state(work: Workspace, at: Trajectory, k: int, penalty: float) -> bool:
     """The same of the rows and bounds of state k + 1."""
     active, multipliers, proposal, limits = work.active, work.multipliers, work.proposal, work.limits
-    changed, count = False, 0
+    changed, count, stiff = False, 0, penalty * work.stiffness[k]
     for i in range(len(work.sizes.rows)):
-        force = multipliers.rows[k, i] + penalty * at.rows[k, i]
+        force = multipliers.rows[k, i] + stiff * at.rows[k, i]
         now = 1 if force > 0.0 else 0
         proposal.rows[k, i] = max(force, 0.0)
         changed |= active.rows[k, i] != now
@@ -245,8 +246,8 @@ def classify_state(work: Workspace, at: Trajectory, k: int, penalty: float) -> b
     for i in range(len(work.sizes.state_bounds)):
         x, multiplier = at.states[k + 1, i], multipliers.states[k, i]
         above, below = (
-            multiplier + penalty * (x - limits.state_upper[i]),
-            multiplier + penalty * (x - limits.state_lower[i]),
+            multiplier + stiff * (x - limits.state_upper[i]),
+            multiplier + stiff * (x - limits.state_lower[i]),
         )
         now = 1 if above > 0.0 else (-1 if below < 0.0 else 0)
         proposal.states[k, i] = max(above, 0.0) + min(below, 0.0)

@@ -20,6 +20,10 @@ Sides = NDArray[np.int8]
 VECTOR_WIDTH = 8
 """Doubles in the widest vector register; rows are padded to a multiple of it."""
 
+_EARLY = 3.0
+"""Rows of early states, on which few inputs act, take so much more of the penalty: multipliers converge there as fast as
+elsewhere. Twice as much makes active sets unsettled."""
+
 FILTER_SIZE = 32
 """Pairs of cost and infeasibility that a line search remembers."""
 
@@ -200,7 +204,7 @@ class Program(NamedTuple):
     dual: Array
     """(nu + 1, wide)."""
     scratch: Array
-    """A Jacobian of rows, (max(nh, nt) nx,)."""
+    """Jacobians of rows, ((nh + nt) nx,)."""
 
 
 class Workspace(NamedTuple):
@@ -220,6 +224,8 @@ class Workspace(NamedTuple):
     policy: Policy
     node: Node
     program: Program
+    stiffness: Array
+    """Factor of the penalty of every state's rows and bounds after the first one, (N,)."""
     filter: Array
     """Pairs of infeasibility and cost, (FILTER_SIZE, 2)."""
     result: Array
@@ -262,6 +268,7 @@ class Workspace(NamedTuple):
                 np.zeros(nx + nu), np.zeros((nx + nu, nx + nu)),
             ),
             program=program_of(problem, wide),
+            stiffness=1.0 + _EARLY / np.arange(1.0, n + 1.0),
             filter=np.zeros((FILTER_SIZE, 2)),
             result=np.zeros(len(Result._fields)),
         )  # fmt: skip
@@ -301,6 +308,12 @@ class Result(NamedTuple):
     """1 if the last step fits the active set that it was found with."""
     COSTATE: int = 15
     """Largest entry of V_x in the last sweep."""
+    SWEEPS: int = 16
+    """Riccati sweeps since this was last set to zero."""
+    PRICE: int = 17
+    """What the last change of the multipliers was worth, in units of the cost."""
+    NEAR: int = 18
+    """1 while derivatives along the nominal trajectory are good enough for a rollout's first corrections."""
 
 
 RESULT = Result()
@@ -380,7 +393,7 @@ def program_of(problem: Problem, wide: int) -> Program:
         proposal=np.zeros(rows, dtype=np.bool_),
         residuals=np.zeros(rows),
         dual=np.zeros((most, wide)),
-        scratch=np.zeros(max(problem.n_constraints, problem.n_end_constraints) * nx),
+        scratch=np.zeros((problem.n_constraints + problem.n_end_constraints) * nx),
     )
 
 

@@ -110,7 +110,12 @@ class DenseHorizon:
         """Penalties and multipliers of everything that the workspace takes for active."""
         for name, index, slope, value, multiplier in self.rows():
             if self.is_active(name, index):
-                self.penalize(slope, multiplier + penalty * value, penalty)
+                stiff = self.penalty_of(name, index, penalty)
+                self.penalize(slope, multiplier + stiff * value, stiff)
+
+    def penalty_of(self, name: str, index: tuple[int, ...], penalty: float) -> float:
+        """Penalty of a row: those of early states take more."""
+        return penalty * float(self.work.stiffness[index[0]]) if name in ("rows", "states") else penalty
 
     def solve(self, first_step: Array) -> Array:
         """Minimum z by one KKT system, with δx_first given."""

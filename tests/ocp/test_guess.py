@@ -115,7 +115,9 @@ def test_a_shift_moves_states_inputs_and_multipliers_together(shift: float, rng:
     shift_guess(held(work), state, shift, 2)
     np.testing.assert_array_equal(nominal.states[0], state)
     np.testing.assert_allclose(nominal.states[1:, :2], expected[0][1:, :2], atol=1e-13)
-    np.testing.assert_allclose(nominal.inputs, expected[1], atol=1e-13)
+    bounds = cart().bounds
+    within = np.clip(expected[1], bounds.input_lower, bounds.input_upper)
+    np.testing.assert_allclose(nominal.inputs, within, atol=1e-13)
     np.testing.assert_allclose(nominal.states[:, 2], integrated(work), atol=1e-13)
     for name, rows in moved.items():
         np.testing.assert_allclose(getattr(multipliers, name), rows, atol=1e-13, err_msg=name)
@@ -130,6 +132,33 @@ def test_a_shift_that_is_not_given_is_looked_for(rng: np.random.Generator) -> No
     shift_guess(held(other), state, shift, 2)
     for mine, theirs in zip((*one.nominal, *one.multipliers), (*other.nominal, *other.multipliers), strict=True):
         np.testing.assert_array_equal(mine, theirs)
+
+
+@pytest.mark.parametrize("shift", [0.0, 1.0, 1.6])
+def test_another_first_state_is_met_by_the_last_feedback_within_the_bounds(
+    shift: float, rng: np.random.Generator
+) -> None:
+    """Inputs and states move by the policy and the dynamics of the nodes that the plan is shifted to."""
+    problem = cart()
+    work = random_guess(rng)
+    work.policy.gains[:] = 0.1 * rng.normal(size=work.policy.gains.shape)
+    work.linear.jacobians[:] = 0.5 * rng.normal(size=work.linear.jacobians.shape)
+    on_its_way = interpolated(work.nominal.states, shift)[0]
+    plain = [interpolated(rows, shift) for rows in (work.nominal.states, work.nominal.inputs)]
+    state = on_its_way + 0.1 * rng.normal(size=3)
+    change, expected = state - on_its_way, [plain[0].copy(), plain[1].copy()]
+    for k in range(N):
+        node = min(k + round(shift), N - 1)
+        wanted = plain[1][k] + work.policy.gains[node, :, :3] @ change
+        expected[1][k] = np.clip(wanted, problem.bounds.input_lower, problem.bounds.input_upper)
+        jacobian = work.linear.jacobians[node]
+        change = jacobian[:, :3] @ change + jacobian[:, 4:6] @ (expected[1][k] - plain[1][k])
+        expected[0][k + 1] += change
+    shift_guess(held(work), state, shift, 2)
+    np.testing.assert_array_equal(work.nominal.states[0], state)
+    np.testing.assert_allclose(work.nominal.inputs, expected[1], atol=1e-12)
+    np.testing.assert_allclose(work.nominal.states[1:, :2], expected[0][1:, :2], atol=1e-12)
+    np.testing.assert_allclose(work.nominal.states[:, 2], integrated(work), atol=1e-13)
 
 
 def test_a_blind_rollout_obeys_the_dynamics_whatever_it_violates(rng: np.random.Generator) -> None:

@@ -99,7 +99,7 @@ def test_multipliers_and_activity_follow_from_the_linearised_rows(problem: Probl
     flipped = stepped(work)
     now, proposed = [], {name: np.zeros_like(getattr(work.proposal, name)) for name in work.proposal._fields}
     for name, index, slope, value, multiplier in rows:
-        force = multiplier + PENALTY * (value + slope @ z)
+        force = multiplier + dense.penalty_of(name, index, PENALTY) * (value + slope @ z)
         assert abs(force) > 1e-6
         if len(index) == 2 or name == "end_rows":
             reached = getattr(work.trial, name)[index]
@@ -133,7 +133,7 @@ def test_an_active_set_that_fits_its_step_does_not_flip(problem: Problem, rng: n
         dense = DenseHorizon(work)
         gradient = dense.hessian @ (z := stacked(work, dense)) + dense.gradient
         for name, index, slope, value, multiplier in dense.rows():
-            force = max(0.0, multiplier + PENALTY * (value + slope @ z))
+            force = max(0.0, multiplier + dense.penalty_of(name, index, PENALTY) * (value + slope @ z))
             gradient += force * slope
         np.testing.assert_allclose(reduced(work, dense, gradient), 0.0, atol=1e-6)
     assert settled >= 5

@@ -52,9 +52,9 @@ class _Call:
         self._arguments = [np.full(function.size_in(i)[0], np.nan) for i in range(function.n_in())]
         flat = [np.zeros(function.numel_out(i)) for i in range(function.n_out())]
         for i, array in enumerate(self._arguments):
-            self._buffer.set_arg(i, memoryview(array))
+            self._buffer.set_arg(i, array.data)
         for i, array in enumerate(flat):
-            self._buffer.set_res(i, memoryview(array))
+            self._buffer.set_res(i, array.data)
         shapes = [function.size_out(i) for i in range(function.n_out())]
         self._results = [
             array if shape[1] == 1 else array.reshape(shape, order="F")

@@ -87,7 +87,7 @@ class ProgramSolver:
         for arrays, connect in ((self._in, self._buffer.set_arg), (self._out, self._buffer.set_res)):
             for i, array in enumerate(arrays.values()):
                 if array.size:
-                    connect(i, memoryview(array))
+                    connect(i, array.data)
         self._in["lbg"][:], self._in["ubg"][:] = shooting.lower_rows, shooting.upper_rows
         self._in["lbx"][:], self._in["ubx"][:] = shooting.lower, shooting.upper
 

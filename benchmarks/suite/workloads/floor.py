@@ -15,8 +15,8 @@ import casadi as ca
 import numba
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.core.extending import intrinsic
 
+from doorman.numba_types.lanes import builtin
 from suite.expressions import constraint_function, step_function
 from suite.session import Session
 from suite.task import Task
@@ -96,7 +96,7 @@ def peak_flops() -> float:
     return 2.0 * _WIDTH * _ACCUMULATORS * _TURNS / best
 
 
-@intrinsic
+@builtin
 def _vectors(typing_context: Any, turns: Any) -> Any:
     """A loop over `turns` of one fused multiply-add on each accumulator, a vector that LLVM keeps in registers."""
 
@@ -126,6 +126,8 @@ def _vectors(typing_context: Any, turns: Any) -> Any:
     return types.float64(types.int64), generate
 
 
-@numba.njit
-def _multiply_add(turns: int) -> float:
-    return _vectors(turns)  # type: ignore[no-any-return]
+def _repeat(turns: int) -> float:
+    return float(_vectors(turns))
+
+
+_multiply_add: Any = numba.njit(_repeat)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 import doorman
-from doorman.ocp import augmented_lagrangian, guess, hybrid, rollout, sweep
 from suite.session import Session
 from suite.task import Array
 from suite.tasks import paper
@@ -40,31 +39,10 @@ def _at(planner: doorman.Planner, state: Array) -> dict[str, float]:
     """At one state, after a cold plan and a replan from there."""
     planner.plan(state)
     planner.replan(state, elapsed=0.0)
-    seconds = {name: _median(call) for name, call in kernels(planner, state).items()}
+    seconds = {name: _median(call) for name, call in planner.solver.parts(state.copy()).items()}
     seconds["whole call"] = _median(lambda: planner.replan(state, elapsed=0.0))
     seconds["Python"] = seconds["whole call"] - seconds["all kernels in one call"]
     return seconds
-
-
-def kernels(planner: doorman.Planner, state: Array) -> dict[str, Callable[[], Any]]:
-    """The parts of an iteration as calls that leave the solver where it is, in the order in which they run.
-
-    Args:
-        planner: After a replan.
-        state: Its first state.
-    """
-    solver = planner.solver
-    model, work = solver._model, solver._memory
-    penalty, state = solver.options.penalty, state.copy()
-    return {
-        "shift": lambda: guess.shift_guess(work, state, 0.0, 2),
-        "linearise": lambda: augmented_lagrangian.linearize(model, work),
-        "active set": lambda: augmented_lagrangian.mark_active(work, penalty),
-        "backward": lambda: sweep.sweep(model, work, penalty, 0.0),
-        "forward": lambda: sweep.step_along(work, penalty),
-        "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
-        "all kernels in one call": lambda: hybrid.follow(model, work, state, 0.0, 2, 1, np.inf, True),
-    }
 
 
 def _median(call: Callable[[], Any]) -> float:

@@ -1,0 +1,135 @@
+r"""Real-time iteration: shift the last trajectory, bend it to where the state is, iterate, roll out, in one call.
+
+The work is bounded: most replans take one iteration, and one more where the last step was large. What is left of the
+suboptimality is, to first order, the price of the multipliers' last change,
+
+.. math:: \sum_i |\lambda_i^+ - \lambda_i|\,|r_i| = \tfrac1\mu\sum_{i\ \mathrm{active}} r_i^2
+
+with the linearised rows r: they must be zero where the multipliers do not move any more. Where it is large, as where noise
+throws the first states onto a constraint, iterations go on.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import clock
+from doorman.ocp import guess
+from doorman.ocp.augmented_lagrangian import direction, linearize, move, save, take_multipliers, total_cost
+from doorman.ocp.rollout import roll_out
+from doorman.ocp.sweep import classify
+from doorman.ocp.workspace import RESULT, Workspace
+
+Array = NDArray[np.float64]
+
+NO_SWEEP = -9
+"""No Riccati sweep went through."""
+
+EXTRA_ITERATIONS = 2
+"""Largest number of iterations beyond the planned ones."""
+
+_ENOUGH = 0.003
+"""An iteration that changes an input by more, weighted by its cost, is followed by another one."""
+_FAR = 0.02
+"""The same after that."""
+_PRICE = 1e-3
+"""The same where the multipliers' last change costs more, relative to 1 + |J|."""
+
+
+@kernel
+def follow(
+    model: object,
+    work: Workspace,
+    state: Array,
+    shift: float,
+    limit: int,
+    max_iterations: int,
+    extra_iterations: int,
+    deadline: float,
+    guessing: bool,
+) -> int:
+    """Shift, iterate and roll out.
+
+    Args:
+        model: The problem's model.
+        work: Workspace with the last trajectory, its multipliers and the last sweep's policy.
+        state: First state, shape (nx,).
+        shift: See `guess.shift_guess`.
+        limit: See there.
+        max_iterations: Iterations.
+        extra_iterations: Further ones where the step was large.
+        deadline: No iteration but the first begins after it [s].
+        guessing: See `rollout.roll_out`.
+
+    Returns:
+        The code of `roll_out`, or NO_SWEEP.
+    """
+    guess.shift_guess(work, state, shift, limit)
+    work.result[RESULT.SWEEPS] = 0.0
+    done, most = 0, max_iterations + extra_iterations
+    while done < most and (done < max_iterations or is_rough(model, work, _ENOUGH if done == max_iterations else _FAR)):
+        if done > 0 and clock() > deadline:
+            break
+        if not iterate_once(model, work):
+            return NO_SWEEP
+        done += 1
+    work.result[RESULT.ITERATIONS] = done
+    guess.start_trial(work)
+    work.result[RESULT.NEAR] = 1.0
+    code = int(roll_out(model, work, -1, 0.0, guessing, 0))
+    work.result[RESULT.NEAR] = 0.0
+    return code
+
+
+@kernel
+def iterate_once(model: object, work: Workspace) -> bool:
+    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
+    penalty = work.settings.penalty
+    linearize(model, work)
+    mark_active(work, penalty)
+    settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
+    work.result[RESULT.SETTLED] = settled
+    if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
+        return False
+    work.result[RESULT.PRICE] = price(work, penalty)
+    save(work)
+    move(work, 1.0)
+    take_multipliers(work, 1.0)
+    return True
+
+
+@kernel
+def mark_active(work: Workspace, penalty: float) -> None:
+    """Active set along the nominal trajectory after its linearisation."""
+    classify(work, work.nominal, penalty)
+
+
+@kernel
+def price(work: Workspace, penalty: float) -> float:
+    """What the change of the multipliers that the step in `trial` proposes is worth, in units of the cost."""
+    trial, now, new = work.trial, work.multipliers, work.proposal
+    total = 0.0
+    for k in range(trial.inputs.shape[0]):
+        early = 0.0
+        for i in range(len(work.sizes.rows)):
+            early += (new.rows[k, i] - now.rows[k, i]) ** 2
+        for i in range(len(work.sizes.state_bounds)):
+            early += (new.states[k, i] - now.states[k, i]) ** 2
+        total += early / work.stiffness[k]
+        for i in range(len(work.sizes.input_rows)):
+            total += (new.input_rows[k, i] - now.input_rows[k, i]) ** 2
+        for i in range(len(work.sizes.input_bounds)):
+            total += (new.inputs[k, i] - now.inputs[k, i]) ** 2
+    for i in range(len(work.sizes.end_rows)):
+        total += (new.end_rows[i] - now.end_rows[i]) ** 2
+    return float(total / penalty)
+
+
+@kernel
+def is_rough(model: object, work: Workspace, enough: float) -> bool:
+    """Whether the last iteration changed so much that another one is worth its time."""
+    if work.result[RESULT.CHANGE] > enough:
+        return True
+    return bool(work.result[RESULT.PRICE] > _PRICE * (1.0 + abs(total_cost(model, work, work.nominal))))

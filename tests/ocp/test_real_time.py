@@ -1,0 +1,56 @@
+"""Real-time iterations: bounded work, plans near the optimum after noise, and the parts that a profile times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from door_tasks import model_of
+
+import doorman
+from doorman.ocp.real_time import EXTRA_ITERATIONS
+from doorman.ocp.workspace import RESULT
+
+SPREAD = np.array([0.01, 0.01, 0.01, 0.01, 0.03, 0.01, 0.01, 0.01, 0.01])
+
+
+@pytest.fixture(scope="module")
+def planner() -> doorman.Planner:
+    return doorman.Planner(model_of("paper"))
+
+
+def test_noise_is_answered_with_little_work_and_near_the_optimum(planner: doorman.Planner) -> None:
+    rng, judge = np.random.default_rng(5), doorman.Planner(planner.model)
+    plan, gaps, sweeps = planner.plan(planner.model.start_state), [], []
+    for _ in range(60):
+        state = plan.states[1] + SPREAD * rng.standard_normal(9)
+        plan, optimum = planner.replan(state), judge.plan(state)
+        sweeps.append(planner.solver.sweeps)
+        assert plan.iterations <= 1 + EXTRA_ITERATIONS
+        if plan.usable and optimum.usable:
+            gaps.append(plan.cost / optimum.cost - 1.0)
+    assert len(gaps) >= 50
+    assert max(gaps) <= 1e-3
+    assert np.mean(sweeps) <= 5.5
+    assert max(sweeps) <= 3 * (1 + EXTRA_ITERATIONS)
+
+
+def test_an_undisturbed_plan_stays_within_two_iterations_of_the_optimum(planner: doorman.Planner) -> None:
+    judge, plan = doorman.Planner(planner.model), planner.plan(planner.model.start_state)
+    for _ in range(40):
+        plan = planner.replan(plan.states[1])
+        assert plan.iterations <= 2
+        assert plan.cost <= judge.plan(plan.states[0]).cost * (1.0 + 1e-5)
+
+
+@pytest.mark.compiles
+def test_parts_of_an_iteration_leave_the_trajectory_where_it_is(planner: doorman.Planner) -> None:
+    plan = planner.plan(planner.model.start_state)
+    for _ in range(4):
+        plan = planner.replan(plan.states[0], elapsed=0.0)
+    parts = planner.solver.parts(plan.states[0].copy())
+    assert list(parts)[-1] == "all kernels in one call"
+    for _ in range(2):
+        for part in parts.values():
+            part()
+    assert planner.solver._work.result[RESULT.VIOLATION] <= 1e-6
+    np.testing.assert_allclose(planner.replan(plan.states[0], elapsed=0.0).inputs, plan.inputs, atol=1e-4)
