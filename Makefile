@@ -1,7 +1,7 @@
 # make demo    opens the door in simulation
 # make test-rig   flies over emulated links in real time: about 5 minutes, on an otherwise idle machine
 # make rig-demo    opens it through emulated autopilot, servos and cameras, on their real protocols
-# make test    runs every check and every test
+# make test    runs every check and every test; needs chromium
 # make docs    builds the documentation from docs/ and the docstrings: build/docs/index.html
 # make bench   measures the planner against other solvers and writes docs/benchmarks.md: about 20 minutes
 # make clean   removes the virtual environment and everything that tools left behind

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import tomllib
+import urllib.request
 from io import StringIO
 from pathlib import Path
 
@@ -140,7 +141,7 @@ def test_help_is_a_page_of_documentation():
     for words in ("open", "check", "warmup", "SCENARIO", "paper", "push", "Exit status", "--version", "doorman open"):
         assert words in text
     for command, options in {
-        "open": ("--set", "--out", "--duration", "--seed", "--realtime"),
+        "open": ("--set", "--out", "--duration", "--seed", "--realtime", "--view"),
         "check": ("--set",),
         "warmup": ("--set",),
     }.items():
@@ -479,3 +480,17 @@ def test_there_is_no_progress_bar_of_a_warmup_for_programs(monkeypatch, shown, i
     with warmup_progress(1, lambda: KernelCounts(0, 0), shown) as on_step:
         on_step("paper: planner")
     assert terminal.file.getvalue() == ""
+
+
+def test_the_flight_is_served_while_it_is_flown(tmp_path):
+    settings = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
+    process = start("open", "--out", "run", "--duration", "1", "--view", "--json", *settings, folder=tmp_path)
+    try:
+        address = re.search(r"http://127\.0\.0\.1:\d+/", process.stderr.readline())[0]
+        with urllib.request.urlopen(f"{address}frames", timeout=300) as answer:
+            sent = answer.read().decode()
+        assert sent.count('"poses":') >= 29 and "event: end" in sent
+        assert json.loads(process.communicate(timeout=300)[0])["duration_s"] == pytest.approx(1.0, abs=0.02)
+    finally:
+        process.kill()
+        process.communicate()

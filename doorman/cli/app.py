@@ -95,6 +95,12 @@ def open_command(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
     realtime: Annotated[bool, typer.Option("--realtime", help="Do not run ahead of the clock.")] = False,
+    view: Annotated[
+        bool, typer.Option("--view", help="Show the flight in a browser while it is flown; best with --realtime.")
+    ] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page of --view, on this machine.", show_default="any free one")
+    ] = 0,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
     ] = False,
@@ -112,7 +118,7 @@ def open_command(
     def command() -> int:
         from doorman.cli.open_door import open_door
 
-        return open_door(scenario, settings or [], out, duration, seed, realtime, as_json)
+        return open_door(scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json)
 
     _leave(command)
 

@@ -1,4 +1,4 @@
-"""`doorman export`, `doorman plot` and `doorman replay`: their arguments and their help."""
+"""`doorman view`, `doorman export`, `doorman plot` and `doorman replay`: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -19,9 +19,42 @@ def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None
         app: The application.
         leave: Runs a command and leaves with its exit status.
     """
+    app.command("view")(_view_command(leave))
     app.command("export")(_export_command(leave))
     app.command("plot")(_plot_command(leave))
     app.command("replay")(_replay_command(leave))
+
+
+def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def view(
+        run: _Run,
+        output: Annotated[
+            Path | None,
+            typer.Option(
+                "--out",
+                "--output",
+                metavar="FILE",
+                help="Write the page here and open no browser.",
+                show_default="replay.html beside the recording",
+            ),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Show a recorded run in the browser: play, pause, speed, and a slider through its time.
+
+        The page shows vehicle, arm and rotors, door and frame, the tip's trace and the force that it exerts, the plan as a
+        ribbon, and the surfaces of the constraints, coloured by clearance: blue where there is room, orange where it is
+        tight, red where there is none. It is one file that needs neither server nor network.
+        """
+
+        def command() -> int:
+            from doorman.cli.view import view_run
+
+            return view_run(run, output, as_json)
+
+        leave(command)
+
+    return view
 
 
 def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
