@@ -144,7 +144,8 @@ def test_a_run_that_is_not_there_is_bad_input(command, tmp_path):
 
 
 def test_plot_makes_the_figures_again(flight, tmp_path):
-    names = {"states.png", "states.pdf", "constraints.png", "constraints.pdf", "replay.html"}
+    figures = ("states", "constraints", "swing", "planner_time")
+    names = {"replay.html", *(f"{name}.{kind}" for name in figures for kind in ("png", "pdf"))}
     result = run("plot", flight, "--out", tmp_path / "figures", "--json")
     assert result.exit_code == 0, result.output
     files = [Path(file) for file in json.loads(result.stdout)["files"]]

@@ -108,8 +108,9 @@ def open_command(
     """Fly a scenario in simulation, from hover to hover.
 
     Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
-    all its values (scenario.toml), plots of the states and of constraints and forces (states, constraints; each .png and
-    .pdf), and a page that replays the motion in a browser (replay.html).
+    all its values (scenario.toml), plots of the states, of constraints and forces, of the swing from above and of the
+    planner's time (states, constraints, swing, planner_time; each .png and .pdf), and a page that replays the motion in a
+    browser (replay.html).
 
     Ctrl-C ends the flight and keeps what was flown. The exit status is 0 only if the door was opened and nothing was
     touched; otherwise it is 1, and a sentence says what happened.

@@ -29,6 +29,10 @@ RUN_FILES = (
     "states.pdf",
     "constraints.png",
     "constraints.pdf",
+    "swing.png",
+    "swing.pdf",
+    "planner_time.png",
+    "planner_time.pdf",
     "replay.html",
 )
 """What a run's folder holds."""

@@ -94,8 +94,9 @@ def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
     ) -> None:
         """Draw the figures of a recorded run again.
 
-        Writes what doorman open writes: plots of the states and of constraints and forces (states, constraints; each .png and
-        .pdf), and the page that replays the motion (replay.html).
+        Writes what doorman open writes: plots of the states, of constraints and forces, of the swing from above and of the
+        planner's time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the motion
+        (replay.html).
         """
 
         def command() -> int:

@@ -6,5 +6,16 @@ from doorman.visualization.live import LiveView
 from doorman.visualization.pictures import write_pictures
 from doorman.visualization.replay import replay_page
 from doorman.visualization.style import save
+from doorman.visualization.swing_figure import swing_figure
+from doorman.visualization.timing_figure import planner_time_figure
 
-__all__ = ["LiveView", "constraints_and_forces_figure", "replay_page", "save", "states_figure", "write_pictures"]
+__all__ = [
+    "LiveView",
+    "constraints_and_forces_figure",
+    "planner_time_figure",
+    "replay_page",
+    "save",
+    "states_figure",
+    "swing_figure",
+    "write_pictures",
+]
