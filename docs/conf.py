@@ -5,9 +5,11 @@ The source directory is the repository, so that links among the pages are the sa
 
 from __future__ import annotations
 
+import atexit
 import logging
 import os
 import re
+import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -28,10 +30,11 @@ root_doc = "docs/index"
 include_patterns = ["README.md", "CHANGELOG.md", "urdf/README.md", "docs/**.md"]
 exclude_patterns = [".*", "build", "doorman", "tests", "examples", "benchmarks"]
 
-_profile = tempfile.TemporaryDirectory()
-os.environ["IPYTHONDIR"] = _profile.name
+_profile = tempfile.mkdtemp()
+atexit.register(shutil.rmtree, _profile, ignore_errors=True)
+os.environ["IPYTHONDIR"] = _profile
 os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"
-_settings = Path(_profile.name) / "profile_default" / "ipython_kernel_config.py"
+_settings = Path(_profile) / "profile_default" / "ipython_kernel_config.py"
 _settings.parent.mkdir()
 _settings.write_text("c.IPKernelApp.log_level = 40\n")  # kernels warn of things that do not matter for the tutorials
 logging.getLogger("traitlets").setLevel(logging.WARNING)

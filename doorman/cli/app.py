@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from doorman.cli import panels
+from doorman.cli.arguments import Settings, Source, Sources
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
 from doorman.cli.vehicle_commands import add_vehicle_commands
@@ -27,41 +29,39 @@ Aerial manipulators that open hinged doors.
 
 A multirotor with an arm touches a hinged door with the arm's tip and opens it without touching door, doorframe or itself.
 A planner (model predictive control by constrained differential dynamic programming) looks one second ahead; a position
-controller with a disturbance observer follows it; the vehicle, the door and their contact are simulated in MuJoCo.
+controller with a disturbance observer follows it. Vehicle, door and their contact are simulated in MuJoCo, or real.
 
 A SCENARIO names the URDFs of vehicle and door, the contact, start and goal, and the options of planner, controller and
-simulator. It is the name of a shipped one (paper, push) or the path of a TOML file; every key has a default.
+simulator. It is the name of a shipped one (paper, push, push_campaign) or the path of a TOML file; every key has a default,
+and `--set key=value` overrides it. A RUN is the folder that a flight leaves, or its recording.
 
-Examples:
+First steps:
 
+- `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
 - `doorman check paper`: can it work at all?
-- `doorman open paper`: fly it; the results go to a new folder under runs.
+- `doorman open paper --view --realtime`: fly it and watch; the results go to a new folder under runs.
+- `doorman view runs/paper-1`: watch it again: play, pause, speed, and a slider through its time.
+
+Then:
+
 - `doorman open push --seed 3 --out push-3`: a tip that can only push.
 - `doorman open --set contact.height=0.9`: the same task, touched higher up.
-- `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
+- `doorman campaign push_campaign --runs 20`: many doors, winds and sensors by chance, and how often it worked.
+- `doorman rig paper --fly`: the same mission through emulated autopilot, servos and cameras.
+
+Every command that finds or writes something takes `--json`: the result goes to stdout as one JSON document, and words to
+stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
 did not, 2 if the input cannot be used.
 """
 
-app = typer.Typer(
-    help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown"
-)
-
-_Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.")]
-_Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Override a key of the scenario: planner.margin=0.01. The value is TOML, a bare word is a string. Repeatable.",
-    ),
-]
+app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
 
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
-    app()
+    app(prog_name="doorman")
 
 
 def _show_version(wanted: bool) -> None:
@@ -81,10 +81,57 @@ def _doorman(
     pass  # the help is the application's
 
 
-@app.command("open")
+@app.command("check", rich_help_panel=panels.PREPARE)
+def check_command(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Say whether a scenario can work, before any flight.
+
+    Looks at the arm's reach and joint limits, the rotor disc between the jambs along the whole swing, thrust and tilt
+    against the force that the door needs, and start and goal against the constraints; and compares the planner's
+    constraints with the collision shapes of the URDFs. Every finding names the number, its limit and what to change.
+
+    The exit status is 0 if the scenario is possible, 1 if it is not.
+    """
+
+    def command() -> int:
+        from doorman.cli.check import check_scenario
+
+        return check_scenario(scenario, settings or [], as_json)
+
+    _leave(command)
+
+
+@app.command("warmup", rich_help_panel=panels.PREPARE)
+def warmup_command(
+    scenarios: Sources = None,
+    settings: Settings = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress bar.")] = False,
+) -> None:
+    """Compile everything ahead, so that no planner, check or flight waits for it.
+
+    Compiled are the kernels of planner, dynamics, constraints, controller and simulator, for the number of joints of the
+    scenarios' arms. They are kept in a cache on disk until doorman, numba or Python changes; what it holds is not compiled
+    again. An arm of another number of joints needs a warm-up of its own.
+
+    The last line says how many kernels were compiled, how long it took, and where the cache is. The environment variable
+    NUMBA_CACHE_DIR puts it elsewhere.
+    """
+
+    def command() -> int:
+        from doorman.cli.warmup import warm_up
+
+        return warm_up(scenarios or [], settings or [], as_json)
+
+    _leave(command)
+
+
+@app.command("open", rich_help_panel=panels.FLY)
 def open_command(
-    scenario: _Source = "paper",
-    settings: _Settings = None,
+    scenario: Source = "paper",
+    settings: Settings = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder for the results.", show_default="a new one under runs"),
@@ -124,60 +171,6 @@ def open_command(
     _leave(command)
 
 
-@app.command("check")
-def check_command(
-    scenario: _Source = "paper",
-    settings: _Settings = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
-) -> None:
-    """Say whether a scenario can work, before any flight.
-
-    Looks at the arm's reach and joint limits, the rotor disc between the jambs along the whole swing, thrust and tilt
-    against the force that the door needs, and start and goal against the constraints; and compares the planner's
-    constraints with the collision shapes of the URDFs. Every finding names the number, its limit and what to change.
-
-    The exit status is 0 if the scenario is possible, 1 if it is not.
-    """
-
-    def command() -> int:
-        from doorman.cli.check import check_scenario
-
-        return check_scenario(scenario, settings or [], as_json)
-
-    _leave(command)
-
-
-@app.command("warmup")
-def warmup_command(
-    scenarios: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Names of shipped scenarios, or paths of TOML files.",
-            show_default="all shipped ones",
-        ),
-    ] = None,
-    settings: _Settings = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress bar.")] = False,
-) -> None:
-    """Compile everything ahead, so that no planner, check or flight waits for it.
-
-    Compiled are the kernels of planner, dynamics, constraints, controller and simulator, for the number of joints of the
-    scenarios' arms. They are kept in a cache on disk until doorman, numba or Python changes; what it holds is not compiled
-    again. An arm of another number of joints needs a warm-up of its own.
-
-    The last line says how many kernels were compiled, how long it took, and where the cache is. The environment variable
-    NUMBA_CACHE_DIR puts it elsewhere.
-    """
-
-    def command() -> int:
-        from doorman.cli.warmup import warm_up
-
-        return warm_up(scenarios or [], settings or [], as_json)
-
-    _leave(command)
-
-
 def _leave(command: Callable[[], int]) -> None:
     """Run a command and leave with the status that it returns; what can be expected to fail is one line, no traceback."""
     try:
@@ -204,6 +197,6 @@ def _complain(message: str) -> None:
     typer.echo(f"doorman: {' '.join(message.split())}", err=True)
 
 
-add_vehicle_commands(app, _leave)
 add_campaign_command(app, _leave)
 add_run_commands(app, _leave)
+add_vehicle_commands(app, _leave)

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from doorman.cli import panels
+
 _Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")]
 _Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
 
@@ -19,10 +21,10 @@ def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None
         app: The application.
         leave: Runs a command and leaves with its exit status.
     """
-    app.command("view")(_view_command(leave))
-    app.command("export")(_export_command(leave))
-    app.command("plot")(_plot_command(leave))
-    app.command("replay")(_replay_command(leave))
+    app.command("view", rich_help_panel=panels.LOOK)(_view_command(leave))
+    app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
+    app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))
+    app.command("replay", rich_help_panel=panels.LOOK)(_replay_command(leave))
 
 
 def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
