@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import typer
 
@@ -38,4 +38,5 @@ def live_view(model: Model, port: int | None) -> Iterator[Listener | None]:
         shown = show_in_browser(view.url)
         typer.echo(f"Live view: {view.url}{'' if shown else ' (open it in a browser on this machine)'}", err=True)
         yield view.listen
-        view.end(_PATIENCE)
+        with suppress(KeyboardInterrupt):  # whoever does not want to wait gets the results now
+            view.end(_PATIENCE)

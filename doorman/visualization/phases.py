@@ -65,8 +65,10 @@ def draw_phases(axes: Axes, recording: Recording, span: tuple[float, float], *, 
         span: First and last time of the panel [s].
         named: Write the names, slanted, above the panel.
     """
-    for k, (name, start, stop) in enumerate(phases(recording, span[1])):
-        axes.axvspan(start, stop, facecolor=_SHADES[k % 2], edgecolor="none", zorder=0)
+    known = phases(recording, span[1])
+    for k, (name, start, stop) in enumerate(known):
+        if len(known) > 1:
+            axes.axvspan(start, stop, facecolor=_SHADES[k % 2], edgecolor="none", zorder=0)
         if named and stop - start > _LEAST_SHARE * (span[1] - span[0]):
             middle = 0.5 * (start + stop)
             axes.text(middle, 1.02, name, rotation=35, fontsize=7, color="0.35", ha="left", va="bottom",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -15,6 +16,7 @@ from flight_rig import free_port
 from typer.testing import CliRunner, Result
 
 from doorman.cli import app
+from doorman.flight import Verdict
 from doorman.hardware.vehicle.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recording
@@ -52,9 +54,14 @@ def test_dry_run_commands_nothing(tmp_path):
     with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
         heard = rig.autopilot.protocol.received
         before = rig.plant.snapshot.truth.arm_angles
-        result = run("fly", "paper", *rig.arguments, "--dry-run", "--yes", "--out", str(tmp_path / "none.mcap"))
+        result = run(
+            "fly", "paper", *rig.arguments, "--dry-run", "--yes", "--json", "--out", str(tmp_path / "none.mcap")
+        )
         assert result.exit_code == 0, result.output
-        assert "nothing was commanded" in result.output
+        assert "nothing was commanded" in result.stderr
+        found = json.loads(result.stdout)
+        assert found["ready"] is True and found["completed"] is False
+        assert {one["verdict"] for one in found["checklist"]} <= {verdict.value for verdict in Verdict}
         assert not rig.autopilot.brain.armed
         for name in ("SET_ATTITUDE_TARGET", "SET_POSITION_TARGET_LOCAL_NED"):
             assert not heard[name], name

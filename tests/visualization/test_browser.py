@@ -25,14 +25,21 @@ def address(flight, model, tmp_path_factory):
     return replay_page(flight, model, tmp_path_factory.mktemp("page") / "replay.html").as_uri()
 
 
+@pytest.fixture(scope="module")
+def loaded(browser, address):
+    """The replay, loaded once, at the time that its address says."""
+    browser.open(f"{address}#t=1")
+    assert browser.evaluate("[time, playing]") == [1, False]
+    return browser
+
+
 @pytest.fixture
-def page(browser, address):
+def page(loaded):
     """The replay, stopped at its beginning."""
-    browser.open("about:blank")
-    browser.errors.clear()
-    browser.open(f"{address}#t=0")
-    yield browser
-    assert browser.errors == []
+    loaded.evaluate("seek(0); speed.value = '1'; shown = null")
+    loaded.settle()
+    yield loaded
+    assert loaded.errors == []
 
 
 def wooden(picture):
