@@ -109,7 +109,10 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
 # ---------------------------------------------------------------- how-to pages
 
 
-@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "how-to").glob("*.md")), ids=lambda page: page.stem)
+RUN = [*sorted((ROOT / "docs" / "how-to").glob("*.md")), ROOT / "docs" / "viewing.md"]
+
+
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
 def test_the_python_of_the_how_to_pages_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = code_blocks(page.read_text(encoding="utf-8"), "python")
