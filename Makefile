@@ -1,8 +1,8 @@
 # make demo    opens the door in simulation
 # make test-rig   flies over emulated links in real time: about 5 minutes, on an otherwise idle machine
 # make rig-demo    opens it through emulated autopilot, servos and cameras, on their real protocols
-# make test    runs every check and every test
-# make docs    builds the documentation from docs/ and the docstrings: build/docs/index.html
+# make test    runs every check and every test; needs chromium
+# make docs    builds the documentation, with its tutorials executed, from docs/ and the docstrings: build/docs/index.html
 # make bench   measures the planner against other solvers and writes docs/benchmarks.md: about 20 minutes
 # make clean   removes the virtual environment and everything that tools left behind
 #
@@ -53,6 +53,7 @@ lint: $(VENV)/.installed-for-test
 	$(BIN)/lint-imports
 
 docs: $(VENV)/.installed-for-test
+	$(BIN)/doorman warmup paper push
 	$(BIN)/python -m sphinx -q -W --keep-going -b html -c docs . build/docs
 
 # The peers get an environment of their own under build/.

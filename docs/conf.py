@@ -5,14 +5,19 @@ The source directory is the repository, so that links among the pages are the sa
 
 from __future__ import annotations
 
+import atexit
+import logging
+import os
 import re
+import shutil
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from docutils import nodes
 from latex2mathml.converter import convert
 from sphinx.application import Sphinx
-from sphinx.util import logging
+from sphinx.util.logging import getLogger
 
 import doorman
 
@@ -25,9 +30,23 @@ root_doc = "docs/index"
 include_patterns = ["README.md", "CHANGELOG.md", "urdf/README.md", "docs/**.md"]
 exclude_patterns = [".*", "build", "doorman", "tests", "examples", "benchmarks"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+_profile = tempfile.mkdtemp()
+atexit.register(shutil.rmtree, _profile, ignore_errors=True)
+os.environ["IPYTHONDIR"] = _profile
+os.environ["PYDEVD_DISABLE_FILE_VALIDATION"] = "1"
+_settings = Path(_profile) / "profile_default" / "ipython_kernel_config.py"
+_settings.parent.mkdir()
+_settings.write_text("c.IPKernelApp.log_level = 40\n")  # kernels warn of things that do not matter for the tutorials
+logging.getLogger("traitlets").setLevel(logging.WARNING)
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
+
+nb_execution_mode = "force"  # the tutorials, with the library as it is now
+nb_execution_in_temp = True
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
 
 html_theme = "furo"
 html_title = f"doorman {release}"
@@ -51,6 +70,27 @@ _CONTENTS = """
 
 /README
 *
+```
+
+```{toctree}
+:hidden:
+:caption: Tutorials
+
+tutorials/open_the_door
+tutorials/own_door
+tutorials/constraints
+tutorials/pendulum
+tutorials/flight_script
+tutorials/push
+tutorials/campaign
+```
+
+```{toctree}
+:hidden:
+:glob:
+:caption: How to
+
+how-to/*
 ```
 
 ```{toctree}
@@ -140,7 +180,7 @@ def _formula(node: nodes.Element, display: str) -> str:
     formula = convert(" ".join(node.astext().split()), display=display)
     unknown = re.findall(r"\\\w+", formula)
     if unknown:
-        logging.getLogger(__name__).warning("not known in formulas: %s", ", ".join(unknown), location=node)
+        getLogger(__name__).warning("not known in formulas: %s", ", ".join(unknown), location=node)
     return formula
 
 

@@ -21,7 +21,8 @@ from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").glob("*.md")),
+         *sorted((ROOT / "docs").glob("tutorials/*.md")), *sorted((ROOT / "docs").glob("how-to/*.md"))]  # fmt: skip
 README = PAGES[0].read_text(encoding="utf-8")
 
 
@@ -103,6 +104,22 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
     for block in blocks:
         (tmp_path / "task.toml").write_text(block)
         Scenario.load(tmp_path / "task.toml")
+
+
+# ---------------------------------------------------------------- how-to pages
+
+
+RUN = [*sorted((ROOT / "docs" / "how-to").glob("*.md")), ROOT / "docs" / "viewing.md"]
+
+
+@pytest.mark.parametrize("page", RUN, ids=lambda page: page.stem)
+def test_the_python_of_the_how_to_pages_runs(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = code_blocks(page.read_text(encoding="utf-8"), "python")
+    assert blocks
+    names: dict[str, Any] = {"__name__": page.stem}
+    for block in blocks:
+        exec(compile(block, page.name, "exec"), names)
 
 
 # ---------------------------------------------------------------- examples

@@ -6,6 +6,7 @@ import csv
 import json
 import shutil
 import sys
+import webbrowser
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -131,7 +132,7 @@ def test_names_of_topics_do_not_leave_the_folder(tmp_path):
         export(recorder.recording(), tmp_path, "xlsx")  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("command", ["export", "plot", "replay"])
+@pytest.mark.parametrize("command", ["export", "plot", "replay", "view"])
 def test_a_run_that_is_not_there_is_bad_input(command, tmp_path):
     for given, words in ((tmp_path / "none", "no such run"), (tmp_path, "not the folder of one run")):
         result = run(command, given)
@@ -143,7 +144,8 @@ def test_a_run_that_is_not_there_is_bad_input(command, tmp_path):
 
 
 def test_plot_makes_the_figures_again(flight, tmp_path):
-    names = {"states.png", "states.pdf", "constraints.png", "constraints.pdf", "replay.html"}
+    figures = ("states", "constraints", "swing", "planner_time")
+    names = {"replay.html", *(f"{name}.{kind}" for name in figures for kind in ("png", "pdf"))}
     result = run("plot", flight, "--out", tmp_path / "figures", "--json")
     assert result.exit_code == 0, result.output
     files = [Path(file) for file in json.loads(result.stdout)["files"]]
@@ -171,6 +173,37 @@ def test_a_scenario_of_another_version_is_bad_input(recording, tmp_path):
         result = run("plot", tmp_path)
         assert result.exit_code == 2
         assert words in result.stderr
+
+
+# ---------------------------------------------------------------- view
+
+
+def use_browser(folder, monkeypatch):
+    """A program as browser that writes the address into a file."""
+    program = folder / "browser.sh"
+    program.write_text(f'#!/bin/sh\necho "$1" > {folder}/opened\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("BROWSER", f"{program} %s")
+    monkeypatch.setattr(webbrowser, "_tryorder", None)  # it reads the environment once
+
+
+def test_view_writes_the_page_and_opens_it(flight, tmp_path, monkeypatch):
+    use_browser(tmp_path, monkeypatch)
+    result = run("view", flight, "--json")
+    assert result.exit_code == 0, result.output
+    answer = json.loads(result.stdout)
+    assert answer == {"complete": True, "file": str(flight / "replay.html"), "opened": True}
+    assert "const flight = " in (flight / "replay.html").read_text(encoding="utf-8")
+    assert (tmp_path / "opened").read_text().strip() == (flight / "replay.html").as_uri()
+
+
+def test_view_writes_a_page_elsewhere_without_a_browser(flight, tmp_path, monkeypatch):
+    use_browser(tmp_path, monkeypatch)
+    result = run("view", flight, "--out", tmp_path / "page.html")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.split() == [str(tmp_path / "page.html")]
+    assert "const flight = " in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert not (tmp_path / "opened").exists()
 
 
 # ---------------------------------------------------------------- replay

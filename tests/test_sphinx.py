@@ -15,7 +15,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import furo
-import myst_parser
+import myst_nb
 import pytest
 import sphinx
 from latex2mathml.converter import convert
@@ -37,7 +37,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-c", "docs",
                "-d", str(folder / "trees"), ".", str(folder / "html")]  # fmt: skip
     ran = subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False,
+        command, cwd=ROOT, capture_output=True, text=True, timeout=900, check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert (ran.returncode, ran.stderr) == (0, "")
@@ -58,7 +58,7 @@ def exported(package: str) -> list[str]:
 def test_the_tools_are_those_of_the_extra(built):
     page = (built / "docs" / "index.html").read_text(encoding="utf-8")
     assert f"Generated with Sphinx {sphinx.__version__} and Furo {furo.__version__}" in page
-    assert myst_parser.__name__ in runpy.run_path(str(ROOT / "docs" / "conf.py"))["extensions"]
+    assert myst_nb.__name__ in runpy.run_path(str(ROOT / "docs" / "conf.py"))["extensions"]
 
 
 def test_packages_that_export_names_are_known():
@@ -110,3 +110,14 @@ def test_formulas_are_mathml_that_says_the_same(built):
         tree = ElementTree.fromstring(re.sub(r"&(?!lt|gt|amp)\w+;", lambda entity: html.unescape(entity[0]), formula))
         assert "".join(tree.itertext()).strip()
     assert "$" not in re.sub(r"<[^>]+>", "", text.split('role="main"')[1].split("<footer")[0])
+
+
+def test_tutorials_are_executed(built):
+    tutorials = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+    assert len(tutorials) == 7
+    for tutorial in tutorials:
+        page = (built / "docs" / "tutorials" / f"{tutorial.stem}.html").read_text(encoding="utf-8")
+        cells = tutorial.read_text(encoding="utf-8").count("```{code-cell}")
+        assert page.count("cell_input") >= cells >= 2, tutorial.stem
+        assert page.count("cell_output") >= cells // 2, tutorial.stem
+        assert "Traceback" not in page, tutorial.stem

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from doorman.cli import panels
+from doorman.cli.arguments import Settings, Source, Sources
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
 from doorman.cli.vehicle_commands import add_vehicle_commands
@@ -27,41 +29,39 @@ Aerial manipulators that open hinged doors.
 
 A multirotor with an arm touches a hinged door with the arm's tip and opens it without touching door, doorframe or itself.
 A planner (model predictive control by constrained differential dynamic programming) looks one second ahead; a position
-controller with a disturbance observer follows it; the vehicle, the door and their contact are simulated in MuJoCo.
+controller with a disturbance observer follows it. Vehicle, door and their contact are simulated in MuJoCo, or real.
 
 A SCENARIO names the URDFs of vehicle and door, the contact, start and goal, and the options of planner, controller and
-simulator. It is the name of a shipped one (paper, push) or the path of a TOML file; every key has a default.
+simulator. It is the name of a shipped one (paper, push, push_campaign) or the path of a TOML file; every key has a default,
+and `--set key=value` overrides it. A RUN is the folder that a flight leaves, or its recording.
 
-Examples:
+First steps:
 
+- `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
 - `doorman check paper`: can it work at all?
-- `doorman open paper`: fly it; the results go to a new folder under runs.
+- `doorman open paper --view --realtime`: fly it and watch; the results go to a new folder under runs.
+- `doorman view runs/paper-1`: watch it again: play, pause, speed, and a slider through its time.
+
+Then:
+
 - `doorman open push --seed 3 --out push-3`: a tip that can only push.
 - `doorman open --set contact.height=0.9`: the same task, touched higher up.
-- `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
+- `doorman campaign push_campaign --runs 20`: many doors, winds and sensors by chance, and how often it worked.
+- `doorman rig paper --fly`: the same mission through emulated autopilot, servos and cameras.
+
+Every command that finds or writes something takes `--json`: the result goes to stdout as one JSON document, and words to
+stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
 did not, 2 if the input cannot be used.
 """
 
-app = typer.Typer(
-    help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="markdown"
-)
-
-_Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.")]
-_Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Override a key of the scenario: planner.margin=0.01. The value is TOML, a bare word is a string. Repeatable.",
-    ),
-]
+app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
 
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
-    app()
+    app(prog_name="doorman")
 
 
 def _show_version(wanted: bool) -> None:
@@ -81,46 +81,10 @@ def _doorman(
     pass  # the help is the application's
 
 
-@app.command("open")
-def open_command(
-    scenario: _Source = "paper",
-    settings: _Settings = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for the results.", show_default="a new one under runs"),
-    ] = None,
-    duration: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="Simulated time at most.", show_default="to the mission's end"),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
-    realtime: Annotated[bool, typer.Option("--realtime", help="Do not run ahead of the clock.")] = False,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
-    ] = False,
-) -> None:
-    """Fly a scenario in simulation, from hover to hover.
-
-    Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
-    all its values (scenario.toml), plots of the states and of constraints and forces (states, constraints; each .png and
-    .pdf), and a page that replays the motion in a browser (replay.html).
-
-    Ctrl-C ends the flight and keeps what was flown. The exit status is 0 only if the door was opened and nothing was
-    touched; otherwise it is 1, and a sentence says what happened.
-    """
-
-    def command() -> int:
-        from doorman.cli.open_door import open_door
-
-        return open_door(scenario, settings or [], out, duration, seed, realtime, as_json)
-
-    _leave(command)
-
-
-@app.command("check")
+@app.command("check", rich_help_panel=panels.PREPARE)
 def check_command(
-    scenario: _Source = "paper",
-    settings: _Settings = None,
+    scenario: Source = "paper",
+    settings: Settings = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Say whether a scenario can work, before any flight.
@@ -140,17 +104,10 @@ def check_command(
     _leave(command)
 
 
-@app.command("warmup")
+@app.command("warmup", rich_help_panel=panels.PREPARE)
 def warmup_command(
-    scenarios: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Names of shipped scenarios, or paths of TOML files.",
-            show_default="all shipped ones",
-        ),
-    ] = None,
-    settings: _Settings = None,
+    scenarios: Sources = None,
+    settings: Settings = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress bar.")] = False,
 ) -> None:
     """Compile everything ahead, so that no planner, check or flight waits for it.
@@ -167,6 +124,49 @@ def warmup_command(
         from doorman.cli.warmup import warm_up
 
         return warm_up(scenarios or [], settings or [], as_json)
+
+    _leave(command)
+
+
+@app.command("open", rich_help_panel=panels.FLY)
+def open_command(
+    scenario: Source = "paper",
+    settings: Settings = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the results.", show_default="a new one under runs"),
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Simulated time at most.", show_default="to the mission's end"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Do not run ahead of the clock.")] = False,
+    view: Annotated[
+        bool, typer.Option("--view", help="Show the flight in a browser while it is flown; best with --realtime.")
+    ] = False,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Of the page of --view, on this machine.", show_default="any free one")
+    ] = 0,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
+    ] = False,
+) -> None:
+    """Fly a scenario in simulation, from hover to hover.
+
+    Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
+    all its values (scenario.toml), plots of the states, of constraints and forces, of the swing from above and of the
+    planner's time (states, constraints, swing, planner_time; each .png and .pdf), and a page that replays the motion in a
+    browser (replay.html).
+
+    Ctrl-C ends the flight and keeps what was flown. The exit status is 0 only if the door was opened and nothing was
+    touched; otherwise it is 1, and a sentence says what happened.
+    """
+
+    def command() -> int:
+        from doorman.cli.open_door import open_door
+
+        return open_door(scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json)
 
     _leave(command)
 
@@ -197,6 +197,6 @@ def _complain(message: str) -> None:
     typer.echo(f"doorman: {' '.join(message.split())}", err=True)
 
 
-add_vehicle_commands(app, _leave)
 add_campaign_command(app, _leave)
 add_run_commands(app, _leave)
+add_vehicle_commands(app, _leave)

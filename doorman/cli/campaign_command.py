@@ -8,11 +8,8 @@ from typing import Annotated
 
 import typer
 
-_Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.")]
-_Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a key of the scenario for all runs. Repeatable."),
-]
+from doorman.cli import panels
+from doorman.cli.arguments import Settings, Source
 
 
 def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
@@ -23,10 +20,10 @@ def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], 
         leave: Runs a command and leaves with its exit status.
     """
 
-    @app.command("campaign")
+    @app.command("campaign", rich_help_panel=panels.FLY)
     def campaign(
-        scenario: _Source = "push_campaign",
-        settings: _Settings = None,
+        scenario: Source = "push_campaign",
+        settings: Settings = None,
         runs: Annotated[
             int | None, typer.Option(min=1, max=1_000_000, help="Number of flights.", show_default="the scenario's")
         ] = None,

@@ -72,7 +72,7 @@ class _CompiledColumn(ProgressColumn):
 
 @contextmanager
 def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool) -> Iterator[Callable[[str], None]]:
-    """A progress bar with the kernels compiled and the time taken, on stderr; silent where stderr is not a terminal.
+    """A progress bar with kernels compiled, time taken and time left, on stderr; silent where stderr is not a terminal.
 
     Args:
         steps: Number of steps.
@@ -86,7 +86,8 @@ def warmup_progress(steps: int, counts: Callable[[], KernelCounts], shown: bool)
     if not (shown and console.is_terminal):
         yield lambda name: None
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), _CompiledColumn(counts), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}"), BarColumn(), _CompiledColumn(counts), TimeElapsedColumn(),
+               TimeRemainingColumn(), TextColumn("left"))  # fmt: skip
     with Progress(*columns, console=console, refresh_per_second=4) as progress:
         task = progress.add_task("Preparing", total=steps, completed=-1)
 

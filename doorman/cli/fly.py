@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
 import signal
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import typer
 from rich.console import Console
@@ -32,6 +34,9 @@ _COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold 
 _STATUS_PERIOD = 0.5
 _LINES = 15
 """Of the journal that are printed in the end."""
+
+Output = Literal["words", "json", "quiet"]
+"""What goes to stdout."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +62,7 @@ def fly_mission(
     duration: float | None,
     dry_run: bool,
     yes: bool,
+    output: Output = "words",
 ) -> int:
     """Go through the checklist, ask, fly, and say how it ended.
 
@@ -68,6 +74,7 @@ def fly_mission(
         duration: Longest time of the mission [s].
         dry_run: Listen only, send nothing, and say what that tells.
         yes: Do not ask.
+        output: Words to stdout; words to stderr and the result as JSON to stdout; or words to stderr only.
 
     Returns:
         Exit status: 0 if the mission was flown to its end and the vehicle has landed (of a dry run: if it may fly), else 1.
@@ -84,7 +91,7 @@ def fly_mission(
     limits = SafetyLimits()
     console = Console(stderr=True, highlight=False)
     if dry_run:
-        return _dry_run(model, config, limits, console)
+        return _dry_run(model, config, limits, output)
     console.print("Preparing planner and controller")
     planner, findings = Planner(model), check(model.scenario)
     rehearse(model, planner)
@@ -92,27 +99,45 @@ def fly_mission(
     with real_time(), VehicleLinks(config) as links:
         await_links(links)
         checks = preflight(model, links, limits, findings)
-        _print_checks(checks)
-        if not ready(checks):
-            typer.echo("The vehicle does not fly: see the lines marked 'no'.")
-            return 1
-        if not yes and not typer.confirm("Arm and fly?", default=False):
-            typer.echo("Not flown.")
-            return 1
-        return _fly(model, links, planner, limits, _file(out, model), duration, console)
+        _print_checks(checks, Console(stderr=output != "words", highlight=False))
+        result = _refusal(checks, yes, output)
+        if result is None:
+            result = _fly(model, links, planner, limits, _file(out, model), duration, console, output)
+    _print_result(checks, result, output)
+    return 0 if result["completed"] else 1
 
 
-def _dry_run(model: Model, config: VehicleConfig, limits: SafetyLimits, console: Console) -> int:
+def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:
+    if output == "json":
+        found = [{**vars(one), "verdict": one.verdict.value} for one in checks]
+        typer.echo(json.dumps({"checklist": found, **result}, indent=2))
+
+
+def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] | None:
+    """Result of a flight that stays on the ground, and why; None if it is to be flown."""
+    good = ready(checks)
+    if not good:
+        words = "The vehicle does not fly: see the lines marked 'no'."
+    elif not yes and not typer.confirm("Arm and fly?", default=False, err=output != "words"):
+        words = "Not flown."
+    else:
+        return None
+    typer.echo(words, err=output != "words")
+    return {"ready": good, "completed": False, "message": words}
+
+
+def _dry_run(model: Model, config: VehicleConfig, limits: SafetyLimits, output: Output) -> int:
     """Check what can be checked without sending anything."""
     findings = check(model.scenario)
-    console.print("Listening to the links; nothing is sent")
+    Console(stderr=True, highlight=False).print("Listening to the links; nothing is sent")
     checks = listen(model, config, limits, findings)
-    _print_checks(checks)
-    if not ready(checks):
-        typer.echo("Dry run: the vehicle would not fly, see the lines marked 'no'. Nothing was sent.")
-        return 1
-    typer.echo("Dry run: nothing speaks against a flight so far. Nothing was sent.")
-    return 0
+    _print_checks(checks, Console(stderr=output != "words", highlight=False))
+    good = ready(checks)
+    words = "nothing speaks against a flight so far" if good else "the vehicle would not fly, see the lines marked 'no'"
+    words = f"Dry run: {words}. Nothing was sent."
+    typer.echo(words, err=output != "words")
+    _print_result(checks, {"ready": good, "completed": False, "message": words}, output)
+    return 0 if good else 1
 
 
 def _fly(
@@ -123,7 +148,8 @@ def _fly(
     path: Path,
     duration: float | None,
     console: Console,
-) -> int:
+    output: Output,
+) -> dict[str, Any]:
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
     with Recorder(path, header) as recorder:
         session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
@@ -131,8 +157,16 @@ def _fly(
             report = session.fly(duration, _StatusLine(session, console))
         ticks = session.backend.ticks
         recorder.write("timing", 0.0, vars(ticks))
-    _print_report(report, session, path)
-    return 0 if report.completed else 1
+    _print_report(report, session, path, output)
+    return {
+        "ready": True,
+        "completed": report.completed,
+        "message": report.message,
+        "end": report.end.value,
+        "recording": str(path),
+        "timing": vars(ticks),
+        "journal": session.journal.lines,
+    }
 
 
 class _StatusLine:
@@ -168,25 +202,26 @@ def _ctrl_c(session: FlightSession) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _print_checks(checks: list[Check]) -> None:
+def _print_checks(checks: list[Check], console: Console) -> None:
     table = Table(box=None, pad_edge=False)
     for name in ("", "checked", "found"):
         table.add_column(name)
     for one in checks:
         words = f"{one.found}\n→ {one.advice}" if one.advice else one.found
         table.add_row(Text(one.verdict.value, style=_COLORS[one.verdict]), Text(one.name), Text(words))
-    Console(highlight=False).print(table)
+    console.print(table)
 
 
-def _print_report(report: FlightReport, session: FlightSession, path: Path) -> None:
+def _print_report(report: FlightReport, session: FlightSession, path: Path, output: Output) -> None:
+    say = partial(typer.echo, err=output != "words")
     ticks = session.backend.ticks
     done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
     why = "" if not report.message else f": {report.message}"
-    typer.echo(f"{done}{why}. The vehicle: {report.end.value}.")
+    say(f"{done}{why}. The vehicle: {report.end.value}.")
     for line in session.journal.lines[-_LINES:]:
-        typer.echo(f"  {line}")
+        say(f"  {line}")
     gap = session.links.autopilot.status().longest_setpoint_gap
-    typer.echo(
+    say(
         f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
         f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
     )

@@ -11,6 +11,7 @@ import typer
 
 from doorman.cli.display import flight_progress, print_run
 from doorman.cli.effective import effective_toml
+from doorman.cli.live import live_view
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError
 from doorman.mission import simulate
@@ -28,6 +29,10 @@ RUN_FILES = (
     "states.pdf",
     "constraints.png",
     "constraints.pdf",
+    "swing.png",
+    "swing.pdf",
+    "planner_time.png",
+    "planner_time.pdf",
     "replay.html",
 )
 """What a run's folder holds."""
@@ -45,6 +50,7 @@ def open_door(
     duration: float | None,
     seed: int,
     realtime: bool,
+    port: int | None,
     as_json: bool,
 ) -> int:
     """Fly a scenario in simulation and write the folder of the run.
@@ -56,6 +62,7 @@ def open_door(
         duration: Simulated time at most [s]; to the mission's end if None.
         seed: Of the sensors' noise.
         realtime: Do not run ahead of the clock.
+        port: Of the live view, 0 for any; None: no live view.
         as_json: Print the summary as JSON and nothing else.
 
     Returns:
@@ -72,9 +79,11 @@ def open_door(
         model = Model(scenario)
         folder = _run_folder(out, scenario.name)
         (folder / "scenario.toml").write_text(effective_toml(scenario), encoding="utf-8")
-        recording = simulate(
-            model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress
-        )
+        with live_view(model, port) as listener:
+            recording = simulate(
+                model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
+                listener=listener,
+            )  # fmt: skip
     summary = recording.summary or {}
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")

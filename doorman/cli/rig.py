@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import sys
 import threading
@@ -32,6 +33,7 @@ def run_rig(
     out: Path | None,
     folder: Path | None = None,
     seed: int = 0,
+    as_json: bool = False,
 ) -> int:
     """Run the rig until Ctrl-C.
 
@@ -44,6 +46,7 @@ def run_rig(
         out: MCAP file for the truth, while the motors run.
         folder: For the link to the servos' pseudo-terminal; a temporary one by default.
         seed: Of noise.
+        as_json: Print command and links as JSON.
 
     Returns:
         Exit status: 0, or 1 if the physics failed.
@@ -62,7 +65,9 @@ def run_rig(
         with real_time(), rig:
             overrides = [word for setting in settings for word in ("--set", setting)]
             command = " ".join(["doorman", "fly", source, *overrides, *rig.arguments])
-            typer.echo(f"The rig runs until Ctrl-C; fly it by\n{command}")
+            links = dict(zip(rig.arguments[::2], rig.arguments[1::2], strict=True))
+            document = json.dumps({"command": command, "links": {name.strip("-"): one for name, one in links.items()}})
+            typer.echo(document if as_json else f"The rig runs until Ctrl-C; fly it by\n{command}")
             sys.stdout.flush()
             while not over.wait(_LOOK) and rig.plant.failure is None:
                 pass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import socket
 import subprocess
@@ -10,6 +11,8 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+
+import typer
 
 from doorman.cli.display import print_run
 from doorman.cli.fly import Wiring, fly_mission
@@ -26,7 +29,9 @@ _STOP = 20.0
 """For the rig to end, after it was asked to [s]."""
 
 
-def fly_the_rig(source: str, settings: Sequence[str], autopilot: str, out: Path | None, seed: int) -> int:
+def fly_the_rig(
+    source: str, settings: Sequence[str], autopilot: str, out: Path | None, seed: int, as_json: bool
+) -> int:
     """Start the rig, fly the mission against it over its real links, stop it, and judge.
 
     Args:
@@ -35,6 +40,7 @@ def fly_the_rig(source: str, settings: Sequence[str], autopilot: str, out: Path 
         autopilot: `px4` or `ardupilot`.
         out: Of the truth; the flight is recorded beside it. A temporary folder by default.
         seed: Of noise.
+        as_json: Print the summary as JSON and nothing else to stdout.
 
     Returns:
         Exit status: 0 if the mission was flown to its end, the door was opened and nothing was touched, else 1.
@@ -48,7 +54,9 @@ def fly_the_rig(source: str, settings: Sequence[str], autopilot: str, out: Path 
     overrides = [word for setting in settings for word in ("--set", setting)]
     options = ["--autopilot", autopilot, "--out", str(truth), "--seed", str(seed), *overrides]
     with _rig([source, *options, "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]) as wiring:
-        status = fly_mission(source, settings, wiring, flight, None, dry_run=False, yes=True)
+        status = fly_mission(
+            source, settings, wiring, flight, None, dry_run=False, yes=True, output="quiet" if as_json else "words"
+        )
     if not flight.exists():
         return 1  # refused on the ground
     recording = Recording.load(flight)
@@ -56,7 +64,11 @@ def fly_the_rig(source: str, settings: Sequence[str], autopilot: str, out: Path 
         return 1  # the mission did not begin
     summary = judge(Recording.load(truth), recording, model)
     good, sentence = verdict(summary)
-    print_run(summary, sentence, truth.parent)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2))
+        typer.echo(sentence, err=True)
+    else:
+        print_run(summary, sentence, truth.parent)
     return 0 if good and status == 0 else 1
 
 

@@ -1,4 +1,4 @@
-"""`doorman export`, `doorman plot` and `doorman replay`: their arguments and their help."""
+"""`doorman view`, `doorman export`, `doorman plot` and `doorman replay`: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from doorman.cli import panels
 
 _Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")]
 _Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
@@ -19,9 +21,42 @@ def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None
         app: The application.
         leave: Runs a command and leaves with its exit status.
     """
-    app.command("export")(_export_command(leave))
-    app.command("plot")(_plot_command(leave))
-    app.command("replay")(_replay_command(leave))
+    app.command("view", rich_help_panel=panels.LOOK)(_view_command(leave))
+    app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
+    app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))
+    app.command("replay", rich_help_panel=panels.LOOK)(_replay_command(leave))
+
+
+def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def view(
+        run: _Run,
+        output: Annotated[
+            Path | None,
+            typer.Option(
+                "--out",
+                "--output",
+                metavar="FILE",
+                help="Write the page here and open no browser.",
+                show_default="replay.html beside the recording",
+            ),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Show a recorded run in the browser: play, pause, speed, and a slider through its time.
+
+        The page shows vehicle, arm and rotors, door and frame, the tip's trace and the force that it exerts, the plan as a
+        ribbon, and the surfaces of the constraints, coloured by clearance: blue where there is room, orange where it is
+        tight, red where there is none. It is one file that needs neither server nor network.
+        """
+
+        def command() -> int:
+            from doorman.cli.view import view_run
+
+            return view_run(run, output, as_json)
+
+        leave(command)
+
+    return view
 
 
 def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
@@ -61,8 +96,9 @@ def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
     ) -> None:
         """Draw the figures of a recorded run again.
 
-        Writes what doorman open writes: plots of the states and of constraints and forces (states, constraints; each .png and
-        .pdf), and the page that replays the motion (replay.html).
+        Writes what doorman open writes: plots of the states, of constraints and forces, of the swing from above and of the
+        planner's time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the motion
+        (replay.html).
         """
 
         def command() -> int:

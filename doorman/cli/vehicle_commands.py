@@ -9,6 +9,9 @@ from typing import Annotated
 
 import typer
 
+from doorman.cli import panels
+from doorman.cli.arguments import Settings, Source
+
 
 class AutopilotKind(StrEnum):
     """Whose rules the emulated autopilot follows."""
@@ -24,10 +27,6 @@ class SetpointKind(StrEnum):
     POSITION = "position"
 
 
-_Source = Annotated[str, typer.Argument(metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.")]
-_Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key of the scenario. Repeatable.")
-]
 _Ids = Annotated[str | None, typer.Option(metavar="1,2,3", help="Servos from base to tip, then the gripper's.")]
 _Signs = Annotated[str | None, typer.Option(metavar="1,-1", help="Directions of the servos.", show_default="all 1")]
 _Zeros = Annotated[
@@ -42,14 +41,14 @@ def add_vehicle_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], 
         app: The application.
         leave: Runs a command and leaves with its exit status.
     """
-    app.command("rig")(_rig_command(leave))
-    app.command("fly")(_fly_command(leave))
+    app.command("rig", rich_help_panel=panels.VEHICLE)(_rig_command(leave))
+    app.command("fly", rich_help_panel=panels.VEHICLE)(_fly_command(leave))
 
 
 def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def rig(
-        scenario: _Source = "paper",
-        settings: _Settings = None,
+        scenario: Source = "paper",
+        settings: Settings = None,
         autopilot: Annotated[AutopilotKind, typer.Option(help="Whose rules it follows.")] = AutopilotKind.PX4,
         pixhawk_port: Annotated[int, typer.Option(help="UDP port on loopback that the autopilot sends to.")] = 14540,
         mocap_port: Annotated[int, typer.Option(help="UDP port that the cameras send to; 0: no cameras.")] = 51001,
@@ -57,6 +56,9 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         seed: Annotated[int, typer.Option(min=0, help="Of noise.")] = 0,
         fly: Annotated[
             bool, typer.Option("--fly", help="Fly the mission against it, judge the flight, and leave.")
+        ] = False,
+        as_json: Annotated[
+            bool, typer.Option("--json", help="Print the links, or with --fly the summary, as JSON; words to stderr.")
         ] = False,
     ) -> None:
         """Emulate autopilot, servos and cameras around one simulated vehicle and door.
@@ -70,10 +72,12 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             if fly:
                 from doorman.cli.rig_demo import fly_the_rig
 
-                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed)
+                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json)
             from doorman.cli.rig import run_rig
 
-            return run_rig(scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed)
+            return run_rig(
+                scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed, as_json=as_json
+            )
 
         leave(command)
 
@@ -84,8 +88,8 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
     def fly(
         pixhawk: Annotated[str, typer.Option(metavar="LINK", help="Autopilot: udp:14540, serial:/dev/ttyACM0:921600.")],
         servos: Annotated[str, typer.Option(metavar="DEVICE", help="Serial device of the arm's servos.")],
-        scenario: _Source = "paper",
-        settings: _Settings = None,
+        scenario: Source = "paper",
+        settings: Settings = None,
         mocap: Annotated[
             str | None,
             typer.Option(metavar="LINK", help="Cameras' stream: udp:51001.", show_default="the autopilot's estimate"),
@@ -106,6 +110,9 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             bool, typer.Option("--dry-run", help="Listen to the links, send nothing at all, and check what that tells.")
         ] = False,
         yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
+        as_json: Annotated[
+            bool, typer.Option("--json", help="Print checklist and result as JSON; words to stderr.")
+        ] = False,
     ) -> None:
         """Fly the mission on the vehicle: checklist, take-off, door, landing.
 
@@ -123,7 +130,9 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
                 whole_numbers(servo_zeros, "--servo-zeros"),
             )  # fmt: skip
-            return fly_mission(scenario, settings or [], wiring, out, duration, dry_run, yes)
+            return fly_mission(
+                scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"
+            )
 
         leave(command)
 

@@ -9,7 +9,7 @@ from doorman.exceptions import DoormanError
 from doorman.mission.mission import Mission, OnProgress
 from doorman.model import Model
 from doorman.ocp.planner import Planner
-from doorman.recording import Recorder, Recording
+from doorman.recording import Listener, Recorder, Recording
 from doorman.scenario import Scenario
 from doorman.summary import summarize
 
@@ -23,6 +23,7 @@ def simulate(
     realtime: bool = False,
     planner: Planner | None = None,
     on_progress: OnProgress | None = None,
+    listener: Listener | None = None,
 ) -> Recording:
     """Fly a scenario in simulation.
 
@@ -34,6 +35,7 @@ def simulate(
         realtime: Do not run ahead of the wall clock.
         planner: Planner of the same scenario, to save its construction.
         on_progress: Called once per planner period with time and estimated door angle.
+        listener: Called with topic, time and fields of everything that is recorded, as it is recorded.
 
     Returns:
         The recording, with its summary. After Ctrl-C it holds what was flown until then.
@@ -56,7 +58,7 @@ def simulate(
         "duration": duration,
         "version": __version__,
     }
-    with Recorder(path, header) as recorder:
+    with Recorder(path, header, listener) as recorder:
         mission = Mission(model, planner, recorder)
         backend = SimulatedBackend(model, seed=seed, recorder=recorder, realtime=realtime)
         try:

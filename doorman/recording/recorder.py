@@ -10,11 +10,11 @@ from __future__ import annotations
 import json
 import signal
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import IO, Any
+from typing import IO, Any, TypeAlias
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
@@ -22,6 +22,9 @@ from mcap.writer import CompressionType, Writer
 from doorman.exceptions import RecordingError
 from doorman.recording.messages import MessageType, Row, Value
 from doorman.recording.recording import HEADER, Recording, Topic
+
+Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
+"""Called with topic, time and fields of every message, as soon as it is recorded."""
 
 _BATCH_TIME = 0.1
 """Longest stretch of message time that waits in memory [s]."""
@@ -46,12 +49,13 @@ class Recorder:
     Args:
         path: MCAP file to write; its directory is made, an older file is replaced. None: keep in memory only.
         header: What was run: scenario, versions, seed. Values that JSON can hold, arrays and paths.
+        listener: Called with every message, on the thread that writes it.
 
     Raises:
         RecordingError: if the file cannot be opened, or the header holds something that JSON cannot.
     """
 
-    def __init__(self, path: Path | None, header: Mapping[str, Any]) -> None:
+    def __init__(self, path: Path | None, header: Mapping[str, Any], listener: Listener | None = None) -> None:
         self.path = None if path is None else Path(path)
         text = _header_text(header)
         self.header: dict[str, Any] = json.loads(text)
@@ -59,6 +63,7 @@ class Recorder:
         self._batch: list[tuple[_Channel, int, bytes]] = []
         self._batch_size = 0
         self._batch_start = 0.0
+        self._listener = listener
         self._closed = False
         self._error: OSError | None = None
         self._stream: IO[bytes] | None = None
@@ -97,6 +102,8 @@ class Recorder:
             self._batch_size += len(data)
             if self._batch_size > _BATCH_SIZE or abs(time - self._batch_start) >= _BATCH_TIME:
                 self.flush()
+        if self._listener is not None:
+            self._listener(topic, time, fields)
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system; `write` calls it often enough by itself."""

@@ -11,8 +11,10 @@ from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recording
+from doorman.visualization.phases import tied
 from doorman.visualization.style import (
     BLACK,
+    BLUE,
     CYCLE,
     GREEN,
     ORANGE,
@@ -31,8 +33,8 @@ Array = NDArray[np.float64]
 def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
     """Collision constraints, force at the tip, thrust, disturbance and the planner's time over a flight.
 
-    The constraints are evaluated on the simulator's true states where there are any, else on the estimate. The planned force
-    is that of the plan's first input on a door that does not move, n_Dᵀ(f_t R e₃ − m g e₃).
+    The constraints are evaluated on the simulator's true states where there are any, else on the estimate, from the touch until
+    the tip lets go. The planned force is that of the plan's first input on a door that does not move, n_Dᵀ(f_t R e₃ − m g e₃).
 
     Args:
         recording: What was flown; a panel whose topic is missing says so.
@@ -70,6 +72,7 @@ def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: rang
         return
     time, states = truth
     h = model.constraints_along(states)[:, rows.start : rows.stop]
+    h[~tied(recording, time)] = np.nan  # they are about a vehicle whose tip is at the door
     for k, name in enumerate(model.constraint_names[rows.start : rows.stop]):
         style = ("-", "--", "-.", ":")[k % 4]
         axes.plot(time, h[:, k], color=CYCLE[k % len(CYCLE)], linestyle=style, linewidth=1.3, label=name)
@@ -89,6 +92,9 @@ def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
     if "truth" in recording:
         truth = recording["truth"]
         axes.plot(truth.time, truth["tip_normal_force"], color=BLACK, linewidth=0.9, label="true")
+    if "estimate" in recording and "normal_force" in recording["estimate"]:
+        estimate = recording["estimate"]
+        axes.plot(estimate.time, estimate["normal_force"], color=BLUE, linewidth=0.9, label="estimated")
     if "plan" in recording:
         plan = recording["plan"]
         axes.plot(plan.time, planned_normal_force(plan["states"][:, 0], plan["inputs"][:, 0], model), color=RED,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.model import Model
 from doorman.recording import Recording
+from doorman.visualization.phases import draw_phases
 from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states
 
 Array = NDArray[np.float64]
@@ -25,7 +26,8 @@ def states_figure(recording: Recording, model: Model) -> Figure:
     """States of a flight: measured (black), predicted by the planner (dashed red) and desired (green), as in Fig. 4.
 
     Measured is the state converter's estimate; the simulator's truth is a thin blue line where it differs. Predicted is the
-    plan's state 0.2 s ahead, drawn at the time that it speaks of; some whole horizons are thin dashed lines.
+    plan's state 0.2 s ahead, drawn at the time that it speaks of; some whole horizons are thin dashed lines. Bands in the
+    background are the mission's phases, named above the first row.
 
     Args:
         recording: With topic `estimate`; `truth` and `plan` are drawn if they are there.
@@ -50,7 +52,9 @@ def states_figure(recording: Recording, model: Model) -> Figure:
         axes.plot(estimate.time, np.degrees(estimate["state"][:, i]), color=BLACK, linewidth=1.3, label="measured")
         goal = float(np.degrees(model.goal_state[i]))
         axes.axhline(goal, color=GREEN, linewidth=1.3, label="desired", zorder=1.5)
-        axes.set_xlim(estimate.time[0], max(estimate.time[-1], estimate.time[0] + 1e-3))
+        span = (float(estimate.time[0]), float(max(estimate.time[-1], estimate.time[0] + 1e-3)))
+        axes.set_xlim(*span)
+        draw_phases(axes, recording, span, named=i < 3)
         axes.set_ylabel(f"{names[i]} [deg/s]" if i == 4 else f"{names[i]} [deg]")
         _widen(axes, 2.0)
     for axes in panels[model.nx :]:

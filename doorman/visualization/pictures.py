@@ -10,6 +10,8 @@ from doorman.visualization.constraint_figure import constraints_and_forces_figur
 from doorman.visualization.figures import states_figure
 from doorman.visualization.replay import replay_page
 from doorman.visualization.style import save
+from doorman.visualization.swing_figure import swing_figure
+from doorman.visualization.timing_figure import planner_time_figure
 
 
 def write_pictures(recording: Recording, model: Model, folder: Path) -> list[Path]:
@@ -30,5 +32,7 @@ def write_pictures(recording: Recording, model: Model, folder: Path) -> list[Pat
     return [
         *save(states_figure(recording, model), folder, "states"),
         *save(constraints_and_forces_figure(recording, model), folder, "constraints"),
+        *save(swing_figure(recording, model), folder, "swing"),
+        *save(planner_time_figure(recording, model), folder, "planner_time"),
         replay_page(recording, model, folder / "replay.html"),
     ]

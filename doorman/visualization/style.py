@@ -15,13 +15,15 @@ from doorman.exceptions import DoormanError
 from doorman.recording import Recording
 
 try:
+    from matplotlib import colormaps
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
     from matplotlib.ticker import FuncFormatter
 except ImportError as error:
     raise DoormanError("figures need matplotlib", field="matplotlib", allowed="pip install 'doorman[viz]'") from error
 
-__all__ = ["Axes", "Figure", "FuncFormatter", "flight_name", "save", "true_states"]
+__all__ = ["Axes", "Circle", "Figure", "FuncFormatter", "colormaps", "flight_name", "save", "true_states"]
 
 Array = NDArray[np.float64]
 

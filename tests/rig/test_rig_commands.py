@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -15,6 +16,7 @@ from flight_rig import free_port
 from typer.testing import CliRunner, Result
 
 from doorman.cli import app
+from doorman.flight import Verdict
 from doorman.hardware.vehicle.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recording
@@ -51,9 +53,14 @@ def test_dry_run_sends_nothing(tmp_path):
     setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
     with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
         heard = rig.autopilot.protocol.received
-        result = run("fly", "paper", *rig.arguments, "--dry-run", "--yes", "--out", str(tmp_path / "none.mcap"))
+        result = run(
+            "fly", "paper", *rig.arguments, "--dry-run", "--yes", "--json", "--out", str(tmp_path / "none.mcap")
+        )
         assert result.exit_code == 0, result.output
-        assert "Nothing was sent" in result.output and "PX4" in result.output
+        assert "Nothing was sent" in result.stderr
+        found = json.loads(result.stdout)
+        assert found["ready"] is True and found["completed"] is False
+        assert {one["verdict"] for one in found["checklist"]} <= {verdict.value for verdict in Verdict}
         assert not sum(heard.values()), heard
         assert not any(rig.servos.servo(index).memory.get("torque enable") for index in range(1, 6))
     assert not (tmp_path / "none.mcap").exists()

@@ -30,12 +30,25 @@ def write_motion(
     model: Model, recorder: Recorder, duration: float, *, with_truth: bool = True, with_plan: bool = True
 ) -> None:
     """Integrate from the start and record every topic of a flight, with a plan five times a second."""
+    write_stretch(model, recorder, 0.0, duration, with_truth=with_truth, with_plan=with_plan)
+    recorder.write("mission", duration, {"state": "end", "message": "flown to its end"})
+
+
+def write_stretch(
+    model: Model, recorder: Recorder, start: float, end: float, *, with_truth: bool = True, with_plan: bool = True
+) -> None:
+    """The part of it between two times."""
     step = model.scenario.planner.time_step
     state, offset = model.start_state.copy(), np.zeros(model.nx)
     offset[[1, 3]] = 0.004, -0.003  # estimates of pitch and door angle that are off by more than can be overlooked
-    for k in range(round(duration / step)):
+    for k in range(round(end / step)):
         time = k * step
         inputs = opening_inputs(model, state)
+        if time < start - 1e-9:
+            state = model.step(state, inputs)
+            continue
+        if k in (0, 20):
+            recorder.write("mission", time, {"state": ("open" if k else "touch"), "message": "as planned"})
         motion = model.coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
         pose = {
             "position": motion.position,
@@ -59,7 +72,6 @@ def write_motion(
         if with_plan and k % 10 == 0:
             _write_plan(model, recorder, time, state)
         state = model.step(state, inputs)
-    recorder.write("mission", duration, {"state": "end", "message": "flown to its end"})
 
 
 def _write_plan(model: Model, recorder: Recorder, time: float, state: np.ndarray) -> None:
@@ -100,3 +112,13 @@ def fly_simply(model: Model, duration: float, **options: bool) -> Recording:
     recorder = Recorder(None, {"name": "paper"})
     write_motion(model, recorder, duration, **options)
     return recorder.recording()
+
+
+@pytest.fixture(scope="session")
+def fly_into() -> Callable[..., None]:
+    """Writes a part of that motion into a recorder: recorder, model, from, to."""
+
+    def write(recorder: Recorder, model: Model, start: float, end: float) -> None:
+        write_stretch(model, recorder, start, end)
+
+    return write

@@ -18,15 +18,15 @@ from doorman.visualization import replay_page
 
 
 class Page(HTMLParser):
-    """Tags of a page, the texts of its scripts, and its title."""
+    """Tags of a page, the texts of its scripts, its title, and the flight in it."""
 
     def __init__(self, text):
         super().__init__()
         self.tags, self.scripts, self.title = [], [], ""
         self.feed(text)
-        (script,) = [script for script in self.scripts if "const replay = " in script]
-        start = script.index("const replay = ") + len("const replay = ")
-        self.replay, _ = json.JSONDecoder().raw_decode(script, start)
+        (script,) = [script for script in self.scripts if script.startswith("const flight = ")]
+        flight = json.loads(script.strip().removeprefix("const flight = ").removesuffix(";"))
+        self.scene, self.frames, self.live = flight["scene"], flight["frames"], flight["live"]
 
     def handle_starttag(self, tag, attributes):
         self.tags.append((tag, dict(attributes)))
@@ -40,25 +40,20 @@ class Page(HTMLParser):
             self.title = data
 
     def commands(self, kind):
-        return {command["path"]: command for command in self.replay["commands"] if command["type"] == kind}
+        return {command["path"]: command for command in self.scene["commands"] if command["type"] == kind}
 
-    def tracks(self):
-        (animation,) = self.commands("set_animation").values()
-        return {
-            entry["path"]: {track["name"]: track for track in entry["clip"]["tracks"]}
-            for entry in animation["animations"]
-        }
+    def column(self, name):
+        return np.array([frame[name] for frame in self.frames])
 
     def placements(self, path):
-        """Placement at every key of the animation, shape (m, 4, 4)."""
-        tracks = self.tracks()
-        if path not in tracks:
-            return np.array(self.commands("set_transform")[path]["matrix"]).reshape(1, 4, 4).transpose(0, 2, 1)
-        positions = np.reshape(tracks[path][".position"]["values"], (-1, 3))
-        quaternions = np.reshape(tracks[path][".quaternion"]["values"], (-1, 4))
-        placements = np.tile(np.eye(4), (len(positions), 1, 1))
-        placements[:, :3, 3] = positions
-        placements[:, :3, :3] = [pinocchio.Quaternion(*q[[3, 0, 1, 2]]).normalized().matrix() for q in quaternions]
+        """Placement in every frame, shape (m, 4, 4)."""
+        if path not in self.scene["nodes"]:
+            matrix = np.array(self.commands("set_transform")[f"/{path}"]["matrix"])
+            return matrix.reshape(1, 4, 4).transpose(0, 2, 1)
+        poses = np.array([frame["poses"][self.scene["nodes"].index(path)] for frame in self.frames])
+        placements = np.tile(np.eye(4), (len(poses), 1, 1))
+        placements[:, :3, 3] = poses[:, :3]
+        placements[:, :3, :3] = [pinocchio.Quaternion(*q[[3, 0, 1, 2]]).normalized().matrix() for q in poses[:, 3:]]
         return placements
 
 
@@ -71,32 +66,29 @@ def page(flight, model, tmp_path_factory):
 def test_page_needs_nothing_but_itself(page):
     assert [name for tag, attributes in page.tags for name in attributes if name in ("src", "href", "srcset")] == []
     assert not {"link", "iframe", "img", "object", "embed"} & {tag for tag, _ in page.tags}
-    assert len(page.scripts) == 2
-    viewer, ours = page.scripts
+    viewer, data, ours = page.scripts
     assert len(viewer) > 500_000 and "MeshCat" in viewer
-    assert "http" not in ours and "WebSocket" not in ours and "connect(" not in ours
+    assert page.live == "" and "http" not in data + ours
     assert page.title == "doorman: paper"
 
 
-def test_animation_runs_through_the_whole_flight(page, flight):
-    keys = page.tracks()["/scene/vehicle"][".position"]["times"]
+def test_frames_run_through_the_whole_flight(page, flight):
     flown = flight["truth"].time[-1] - flight["truth"].time[0]
-    assert keys[:-1] == list(range(int(flown * 30) + 1))
-    assert all(track["times"] == keys for tracks in page.tracks().values() for track in tracks.values())
-    assert page.replay["fps"] == 30 and len(page.replay["door_angle"]) == len(keys) - 1
-    moving = set(page.tracks())
-    assert moving == {
-        "/scene/vehicle",
-        "/scene/door/leaf",
-        *(f"/scene/vehicle/servo_{k}" for k in (2, 3, 4)),
-        "/scene/vehicle/tip",
+    np.testing.assert_allclose(page.column("time"), np.arange(int(flown * 30) + 1) / 30, atol=1e-4)
+    assert set(page.scene["nodes"]) == {
+        "scene/vehicle",
+        "scene/door/leaf",
+        *(f"scene/vehicle/servo_{k}" for k in (1, 2, 3, 4)),
+        "scene/vehicle/tip",
     }
+    assert all(len(frame["poses"]) == len(page.scene["nodes"]) for frame in page.frames)
 
 
 def test_tip_touches_the_leaf_in_every_frame(page, model):
     """From the page alone: the drawn tip, in the drawn leaf's frame, stays at the contact point of its surface."""
-    tip = (page.placements("/scene/vehicle") @ page.placements("/scene/vehicle/tip"))[:, :, 3]
-    leaf = page.placements("/scene/door/leaf")
+    tip = (page.placements("scene/vehicle") @ page.placements("scene/vehicle/tip"))[:, :, 3]
+    np.testing.assert_allclose(tip[:, :3], page.column("tip"), atol=2e-4)
+    leaf = page.placements("scene/door/leaf")
     in_leaf = np.einsum("mij,mj->mi", np.linalg.inv(leaf), tip)[:, :3]
     contact = [model.scenario.contact.distance_from_hinge, 0.0, model.scenario.contact.height]
     np.testing.assert_allclose(in_leaf, np.tile(contact, (len(tip), 1)), atol=2e-3)  # straight between two records
@@ -104,15 +96,49 @@ def test_tip_touches_the_leaf_in_every_frame(page, model):
 
 def test_vehicle_and_leaf_are_where_they_were_recorded(page, flight):
     truth = flight["truth"]
-    placements = page.placements("/scene/vehicle")
+    placements = page.placements("scene/vehicle")
     for frame in (0, 45, 100):
         for i in range(3):
             there = np.interp(frame / 30, truth.time, truth["position"][:, i])
             assert placements[frame, i, 3] == pytest.approx(there, abs=1e-4)
-    leaf = page.placements("/scene/door/leaf")
+    leaf = page.placements("scene/door/leaf")
     shown = np.unwrap(np.arctan2(leaf[:, 1, 0], leaf[:, 0, 0]))
-    np.testing.assert_allclose(np.degrees(shown[:-1]), page.replay["door_angle"], atol=0.02)
-    assert page.replay["door_angle"][0] == pytest.approx(90.0) and page.replay["door_angle"][-1] < 25.0
+    angles = page.column("door_angle")
+    np.testing.assert_allclose(np.degrees(shown), angles, atol=0.02)
+    assert angles[0] == pytest.approx(90.0) and angles[-1] < 25.0
+    assert page.scene["goal"] == pytest.approx(20.0)
+
+
+def test_clearances_are_the_constraints_where_the_tip_touches(page, flight, model):
+    truth = flight["truth"]
+    states = np.column_stack([truth["attitude"], truth["door_angle"], truth["door_rate"], truth["arm_angles"]])
+    h = model.constraints_along(states)
+    left = -np.column_stack([h[:, 3], h[:, 5], h[:, 4], h[:, :3].max(axis=1)])
+    for i, surface in enumerate(page.scene["surfaces"]):
+        there = np.interp(page.column("time"), truth.time, left[:, i])
+        np.testing.assert_allclose(page.column("clearances")[:, i], there, atol=2e-3, err_msg=surface["name"])
+    assert np.ptp(page.column("clearances"), axis=0).min() > 0.005
+
+
+def test_the_ribbon_is_the_plan(page, flight, model):
+    plan = flight["plan"]
+    for frame in (0, 60):
+        ribbon = np.array(page.frames[frame]["ribbon"])
+        newest = np.searchsorted(plan.time, frame / 30 + 1e-9, side="right") - 1
+        for row, state in ((ribbon[0], plan["states"][newest][0]), (ribbon[-1], plan["states"][newest][-1])):
+            middle = 0.5 * (row[:3] + row[3:])
+            planned = model.coupling.vehicle_position(state[:3], state[3], state[5:])
+            np.testing.assert_allclose(middle, planned, atol=2e-3)
+            assert np.linalg.norm(row[3:] - row[:3]) == pytest.approx(0.05, abs=2e-3)
+    outdated = [frame["ribbon"] for frame in page.frames if 0.155 < frame["time"] % 0.2 < 0.195]
+    assert len(outdated) > 10 and outdated == [None] * len(outdated)
+
+
+def test_phases_and_forces_are_told(page, flight):
+    assert [page.frames[k]["phase"] for k in (0, 11, 13, len(page.frames) - 1)] == ["touch", "touch", "open", "open"]
+    assert page.frames[0]["reason"] == "as planned"
+    forces = page.column("force")
+    np.testing.assert_allclose(forces[30], flight["truth"]["tip_force"][50], atol=2e-3)
 
 
 def test_every_visual_shape_is_there_with_its_colour_and_axis(page):
@@ -138,33 +164,21 @@ def test_every_visual_shape_is_there_with_its_colour_and_axis(page):
 
 
 def test_rotors_turn_in_their_sense(page, model):
-    assert [direction for _, direction in page.replay["rotors"]] == [rotor.direction for rotor in model.vehicle.rotors]
+    assert [direction for _, direction in page.scene["rotors"]] == [rotor.direction for rotor in model.vehicle.rotors]
     parents = {path.rpartition("/")[0].strip("/") for path in page.commands("set_object")}
-    assert {path for path, _ in page.replay["rotors"]} <= parents
-
-
-def test_trace_grows_along_the_tips_path(page, flight, model):
-    trace = page.replay["trace"]
-    assert trace[0] == 0 and trace == sorted(trace) and len(trace) == len(page.replay["door_angle"])
-    geometry = page.commands("set_object")["/scene/trace"]["object"]["geometries"][0]
-    assert trace[-1] == geometry["tubularSegments"] * geometry["radialSegments"] * 6
-    first, last = geometry["path"]["points"][0], geometry["path"]["points"][-1]
-    for point, angle in ((first, math.pi / 2), (last, math.radians(page.replay["door_angle"][-1]))):
-        contact = model.door.contact_point(
-            angle, model.scenario.contact.distance_from_hinge, model.scenario.contact.height
-        )
-        np.testing.assert_allclose(point, contact, atol=2e-3)
+    assert {path for path, _ in page.scene["rotors"]} <= parents
 
 
 def test_measured_flight_is_replayed_from_measurement_and_estimate(model, fly, tmp_path):
     recording = fly(model, 1.0, with_truth=False)
     page = Page(replay_page(recording, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
     np.testing.assert_allclose(
-        page.placements("/scene/vehicle")[0, :3, 3], recording["measurement"]["position"][0], atol=1e-5
+        page.placements("scene/vehicle")[0, :3, 3], recording["measurement"]["position"][0], atol=1e-4
     )
     estimate = recording["estimate"]
-    there = np.interp(np.arange(len(page.replay["door_angle"])) / 30, estimate.time, estimate["state"][:, 3])
-    np.testing.assert_allclose(page.replay["door_angle"], np.degrees(there), atol=0.01)
+    there = np.interp(page.column("time"), estimate.time, estimate["state"][:, 3])
+    np.testing.assert_allclose(page.column("door_angle"), np.degrees(there), atol=0.01)
+    assert page.frames[0]["force"] is None
 
 
 @pytest.mark.parametrize("joints", [1, 2, 6])
@@ -178,8 +192,8 @@ def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
     }
     model = Model(Scenario.load("paper", overrides))
     page = Page(replay_page(fly(model, 0.5), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
-    assert "/scene/vehicle" in page.tracks()
-    assert page.replay["door_angle"][-1] < 90.0
+    assert "scene/vehicle" in page.scene["nodes"]
+    assert page.frames[-1]["door_angle"] < 90.0
 
 
 @pytest.mark.parametrize("name", ["borinot_flying_arm_2", "hextilt_flying_arm_5"])
@@ -195,7 +209,7 @@ def test_vehicles_of_meshes_are_drawn_as_rods(tmp_path, name, fly):
 def test_header_cannot_break_the_page(flight, model, tmp_path):
     hostile = Recording(dict(flight), {"name": "</script><script>alert(1)</script>"})
     page = Page(replay_page(hostile, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
-    assert len(page.scripts) == 2 and "alert(1)" not in "".join(page.scripts)
+    assert len(page.scripts) == 3 and "alert(1)" not in "".join(page.scripts)
 
 
 def test_times_that_are_not_finite_are_left_out(model, flight, tmp_path):
@@ -206,8 +220,8 @@ def test_times_that_are_not_finite_are_left_out(model, flight, tmp_path):
         fields = {name: truth[name][k] * (math.nan if k in (0, 50, 51) else 1.0) for name in names}
         recorder.write("truth", moment, fields)
     page = Page(replay_page(recorder.recording(), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
-    assert page.replay["start"] == 0.02
-    assert np.isfinite(page.placements("/scene/vehicle")).all()
+    assert page.frames[0]["time"] == 0.02
+    assert np.isfinite(page.placements("scene/vehicle")).all()
     recorder = Recorder(None, {})
     recorder.write("truth", 0.0, {name: truth[name][0] * math.nan for name in names})
     with pytest.raises(RecordingError, match="finite"):
@@ -218,7 +232,7 @@ def test_a_single_record_is_a_still_picture(model, flight, tmp_path):
     recorder = Recorder(None, {})
     recorder.write("truth", 0.0, {name: flight["truth"][name][0] for name in flight["truth"]})
     page = Page(replay_page(recorder.recording(), model, tmp_path / "replay.html").read_text(encoding="utf-8"))
-    assert page.replay["trace"] == [] and len(page.replay["door_angle"]) == 1 and page.tracks() == {}
+    assert len(page.frames) == 1 and page.frames[0]["phase"] == ""
 
 
 def test_nothing_to_replay(model, fly, tmp_path):

@@ -1,0 +1,81 @@
+"""Arguments that several commands share, and what the shell may complete them to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """Shipped scenarios and TOML files that begin so.
+
+    Args:
+        incomplete: What was typed so far.
+
+    Returns:
+        Names and paths.
+    """
+    from doorman.resources import scenario_directory, shipped
+
+    folder, slash, _ = incomplete.rpartition("/")
+    beside = Path(folder + slash or ".")
+    entries = sorted(beside.iterdir()) if beside.is_dir() else []
+    files = [f"{folder}{slash}{entry.name}" for entry in entries if entry.suffix == ".toml"]
+    folders = [
+        f"{folder}{slash}{entry.name}/" for entry in entries if entry.is_dir() and not entry.name.startswith(".")
+    ]
+    names = [*shipped(scenario_directory(), ".toml"), *files, *folders]
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def complete_setting(incomplete: str) -> list[str]:
+    """Keys of a scenario that begin so, ready for a value.
+
+    Args:
+        incomplete: What was typed so far.
+
+    Returns:
+        `key=` for every key.
+    """
+    from doorman.scenario import Scenario
+
+    return [f"{key}=" for key in _keys(Scenario, "") if key.startswith(incomplete)]
+
+
+def _keys(section: Any, prefix: str) -> list[str]:
+    """Dotted keys of a table and of the tables in it."""
+    found = []
+    for name, field in section.model_fields.items():
+        if hasattr(field.annotation, "model_fields"):
+            found += _keys(field.annotation, f"{prefix}{name}.")
+        elif prefix:
+            found.append(prefix + name)
+    return found
+
+
+Source = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.", autocompletion=complete_scenario
+    ),
+]
+Sources = Annotated[
+    list[str] | None,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Names of shipped scenarios, or paths of TOML files.",
+        show_default="all shipped ones",
+        autocompletion=complete_scenario,
+    ),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Override a key of the scenario: planner.margin=0.01. The value is TOML, a bare word is a string. Repeatable.",
+        autocompletion=complete_setting,
+    ),
+]

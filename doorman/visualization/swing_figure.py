@@ -1,0 +1,106 @@
+"""Figure of the swing from above: leaf, rotor disc and arm at intervals, in the doorway."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import RecordingError
+from doorman.kinematics.door import leaf_direction
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.visualization.moments import Moment, recorded_moments
+from doorman.visualization.phases import TIED
+from doorman.visualization.style import BLACK, RED, Axes, Circle, Figure, colormaps, flight_name
+
+Array = NDArray[np.float64]
+
+_STEP = 14.0
+"""Of the door's angle between two pictures [deg]."""
+_JAMB = 0.06
+_BEFORE, _BEHIND = -1.1, 1.35
+"""Ends of the drawing along x, from the hinge [m]."""
+
+
+def swing_figure(recording: Recording, model: Model) -> Figure:
+    """The swing from above, from the touch until the tip lets go.
+
+    Leaf, rotor disc, arm and the middle of the vehicle are drawn wherever the door has moved on by 14°, from dark to bright;
+    the paths of vehicle and tip are lines. The doorway is at x = 0, the wall grey.
+
+    Args:
+        recording: With topic `truth`, or with `measurement` and `estimate`.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        The figure; `save` writes it.
+
+    Raises:
+        RecordingError: if the recording holds no motion.
+    """
+    moments = recorded_moments(recording)
+    swing = [moment for moment in moments if moment.phase in TIED] or moments
+    if not swing:
+        raise RecordingError("no motion to draw", field="recording")
+    figure = Figure(figsize=(7.0, 6.4), layout="constrained")
+    axes = figure.subplots()
+    _draw_doorway(axes, model)
+    vehicle = np.array([moment.position for moment in swing]) - model.door.hinge_position
+    tips = np.array([_points(moment, model)[-1] for moment in swing])
+    axes.plot(
+        vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
+    )
+    axes.plot(tips[:, 0], tips[:, 1], color=RED, linewidth=1.4, label="tip's path", zorder=4)
+    chosen = _at_intervals(swing)
+    colors = colormaps["cividis"](np.linspace(0.0, 0.9, max(len(chosen), 2)))
+    for moment, color in zip(chosen, colors, strict=False):
+        _draw_moment(axes, moment, model, tuple(float(value) for value in color))
+    axes.set_aspect("equal")
+    axes.set_xlim(_BEFORE, _BEHIND)
+    axes.set_xlabel("x from the hinge, through the doorway [m]")
+    axes.set_ylabel("y from the hinge, along the closed door [m]")
+    axes.grid(alpha=0.25)
+    axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.door.width:.2f} m",
+                title_fontsize=8)  # fmt: skip
+    figure.suptitle(f"Swing from above: {flight_name(recording)}", fontsize=11)
+    return figure
+
+
+def _at_intervals(swing: list[Moment]) -> list[Moment]:
+    """The first, the last, and those at which the door has moved on by another step."""
+    chosen = [swing[0]]
+    for moment in swing[1:]:
+        if abs(np.degrees(moment.door_angle - chosen[-1].door_angle)) >= _STEP:
+            chosen.append(moment)
+    if abs(np.degrees(swing[-1].door_angle - chosen[-1].door_angle)) > 0.4 * _STEP:
+        chosen.append(swing[-1])
+    return chosen
+
+
+def _points(moment: Moment, model: Model) -> Array:
+    """O_B, the constrained points of the arm and the tip, from the hinge."""
+    rotation = rotation_body_to_world(moment.attitude)
+    in_body = np.vstack([np.zeros(3), model.vehicle.point_positions(moment.arm_angles)])
+    offset: Array = moment.position - model.door.hinge_position
+    return in_body @ rotation.T + offset
+
+
+def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, ...]) -> None:
+    leaf = np.outer([0.0, model.door.width], leaf_direction(moment.door_angle))
+    label = f"{np.degrees(moment.door_angle):.0f}° at {moment.time:.1f} s"
+    axes.plot(leaf[:, 0], leaf[:, 1], color=color, linewidth=3.0, solid_capstyle="butt", label=label, zorder=3)
+    points = _points(moment, model)
+    axes.add_patch(Circle((points[0, 0], points[0, 1]), model.vehicle.radius, facecolor=color, alpha=0.13, zorder=2))
+    axes.add_patch(
+        Circle((points[0, 0], points[0, 1]), model.vehicle.radius, fill=False, edgecolor=color, linewidth=1.3, zorder=3)
+    )
+    axes.plot(points[:, 0], points[:, 1], color=color, linewidth=1.2, marker="o", markersize=2.5, zorder=3)
+
+
+def _draw_doorway(axes: Axes, model: Model) -> None:
+    width = model.door.width
+    for low, high in ((-0.35, 0.0), (width, width + 0.35)):
+        axes.fill_between([-_JAMB, 0.0], low, high, color="0.55", linewidth=0, zorder=1)
+    for jamb in (0.0, width):
+        axes.axhline(jamb, color="0.55", linewidth=0.8, linestyle=":", zorder=1)

@@ -1,0 +1,95 @@
+"""Figures of the swing from above and of the planner's time, and the phases behind curves: read back from the axes."""
+
+import numpy as np
+import pytest
+from matplotlib.patches import Circle
+
+from doorman.exceptions import RecordingError
+from doorman.recording import Recorder, Recording
+from doorman.visualization import constraints_and_forces_figure, planner_time_figure, save, states_figure, swing_figure
+from doorman.visualization.phases import phases, tied
+
+
+def leaves(axes):
+    """Ends of the leaves, by their labels."""
+    return {str(line.get_label()): line.get_xydata()[1] for line in axes.lines if "° at " in str(line.get_label())}
+
+
+def test_leaf_and_disc_stand_where_they_were(flight, model):
+    (axes,) = swing_figure(flight, model).axes
+    truth = flight["truth"]
+    drawn = leaves(axes)
+    assert len(drawn) >= 5
+    for label, end in drawn.items():
+        angle, time = (float(word.strip("°s ")) for word in label.split(" at "))
+        there = np.interp(time, truth.time, truth["door_angle"])
+        assert np.degrees(there) == pytest.approx(angle, abs=3.0)  # the label's time is rounded to 0.1 s
+        np.testing.assert_allclose(np.degrees(np.arctan2(end[1], end[0])), angle, atol=0.6)
+        assert np.hypot(*end) == pytest.approx(model.door.width)
+    circles = [patch for patch in axes.patches if isinstance(patch, Circle)]
+    assert len(circles) == 2 * len(drawn) and {circle.radius for circle in circles} == {model.vehicle.radius}
+    start = truth["position"][0] - model.door.hinge_position
+    np.testing.assert_allclose(circles[0].center, start[:2], atol=1e-6)
+    assert axes.get_xlabel().endswith("[m]") and axes.get_ylabel().endswith("[m]") and axes.get_aspect() == 1.0
+
+
+def test_the_tips_path_keeps_its_distance_from_the_hinge(flight, model):
+    (axes,) = swing_figure(flight, model).axes
+    (tip,) = [line.get_xydata() for line in axes.lines if line.get_label() == "tip's path"]
+    np.testing.assert_allclose(np.hypot(*tip.T), model.scenario.contact.distance_from_hinge, atol=2e-3)
+
+
+def test_a_flight_without_motion_has_no_swing(model):
+    with pytest.raises(RecordingError, match="truth"):
+        swing_figure(Recording({}, {}), model)
+
+
+def test_the_histogram_counts_every_plan(flight, model):
+    (axes,) = planner_time_figure(flight, model).axes
+    plan = flight["plan"]
+    assert sum(patch.get_height() for patch in axes.patches[:-1]) == len(plan.time)
+    labels = axes.get_legend_handles_labels()[1]
+    assert f"deadline 10 ms, late: {int(plan['deadline_missed'].sum())}" in labels
+    median = 1e3 * np.median(plan["solve_time"])
+    assert f"50 %: {median:.2f} ms" in labels
+    assert axes.get_xlabel().endswith("[ms]")
+
+
+def test_plans_that_were_not_recorded_are_said_to_be_missing(model, fly, tmp_path):
+    figure = planner_time_figure(fly(model, 0.2, with_plan=False), model)
+    assert [text.get_text() for text in figure.axes[0].texts] == ["not recorded"]
+    png, pdf = save(figure, tmp_path, "planner_time")
+    assert png.read_bytes().startswith(b"\x89PNG") and pdf.read_bytes().startswith(b"%PDF")
+
+
+def test_phases_are_named_above_the_states(flight, model):
+    assert phases(flight, 5.0) == [("touch", 0.0, 0.4), ("open", 0.4, 5.0)]
+    panels = states_figure(flight, model).axes
+    for axes in panels[:3]:
+        assert [text.get_text() for text in axes.texts] == ["touch", "open"]
+    for axes in panels:
+        assert [(patch.get_x(), patch.get_width()) for patch in axes.patches[:2]] == [
+            (0.0, pytest.approx(0.4)), (0.4, pytest.approx(flight["estimate"].time[-1] - 0.4))
+        ]  # fmt: skip
+
+
+def test_constraints_are_drawn_while_the_tip_is_at_the_door(flight, model):
+    recorder = Recorder(None, {})
+    for k, time in enumerate(flight["truth"].time[:150]):
+        recorder.write("truth", time, {name: flight["truth"][name][k] for name in flight["truth"]})
+    for time, state in ((0.0, "hover"), (1.0, "open"), (2.0, "retreat")):
+        recorder.write("mission", time, {"state": state, "message": ""})
+    recording = recorder.recording()
+    there = tied(recording, np.array([0.5, 1.5, 2.5]))
+    assert there.tolist() == [False, True, False]
+    line = constraints_and_forces_figure(recording, model).axes[0].lines[0]
+    np.testing.assert_array_equal(np.isfinite(line.get_ydata()), tied(recording, line.get_xdata()))
+
+
+def test_the_estimated_force_is_drawn_beside_the_true_one(flight, model):
+    recorder = Recorder(None, {})
+    for time in (0.0, 0.1):
+        recorder.write("estimate", time, {"state": model.start_state, "normal_force": 2.0 + time})
+    force = constraints_and_forces_figure(recorder.recording(), model).axes[2]
+    (line,) = [line for line in force.lines if line.get_label() == "estimated"]
+    assert line.get_ydata().tolist() == [2.0, 2.1]
