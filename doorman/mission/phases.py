@@ -5,6 +5,7 @@ Every phase has an entry condition, a time-out and an action where it fails; doc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -42,6 +43,10 @@ _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
 """[s]."""
+_EASING = 1.5
+"""Time in which the push on an opened door fades [s]."""
+_COMES_BACK = math.radians(0.5)
+"""A door that has moved back by more while the push fades would not stay."""
 
 
 class Phase(Enum):
@@ -105,6 +110,7 @@ class Sequence:
         self._targets: list[Array] = []
         self._arm = model.start_arm
         self._facing = float(model.start_state[2])
+        self._let_go_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
             Phase.HOLD: self._hold, Phase.RECOVER: self._recover, Phase.RELEASE: self._release,
@@ -174,6 +180,7 @@ class Sequence:
             self._estimator.contact.declare(False)
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._facing = float(estimate.state[2])
+            self._let_go_at = estimate.door_angle
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
         self._on_change(estimate.time, phase, reason)
@@ -285,13 +292,16 @@ class Sequence:
         return self._along_normal(estimate, self._toward(estimate, door_speed + self._settings.touch_speed))
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        """Let go: the gripper opens, the push fades into backing off."""
+        """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""
         assert self._entered is not None
-        spent = estimate.time - self._entered
-        if spent >= _LETTING_GO:
+        spent, pressed = estimate.time - self._entered, 0.0 if self._push is None else self._push.push
+        tries = self._push is not None and not self.failure
+        share = min(spent / (_EASING if tries else _LETTING_GO), 1.0)
+        if tries and estimate.touching and estimate.door_angle > self._let_go_at + _COMES_BACK:
+            self._opening.resume(estimate.time, pressed)
+            self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
+        elif share >= 1.0:
             self._enter(Phase.RETREAT, estimate, self.failure)
-        pressed = 0.0 if self._push is None else self._push.push
-        share = min(spent / _LETTING_GO, 1.0)
         return self._along_normal(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
