@@ -224,11 +224,11 @@ class EstimationSection(_Section):
     """Of the door's angle at the start [rad]."""
     angle_noise: Positive = 0.005
     """Of the angle that the tip measures [rad]."""
-    push_noise: Positive = 0.1
+    push_noise: Positive = 0.8
     """Density of the push's noise [N s^½]."""
-    torque_deviation: NonNegative = 0.15
+    torque_deviation: NonNegative = 0.45
     """Of torques in the hinge that come and go [N m],"""
-    torque_time: Positive = 2.0
+    torque_time: Positive = 30.0
     """with this correlation time [s]."""
     damping: tuple[NonNegative, Positive] = (0.7, 0.7)
     """b [N m s/rad]."""

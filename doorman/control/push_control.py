@@ -51,6 +51,9 @@ class PushController:
         self._settings, self._control = model.scenario.push, model.scenario.control
         self._lever, self._mass = model.coupling.distance_from_hinge, model.vehicle.mass
         self._door, self._height = model.door, model.coupling.height
+        room = model.vehicle.radius + model.scenario.planner.margin
+        hinge = float(model.door.hinge_position[1])
+        self._between_jambs = (hinge + room, hinge + model.door.width - room)
         self._moving = model.door.inertia + self._mass * self._lever**2
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
@@ -103,11 +106,14 @@ class PushController:
         return self._heading + turn
 
     def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
-        """Position that belongs to another heading, with the tip where it is: turned about it."""
+        """Position that belongs to another heading: turned about the tip, no nearer to a jamb than the plan may come."""
         pivot = self._door.contact_point(door_angle, self._lever, self._height)
         cosine, sine = math.cos(angle), math.sin(angle)
         x, y = position[0] - pivot[0], position[1] - pivot[1]
-        return np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
+        turned = np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
+        lowest, highest = self._between_jambs
+        turned[1] = min(max(turned[1], min(lowest, position[1])), max(highest, position[1]))
+        return turned
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
         """The same position, with a push of its own.

@@ -37,8 +37,6 @@ _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
-_DOUBT = 0.5
-"""Standard deviations by which friction must be stronger than the closer for a pushed door to be let go."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -267,15 +265,9 @@ class Sequence:
         return setpoint
 
     def _stays(self, estimate: Estimate) -> bool:
-        """Whether friction holds the door against its closer.
-
-        A push teaches the two well, and a wrong answer swings the leaf onto the vehicle: it must be sure. A grip moves too
-        fast to learn much, and counts on what is more likely.
-        """
+        """Whether friction probably holds the door against its closer: a push tries it slowly, a grip wants some more of it."""
         hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
-        doubt = 0.0 if self._grips else _DOUBT
-        closer = (hinge.stiffness + doubt * hinge.stiffness_deviation) * turned
-        return hinge.friction - doubt * hinge.friction_deviation + (0.0 if doubt else _FRICTION_FLOOR) > closer
+        return hinge.friction > hinge.stiffness * turned + (_FRICTION_FLOOR if self._grips else 0.0)
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
