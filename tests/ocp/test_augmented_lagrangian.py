@@ -195,11 +195,12 @@ def test_merit_is_the_augmented_lagrangian_with_the_defects(rng: np.random.Gener
         activate(work, problem, rng)
         expected = COST.total(work.nominal.states, work.nominal.inputs, STEP)
         expected += weight * np.abs(work.linear.jacobians[:, :, problem.nx]).sum()
-        for name, index, _, value, multiplier in DenseHorizon(work).rows():
-            expected += 0.5 / PENALTY * max(0.0, multiplier + PENALTY * value) ** 2
+        dense = DenseHorizon(work)
+        for name, index, _, value, multiplier in dense.rows():
+            stiff = dense.penalty_of(name, index, PENALTY)
+            expected += 0.5 / stiff * max(0.0, multiplier + stiff * value) ** 2
             if name not in ("states", "inputs") or multiplier > 0.0:
-                expected -= 0.5 / PENALTY * multiplier**2
-            assert index
+                expected -= 0.5 / stiff * multiplier**2
         reached = merit(Handle(problem.model), held(work), PENALTY, weight)
         assert reached == pytest.approx(expected, rel=1e-12)
 

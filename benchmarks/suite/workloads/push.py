@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 import doorman
+from doorman.model import GRAVITY
+from doorman.ocp.push_planning import push_state
 from suite.session import Session
 from suite.states import DOOR_RATE_NOISE, NOISE
 from suite.task import Array
@@ -18,6 +20,9 @@ from suite.tasks import paper
 
 STEPS, QUICK_STEPS = 150, 50
 """Of a flight."""
+
+RESISTANCE = 0.8
+"""Of the hinge that the push works against [N m]."""
 
 FLIGHTS, QUICK_FLIGHTS = 6, 2
 """Without and with noise, each; the planners take turns."""
@@ -31,6 +36,7 @@ def measure(session: Session) -> dict[str, Any]:
         "paper": doorman.Planner(doorman.Scenario.load("paper")),
         "paper, six inequalities": doorman.Planner(doorman.Scenario.load("paper", paper().overrides)),
     }
+    planners["push"].update_door(friction=0.0, disturbance=-RESISTANCE)
     steps, flights = (QUICK_STEPS, QUICK_FLIGHTS) if session.quick else (STEPS, FLIGHTS)
     rows: list[dict[str, Any]] = []
     os.sched_setaffinity(0, {session.core})
@@ -55,7 +61,7 @@ def _rows(planner: doorman.Planner) -> int:
 
 def _fly(planner: doorman.Planner, steps: int, seed: int, noisy: bool) -> list[dict[str, Any]]:
     rng, rows = np.random.default_rng(seed), []
-    plan = planner.plan(planner.model.start_state)
+    plan = planner.plan(_start(planner))
     for step in range(1, steps + 1):
         state = plan.states[1] + (_noise(len(plan.states[1]), rng) if noisy else 0.0)
         interruptions = resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
@@ -70,6 +76,15 @@ def _fly(planner: doorman.Planner, steps: int, seed: int, noisy: bool) -> list[d
             }
         )  # fmt: skip
     return rows
+
+
+def _start(planner: doorman.Planner) -> Array:
+    """At rest; a tip that can only push presses already, against what the door resists with."""
+    model = planner.model
+    start = np.array(model.start_state)
+    if model.scenario.contact.kind != "push":
+        return start
+    return push_state(start, RESISTANCE / model.scenario.contact.distance_from_hinge, model.vehicle.mass * GRAVITY)
 
 
 def _noise(nx: int, rng: np.random.Generator) -> Array:
