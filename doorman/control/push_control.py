@@ -25,6 +25,7 @@ from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal, leaf_direction
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.planner import Plan
 
@@ -34,6 +35,8 @@ _HEADING_RATE = 0.4
 """κ [1/s]."""
 _ARM_TIME = 0.1
 """Time constant of the joint rates [s]: stiff servos make noise of angles a rattle of the tip, which then creeps on the leaf."""
+_SLIP_TIME = 1.0
+"""In which a slip of the tip is believed [s]: a tip that sticks elsewhere would wind up the position's observer."""
 _HEADING_LEAD = 0.3
 """Largest difference of that reference from the heading [rad]."""
 
@@ -58,12 +61,13 @@ class PushController:
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
         self._heading: float | None = None
-        self._arm_rates = np.zeros(model.n_arm)
+        self._arm_rates, self._slipped = np.zeros(model.n_arm), np.zeros(3)
+        self._tip_position = model.vehicle.tip_position
 
     def begin(self, push: float) -> None:
         """Begin with a push of `push` [N], at whatever heading the vehicle has."""
         self.push, self._heading = push, None
-        self._arm_rates = np.zeros_like(self._arm_rates)
+        self._arm_rates, self._slipped = np.zeros_like(self._arm_rates), np.zeros(3)
 
     def follow(self, plan: Plan, time: float, estimate: Estimate, resistance: float, time_step: float) -> Setpoint:
         """Setpoint for a time of the plan.
@@ -78,12 +82,12 @@ class PushController:
         Returns:
             The setpoint, with a push.
         """
-        setpoint = self._converter.setpoint(plan, time, estimate.arm_angles)
+        setpoint, normal = self._converter.setpoint(plan, time, estimate.arm_angles), door_normal(estimate.door_angle)
         self._arm_rates = self._arm_rates + min(time_step / _ARM_TIME, 1.0) * (setpoint.arm_rates - self._arm_rates)
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
-        place = self._turned(setpoint.position, yaw - setpoint.yaw, estimate.door_angle)
+        place = setpoint.position + self._slip(estimate, normal, time_step)
+        place = self._turned(place, yaw - setpoint.yaw, estimate.door_angle)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
-        normal = door_normal(estimate.door_angle)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
         posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
@@ -104,6 +108,15 @@ class PushController:
         self._heading += time_step * (turn / ahead + _HEADING_RATE * (heading - self._heading)) if ahead else 0.0
         self._heading = heading + min(max(self._heading - heading, -_HEADING_LEAD), _HEADING_LEAD)
         return self._heading + turn
+
+    def _slip(self, estimate: Estimate, normal: Array, time_step: float) -> Array:
+        """Where the tip really is on the leaf, against where plans take it to be: slowly believed, and not fought against."""
+        rotation = rotation_body_to_world(estimate.state[:3])
+        tip = estimate.position + rotation @ self._tip_position(estimate.arm_angles)
+        off = tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)
+        off -= float(normal @ off) * normal
+        self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (off - self._slipped)
+        return self._slipped
 
     def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
         """Position that belongs to another heading: turned about the tip, no nearer to a jamb than the plan may come."""

@@ -43,8 +43,12 @@ _LETTING_GO = 0.5
 """[s]."""
 _EASING = 1.5
 """Time in which the push on an opened door fades [s]."""
-_COMES_BACK = math.radians(0.5)
-"""A door that has moved back by more while the push fades would not stay."""
+_WATCHING = 3.0
+"""For which the tip only rests on it then [s]."""
+_RESTING = 0.1
+"""Push of a tip that rests on the leaf [N]."""
+_COMES_BACK = math.radians(0.35)
+"""A door that has moved back by more meanwhile would not stay."""
 
 
 class Phase(Enum):
@@ -288,11 +292,16 @@ class Sequence:
         assert self._entered is not None
         spent, pressed = estimate.time - self._entered, 0.0 if self._push is None else self._push.push
         tries = self._push is not None and not self.failure
-        share = min(spent / (_EASING if tries else _LETTING_GO), 1.0)
-        if tries and estimate.touching and estimate.door_angle > self._let_go_at + _COMES_BACK:
-            self._opening.resume(estimate.time, pressed)
-            self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
-        elif share >= 1.0:
+        if tries and spent < _EASING + _WATCHING:
+            if estimate.door_angle > self._let_go_at + _COMES_BACK:
+                self._opening.resume(estimate.time, pressed)
+                self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
+            eased = min(spent / _EASING, 1.0)
+            return self._along_normal(estimate, (1.0 - eased) * pressed + eased * _RESTING)
+        if tries:
+            spent, pressed = spent - _EASING - _WATCHING, _RESTING
+        share = min(spent / _LETTING_GO, 1.0)
+        if share >= 1.0:
             self._enter(Phase.RETREAT, estimate, self.failure)
         return self._along_normal(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
