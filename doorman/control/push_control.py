@@ -61,13 +61,13 @@ class PushController:
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
         self._heading: float | None = None
-        self._arm_rates, self._slipped = np.zeros(model.n_arm), np.zeros(3)
+        self._arm_rates, self._slipped = np.zeros(model.n_arm), 0.0
         self._tip_position = model.vehicle.tip_position
 
     def begin(self, push: float) -> None:
         """Begin with a push of `push` [N], at whatever heading the vehicle has."""
         self.push, self._heading = push, None
-        self._arm_rates, self._slipped = np.zeros_like(self._arm_rates), np.zeros(3)
+        self._arm_rates, self._slipped = np.zeros_like(self._arm_rates), 0.0
 
     def follow(self, plan: Plan, time: float, estimate: Estimate, resistance: float, time_step: float) -> Setpoint:
         """Setpoint for a time of the plan.
@@ -85,8 +85,8 @@ class PushController:
         setpoint, normal = self._converter.setpoint(plan, time, estimate.arm_angles), door_normal(estimate.door_angle)
         self._arm_rates = self._arm_rates + min(time_step / _ARM_TIME, 1.0) * (setpoint.arm_rates - self._arm_rates)
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
-        place = setpoint.position + self._slip(estimate, normal, time_step)
-        place = self._turned(place, yaw - setpoint.yaw, estimate.door_angle)
+        place = setpoint.position + self._slip(estimate, time_step)
+        place = self._inside(self._turned(place, yaw - setpoint.yaw, estimate.door_angle), setpoint.position)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
@@ -109,24 +109,26 @@ class PushController:
         self._heading = heading + min(max(self._heading - heading, -_HEADING_LEAD), _HEADING_LEAD)
         return self._heading + turn
 
-    def _slip(self, estimate: Estimate, normal: Array, time_step: float) -> Array:
-        """Where the tip really is on the leaf, against where plans take it to be: slowly believed, and not fought against."""
-        rotation = rotation_body_to_world(estimate.state[:3])
+    def _slip(self, estimate: Estimate, time_step: float) -> Array:
+        """Where on the leaf the tip really is, beside the place that plans take: slowly believed, and not fought against."""
+        rotation, leaf = rotation_body_to_world(estimate.state[:3]), leaf_direction(estimate.door_angle)
         tip = estimate.position + rotation @ self._tip_position(estimate.arm_angles)
-        off = tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)
-        off -= float(normal @ off) * normal
-        self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (off - self._slipped)
-        return self._slipped
+        off = float(leaf @ (tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)))
+        self._slipped += min(time_step / _SLIP_TIME, 1.0) * (off - self._slipped)
+        return self._slipped * leaf
 
     def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
-        """Position that belongs to another heading: turned about the tip, no nearer to a jamb than the plan may come."""
+        """Position that belongs to another heading, with the tip where it is: turned about it."""
         pivot = self._door.contact_point(door_angle, self._lever, self._height)
         cosine, sine = math.cos(angle), math.sin(angle)
         x, y = position[0] - pivot[0], position[1] - pivot[1]
-        turned = np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
+        return np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
+
+    def _inside(self, place: Array, planned: Array) -> Array:
+        """A place no nearer to a jamb than the plan is, or may be."""
         lowest, highest = self._between_jambs
-        turned[1] = min(max(turned[1], min(lowest, position[1])), max(highest, position[1]))
-        return turned
+        place[1] = min(max(place[1], min(lowest, planned[1])), max(highest, planned[1]))
+        return place
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
         """The same position, with a push of its own.

@@ -37,6 +37,8 @@ _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
+_GUSTINESS = 1.5
+"""Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -269,9 +271,14 @@ class Sequence:
         return setpoint
 
     def _stays(self, estimate: Estimate) -> bool:
-        """Whether friction probably holds the door against its closer: a push tries it slowly, a grip wants some more of it."""
+        """Whether friction probably holds the door against its closer, and against the wind that the vehicle feels, too.
+
+        A push tries that slowly afterwards; a grip wants some more of it.
+        """
         hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
-        return hinge.friction > hinge.stiffness * turned + (_FRICTION_FLOOR if self._grips else 0.0)
+        wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
+        spare = _FRICTION_FLOOR if self._grips else -_GUSTINESS * wind
+        return hinge.friction - hinge.stiffness * turned + spare > 0.0
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
