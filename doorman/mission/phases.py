@@ -126,6 +126,8 @@ class Sequence:
         """What is known of tip and leaf in this phase."""
         if self.phase in (Phase.OPEN, Phase.HOLD, Phase.RECOVER):
             return Tie.GRIPPED if self._grips else Tie.PUSHING
+        if self.phase is Phase.RELEASE and not self._grips:
+            return Tie.PUSHING
         return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
 
     def abort(self, estimate: Estimate, reason: str) -> None:
