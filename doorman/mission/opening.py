@@ -187,7 +187,7 @@ class Opening:
             self._nearest, self._progress_at = abs(off), now
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
         slow = abs(off) < _NEAR and abs(self._rate) < _SLOW
-        held = self._held is not None and abs(off) < _LEFT and abs(self._rate) < _STANDS
+        held = self._held is not None and off < _LEFT and abs(self._rate) < _STANDS
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None
         near = abs(off) < _NEAR
