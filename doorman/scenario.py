@@ -249,7 +249,7 @@ class MissionTimeOutsSection(_Section):
     touch: Positive = 15.0
     open: Positive = 60.0
     recover: Positive = 6.0
-    release: Positive = 4.0
+    release: Positive = 8.0
     retreat: Positive = 30.0
 
 
