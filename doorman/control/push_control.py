@@ -35,8 +35,10 @@ _HEADING_RATE = 0.4
 """κ [1/s]."""
 _ARM_TIME = 0.1
 """Time constant of the joint rates [s]: stiff servos make noise of angles a rattle of the tip, which then creeps on the leaf."""
-_CREEP = 0.03
+_CREEP = 0.04
 """A slower door is not too fast wherever it is [rad/s]."""
+_FAST = 1.3
+"""Energy of a door that is too fast, as a multiple of what can surely be braked."""
 _SLIP_TIME = 1.0
 """In which a slip of the tip is believed [s]: a tip that sticks elsewhere would wind up the position's observer."""
 _HEADING_LEAD = 0.3
@@ -100,14 +102,15 @@ class PushController:
         )
         push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
         least, most = self._bounds(max(0.0, resistance) / self._lever)
-        push = self._settings.least_force if self._too_fast(estimate, resistance) else min(max(push, least), most)
-        return self._with(setpoint, normal, push, estimate)
+        if self._too_fast(estimate, resistance):
+            least, most = self._settings.least_force, max(0.5 * least, self._settings.least_force)
+        return self._with(setpoint, normal, min(max(push, least), most), estimate)
 
     def _too_fast(self, estimate: Estimate, resistance: float) -> bool:
-        """Whether the door cannot be stopped before the goal by the share of its resistance that plans count on."""
+        """Whether the door is far from being stopped before the goal by the share of its resistance that plans count on."""
         left = max(estimate.door_angle - self._goal, 0.0)
         stopping = self._settings.stopping_share * max(resistance, 0.0) / self._moving * left
-        return estimate.door_rate < -_CREEP and 0.5 * estimate.door_rate**2 > stopping + 0.5 * _CREEP**2
+        return estimate.door_rate < 0.0 and 0.5 * estimate.door_rate**2 > _FAST * stopping + 0.5 * _CREEP**2
 
     def _yaw(self, plan: Plan, time: float, planned: float, heading: float, time_step: float) -> float:
         """Yaw to command, where the plan is at `planned` when the attitude loop gets there [rad]."""
