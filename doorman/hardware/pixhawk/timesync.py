@@ -193,11 +193,12 @@ def _fit(samples: list[Sample]) -> _Line | None:
     reference, newest = float(local.mean()), float(local.max())
     span = newest - float(local.min())
     median = float(np.median(offset))
-    if span < _LEVEL_SPAN and (np.abs(offset - median) <= gates).all():
+    slack = float(np.median(gates))  # what is compared with is no surer than the answers that it is made of
+    if span < _LEVEL_SPAN and (np.abs(offset - median) <= gates + slack).all():
         return _Line(reference, median, 0.0, newest)
     if span < _LEAST_SPAN:
         return None
     spread = local - reference
     slope = float(spread @ (offset - offset.mean()) / (spread @ spread))
     line = _Line(reference, float(offset.mean()), slope, newest + _FOLLOW)
-    return line if (np.abs(offset - line.offset - slope * spread) <= gates).all() else None
+    return line if (np.abs(offset - line.offset - slope * spread) <= gates + slack).all() else None

@@ -152,3 +152,15 @@ def test_no_wrong_map_while_the_first_answers_come_in_quick_succession(rate):
         if wire.map.synchronised:
             errors.append(wire.error())
     assert len(errors) > 20 and max(errors) < 0.012
+
+
+def test_slow_answers_do_not_keep_a_quick_one_from_mapping_the_clock():
+    """On a busy computer answers are late on one side, by half their round trip; a quick one is true and must not be alone."""
+    clock, offset = ClockMap(), 5.0
+    for index, (there, back) in enumerate([(0.0002, 0.0002), (0.0, 0.024), (0.0, 0.026), (0.0, 0.022)]):
+        asked = 10.0 + 0.03 * index
+        clock.answer(
+            clock.ask(round(asked * 1e9)), round((asked + there - offset) * 1e9), round((asked + there + back) * 1e9)
+        )
+    assert clock.synchronised
+    assert abs(clock.offset(10.1) - offset) < 0.014
