@@ -94,6 +94,15 @@ class Rig:
         )
         return found[0]
 
+    def says(self, words: str, timeout: float = PATIENCE) -> None:
+        """Wait for a text of the autopilot; it is an error if it does not come."""
+
+        def look() -> bool:
+            self.seen += self.pilot.events()
+            return any(words in event.message for event in self.seen if event.kind is EventKind.STATUS_TEXT)
+
+        assert wait_until(look, timeout), f"no text with '{words}'; seen: {[event.message for event in self.seen]}"
+
     def forget(self) -> None:
         """Forget the events so far."""
         self.pilot.events()
