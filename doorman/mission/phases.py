@@ -39,6 +39,10 @@ _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
+_STILL_OPEN = math.radians(1.5)
+"""A held door that is farther off the goal is pushed again before the mission ends,"""
+_PATIENCE = 5.0
+"""for so many hold times."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -285,7 +289,8 @@ class Sequence:
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
         assert self._entered is not None
-        if estimate.time - self._entered >= self._settings.hold_open:
+        held, off = estimate.time - self._entered, abs(estimate.door_angle - float(self._model.goal_state[3]))
+        if held >= self._settings.hold_open * (1.0 if off < _STILL_OPEN else _PATIENCE):
             self._enter(Phase.DONE, estimate, "")
         return self._opening.step(estimate, body_rates)
 
