@@ -226,7 +226,7 @@ class EstimationSection(_Section):
     """Of the angle that the tip measures [rad]."""
     push_noise: Positive = 0.8
     """Density of the push's noise [N s^½]."""
-    torque_deviation: NonNegative = 0.45
+    torque_deviation: NonNegative = 0.3
     """Of torques in the hinge that come and go [N m],"""
     torque_time: Positive = 30.0
     """with this correlation time [s]."""

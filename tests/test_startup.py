@@ -47,7 +47,7 @@ print(json.dumps({{"compiled": compiled, "counted": kernel_counts().compiled, "l
 FLIGHT = """
 from pathlib import Path
 from doorman.cli.open_door import open_door
-open_door("paper", [], Path("run"), 0.1, 0, False, True)
+open_door("paper", [], Path("run"), 0.1, 0, False, None, True)
 """
 CHECK = """
 from doorman.cli.check import check_scenario

@@ -103,7 +103,9 @@ def test_rows_are_the_tips_force_by_newtons_law(model: Model) -> None:
 def test_heading_and_arm_keep_step_with_the_door(model: Model, planner: Planner) -> None:
     goal, state = planner.planning.goal, model.start_state.copy()
     np.testing.assert_allclose(goal(model.goal_state), model.goal_state)
-    np.testing.assert_allclose(goal(state), state, atol=0.1)  # but for what the door does within a horizon
+    np.testing.assert_allclose(
+        goal(state)[[2, 5, 6, 7, 8]], state[[2, 5, 6, 7, 8]], atol=0.1
+    )  # but for what the door does within a horizon
     state[3] = 0.5 * (model.start_state[3] + model.goal_state[3])
     half = 0.5 * (model.start_state + model.goal_state)
     np.testing.assert_allclose(goal(state)[[2, 5, 6, 7, 8]], half[[2, 5, 6, 7, 8]], atol=0.1)
