@@ -5,7 +5,7 @@ from __future__ import annotations
 INTRODUCTION = """# Benchmarks
 
 doorman's planner against solvers that the Python package index carries: the same problem, the same states, the same core, one
-run. This page is written by `make bench`; [benchmarks/README.md](../benchmarks/README.md) says how everybody is set up and
+run. This page is written by `make bench`; `benchmarks/README.md` says how everybody is set up and
 what is unfair about each row, for and against doorman. Absolute times belong to one machine and one hour of it: read ratios.
 """
 
