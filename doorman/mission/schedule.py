@@ -56,7 +56,6 @@ class PlanSchedule:
             now: Time of the state [s].
             state: x of the planner, shape (nx,).
             door_disturbance: Estimated torque in the hinge, Coulomb friction included, in the sense of damping [N m].
-
             lean: By which the vehicle comes nearer to door and frame than a plan knows, as it leans into wind [m].
 
         Returns:
