@@ -79,6 +79,11 @@ class DoorFilter:
         return float(self.state[ANGLE])
 
     @property
+    def angle_deviation(self) -> float:
+        """Standard deviation of α [rad]."""
+        return math.sqrt(max(float(self.covariance[ANGLE, ANGLE]), 0.0))
+
+    @property
     def rate(self) -> float:
         """α̇ [rad/s]."""
         return float(self.state[RATE])

@@ -21,6 +21,8 @@ from doorman.signals import Measurement
 Array = NDArray[np.float64]
 
 
+_REACH = 0.03
+"""A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
 _SLOW = 0.15
 """A door that a grip swings faster teaches nothing of its hinge: vehicle and arm turn about the tip meanwhile [rad/s]."""
 
@@ -58,6 +60,8 @@ class Estimate:
     """Force of the tip on the door, shape (3,), world frame [N]."""
     normal_force: float
     """Its share along n_D: positive when the tip presses [N]."""
+    near: bool
+    """Whether the tip is where it may touch the leaf."""
     touching: bool
     """Contact state."""
     door_disturbance: float
@@ -112,12 +116,14 @@ class Estimator:
         vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
-        if tie is Tie.FREE:
+        near = self._near(tip_angle)
+        if tie is Tie.FREE or (tie is Tie.PUSHING and not near and not self.contact.touching):
             self._wind = self._wind + min(self._rate * time_step, 1.0) * (vehicle.outer_force - self._wind)
         tip_force = self._wind - vehicle.outer_force
         normal = door_normal(self.door.angle)
         normal_force = float(normal @ tip_force)
-        touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(normal_force, time_step))
+        force_felt = normal_force if near or self.contact.touching else 0.0
+        touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(force_felt, time_step))
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)
         door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
         state = np.concatenate([measurement.attitude, door, measurement.arm_angles])
@@ -133,10 +139,14 @@ class Estimator:
             wind=self._wind,
             tip_force=tip_force,
             normal_force=normal_force,
+            near=near,
             touching=touching,
             door_disturbance=self._hinge_torque.estimate,
             hinge=self.door.hinge(),
         )
+
+    def _near(self, tip_angle: float) -> bool:
+        return self._lever * (tip_angle - self.door.angle - 2.0 * self.door.angle_deviation) < _REACH
 
     def _update_door(
         self,

@@ -227,7 +227,7 @@ class Sequence:
     def _touch(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Along the normal at a gentle speed until the tip is stopped; then press."""
         assert self._glide is not None
-        if self._since is None and (estimate.touching or self._blunted(estimate)):
+        if self._since is None and (estimate.touching or (self._blunted(estimate) and estimate.near)):
             self._since = estimate.time
             self._estimator.contact.declare(True)
         if self._since is not None:
