@@ -127,10 +127,16 @@ class DoorFilter:
         if touching and abs(self.rate) < _MOVING:
             self._track(tip_angle, time_step)
             return
+        if not touching and self.rate == 0.0 and self._holds():
+            return
         self._predict(push if touching else 0.0, touching, time_step)
         if touching and measured_at > self._seen:
             self._correct(tip_angle, now - measured_at, learning)
         self._seen = measured_at
+
+    def _holds(self) -> bool:
+        """Whether friction holds a free door that stands."""
+        return bool(self.state[FRICTION] > abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))
 
     def _track(self, tip_angle: float, time_step: float) -> None:
         """A standing door: follow the tip, leave the parameters alone."""
@@ -158,8 +164,7 @@ class DoorFilter:
         change[TORQUE, TORQUE] = fade
         z[ANGLE] += time_step * z[RATE]
         rate = z[RATE] + time_step * acceleration
-        holds = z[FRICTION] > abs(z[STIFFNESS] * (z[ANGLE] - self._rest))
-        if not touching and holds and (rate * z[RATE] <= 0.0 or abs(rate) < 0.5 * _MOVING):
+        if not touching and self._holds() and (rate * z[RATE] <= 0.0 or abs(rate) < 0.5 * _MOVING):
             rate = 0.0  # friction stops a free door, it does not drive it back
         z[RATE] = rate
         z[TORQUE] *= fade
