@@ -83,6 +83,7 @@ class ClockMap:
         self._line: _Line | None = None
         self._newest_remote: float | None = None
         self._backwards = 0
+        self._last_update, self._round_trip = float("-inf"), float("nan")  # other threads read these, not the queues
 
     @property
     def synchronised(self) -> bool:
@@ -92,12 +93,12 @@ class ClockMap:
     @property
     def last_update(self) -> float:
         """When the newest accepted sample was taken, on our clock [s]; −∞ before the first."""
-        return self._samples[-1].local if self._samples else float("-inf")
+        return self._last_update
 
     @property
     def round_trip(self) -> float:
         """Median over the window [s]; NaN before the first sample."""
-        return float(np.median([sample.round_trip for sample in self._samples])) if self._samples else float("nan")
+        return self._round_trip
 
     @property
     def skew(self) -> float:
@@ -171,14 +172,20 @@ class ClockMap:
         self._samples.extend(self._outliers)
         self._outliers.clear()
         self._line = fitted
+        self._note()
         return SyncResult.JUMPED if abs(jump) > _JUMP else SyncResult.ACCEPTED
 
     def _accept(self, sample: Sample) -> None:
         self._samples.append(sample)
+        self._note()
         if len(self._samples) < _ENOUGH:
             return
         ordered = sorted(self._samples, key=lambda one: one.round_trip)
         self._line = _fit(ordered[: max(_ENOUGH, len(ordered) // 2)]) or self._line
+
+    def _note(self) -> None:
+        self._last_update = self._samples[-1].local
+        self._round_trip = float(np.median([sample.round_trip for sample in self._samples]))
 
 
 def _gate(sample: Sample) -> float:
