@@ -41,6 +41,10 @@ _FAST = 1.3
 """Energy of a door that is too fast, as a multiple of what can surely be braked."""
 _SLIP_TIME = 1.0
 """In which a slip of the tip is believed [s]: a tip that sticks elsewhere would wind up the position's observer."""
+_MOST_SAG = 0.1
+"""Largest vertical slip that is believed [m]: to lift a tip that friction holds would take thrust that the push needs."""
+_SENT_BACK = 1.5
+"""Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
 _HEADING_LEAD = 0.3
 """Largest difference of that reference from the heading [rad]."""
 
@@ -66,13 +70,13 @@ class PushController:
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
         self._heading: float | None = None
-        self._arm_rates, self._slipped = np.zeros(model.n_arm), 0.0
+        self._arm_rates, self._slipped = np.zeros(model.n_arm), np.zeros(2)
         self._tip_position = model.vehicle.tip_position
 
     def begin(self, push: float) -> None:
         """Begin with a push of `push` [N], at whatever heading the vehicle has."""
         self.push, self._heading = push, None
-        self._arm_rates, self._slipped = np.zeros_like(self._arm_rates), 0.0
+        self._arm_rates, self._slipped = np.zeros_like(self._arm_rates), np.zeros(2)
 
     def follow(self, plan: Plan, time: float, estimate: Estimate, resistance: float, time_step: float) -> Setpoint:
         """Setpoint for a time of the plan.
@@ -91,7 +95,8 @@ class PushController:
         self._arm_rates = self._arm_rates + min(time_step / _ARM_TIME, 1.0) * (setpoint.arm_rates - self._arm_rates)
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
         place = setpoint.position + self._slip(estimate, time_step)
-        place = self._inside(self._turned(place, yaw - setpoint.yaw, estimate.door_angle), setpoint.position)
+        place = self._turned(place, yaw - setpoint.yaw, estimate.door_angle)
+        place = self._inside(place, setpoint.position, estimate.position)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
@@ -126,9 +131,11 @@ class PushController:
         """Where on the leaf the tip really is, beside the place that plans take: slowly believed, and not fought against."""
         rotation, leaf = rotation_body_to_world(estimate.state[:3]), leaf_direction(estimate.door_angle)
         tip = estimate.position + rotation @ self._tip_position(estimate.arm_angles)
-        off = float(leaf @ (tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)))
-        self._slipped += min(time_step / _SLIP_TIME, 1.0) * (off - self._slipped)
-        return self._slipped * leaf
+        off = tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)
+        seen = np.array([float(leaf @ off), min(max(off[2], -_MOST_SAG), _MOST_SAG)])
+        self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (seen - self._slipped)
+        along, up = self._slipped
+        return along * leaf + np.array([0.0, 0.0, up])
 
     def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
         """Position that belongs to another heading, with the tip where it is: turned about it."""
@@ -137,10 +144,12 @@ class PushController:
         x, y = position[0] - pivot[0], position[1] - pivot[1]
         return np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
 
-    def _inside(self, place: Array, planned: Array) -> Array:
-        """A place no nearer to a jamb than the plan is, or may be."""
-        lowest, highest = self._between_jambs
-        place[1] = min(max(place[1], min(lowest, planned[1])), max(highest, planned[1]))
+    def _inside(self, place: Array, planned: Array, position: Array) -> Array:
+        """A place no nearer to a jamb than the plan is, or may be; a vehicle that is nearer is sent back as far beyond."""
+        lowest, highest = min(self._between_jambs[0], planned[1]), max(self._between_jambs[1], planned[1])
+        place[1] = min(max(place[1], lowest), highest)
+        inside = min(max(position[1], lowest), highest)
+        place[1] += _SENT_BACK * (inside - position[1])
         return place
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
