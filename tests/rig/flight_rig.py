@@ -8,17 +8,21 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+from far_rig import FarRig
 
 from doorman.flight import FlightReport, FlightSession
 from doorman.hardware.emulators.mocap import StreamFaults
 from doorman.hardware.pixhawk import SampleStatus, Timeouts
 from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
+from doorman.hardware.vehicle.places import Places
 from doorman.model import Model
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder, Recording
-from doorman.rig import Rig, RigSetup
+from doorman.rig import RigSetup
+from doorman.rig.plant import Snapshot
 from doorman.scenario import Scenario
 
 PATIENCE = 60.0
@@ -60,35 +64,39 @@ class FlightRig:
     def __init__(self, folder: Path) -> None:
         scenario = Scenario.load("paper", {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
         self.model = Model(scenario)
+        self.places = Places.of(self.model)
         self.planner = Planner(self.model)
         setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=folder, heartbeat_rate=10.0)
-        self.recorder = Recorder(None, {})
-        self.rig = Rig(Model(scenario), setup, self.recorder)
-        self.rig.autopilot.parameters["COM_DISARM_LAND"] = 0.3
-        words = self.rig.arguments
+        self.far = FarRig(scenario, setup)
+        self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
+        words = self.far.arguments
         self.links = VehicleLinks(quick(vehicle_config(self.model, words[1], words[3], words[5])))
         self.limits = SafetyLimits(missed_ticks=2.0, divergence=0.3)
 
     def start(self) -> None:
-        self.rig.start()
         self.links.open()
         until(lambda: self.links.autopilot.state().status is SampleStatus.FRESH, "the autopilot's state")
 
     def stop(self) -> None:
         self.links.stop()
-        self.rig.stop()
+        self.far.stop()
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The plant as it is now."""
+        return cast(Snapshot, self.far.get("rig.plant.snapshot"))
 
     def heal(self) -> None:
         """End every fault, and bring the vehicle back to its pad."""
-        rig = self.rig
-        rig.mocap.stream.faults = StreamFaults()
-        rig.autopilot.allow_arming()
-        rig.autopilot.battery.remaining = 0.9
-        rig.plant.blow((0.0, 0.0, 0.0))
-        rig.servos.plug_in()
+        far = self.far
+        far.set("rig.mocap.stream.faults", StreamFaults())
+        far.call("rig.autopilot.allow_arming")
+        far.set("rig.autopilot.battery.remaining", 0.9)
+        far.call("rig.plant.blow", (0.0, 0.0, 0.0))
+        far.call("rig.servos.plug_in")
         self.links.release()
         until(lambda: not self.links.autopilot.state().armed, "disarmed")
-        rig.plant.reset()
+        far.call("rig.plant.reset")
         until(lambda: self.links.autopilot.state().status is SampleStatus.FRESH, "a fresh state")
         until(lambda: self.links.mocap.read().fresh, "a fresh pose")
         until(lambda: not self.links.servos.recover(5.0), "servos set up again")

@@ -38,14 +38,14 @@ def test_the_example_says_which_link_is_missing():
 
 def test_the_backend_takes_off_and_lands(rig: FlightRig):
     rig.links.stop()
-    words = rig.rig.arguments
+    words = rig.far.arguments
     backend = FlyingBackend(rig.model, words[1], words[3], words[5])
     try:
         with backend:
-            assert rig.rig.plant.snapshot.truth.position == pytest.approx(rig.rig.plant.places.hover, abs=0.2)
+            assert rig.snapshot.truth.position == pytest.approx(rig.places.hover, abs=0.2)
             measurement = backend.read()
             backend.command(Command(rig.model.hover_input[0], measurement.attitude * 0.0, measurement.arm_rates * 0.0))
-        until(lambda: rig.rig.plant.snapshot.on_ground and not rig.rig.plant.snapshot.motors, "landed")
+        until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, "landed")
         with pytest.raises(BackendError, match="not open"):
             backend.read()
     finally:

@@ -10,7 +10,6 @@ from flight_rig import Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError
 from doorman.flight import End, FlightReport
-from doorman.hardware.emulators.servos_unit import OVERLOAD
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.safety import Fault
 
@@ -25,14 +24,14 @@ def found(report: FlightReport) -> set[Fault]:
 
 def assert_down(rig: FlightRig) -> None:
     """On the ground, upright, motors off, and nothing was touched."""
-    until(lambda: not rig.rig.plant.snapshot.motors and rig.rig.plant.snapshot.on_ground, "on the ground, motors off")
-    truth = rig.rig.plant.snapshot.truth
+    until(lambda: not rig.snapshot.motors and rig.snapshot.on_ground, "on the ground, motors off")
+    truth = rig.snapshot.truth
     assert np.abs(truth.attitude[:2]).max() < 0.1
-    assert not rig.recorder.recording()["truth"]["collisions"].any()
+    assert not rig.far.call("collided")
 
 
 def assert_at_the_pad(rig: FlightRig) -> None:
-    away = rig.rig.plant.snapshot.truth.position[:2] - rig.rig.plant.places.pad[:2]
+    away = rig.snapshot.truth.position[:2] - rig.places.pad[:2]
     assert np.linalg.norm(away) < 0.3
 
 
@@ -67,7 +66,7 @@ def test_process_is_asked_to_end(rig):
 @pytest.mark.parametrize("fault", ["silent", "frozen", "zeroed"])
 def test_cameras_lose_the_vehicle(rig, fault):
     flight = at_hover(rig)
-    setattr(rig.rig.mocap.faults, fault, True)
+    rig.far.set(f"rig.mocap.faults.{fault}", True)
     report = flight.end()
     assert report.end is End.LANDED
     assert Fault.POSE in found(report)
@@ -76,31 +75,33 @@ def test_cameras_lose_the_vehicle(rig, fault):
 
 def test_pilot_takes_over(rig):
     flight = at_hover(rig)
-    rig.rig.autopilot.pilot_mode("position")
+    rig.far.call("rig.autopilot.pilot_mode", "position")
     report = flight.end()
     assert report.end is End.TAKEN_OVER
     assert found(report) <= {Fault.PILOT}, "or the backend saw it first"
     assert rig.links.autopilot.status().authority is Authority.LOST
-    rig.rig.autopilot.pilot_mode("land")
+    rig.far.call("rig.autopilot.pilot_mode", "land")
     assert_down(rig)
 
 
 def test_link_cut(rig):
     flight = at_hover(rig)
-    line = rig.rig.autopilot
-    line.outgoing.cut = line.incoming.cut = True
+    lines = ("rig.autopilot.outgoing.cut", "rig.autopilot.incoming.cut")
+    for line in lines:
+        rig.far.set(line, True)
     try:
         report = flight.end()
         assert report.end is End.UNHEARD
         assert Fault.LINK in found(report)
         assert_down(rig)  # by the autopilot's own failsafe
     finally:
-        line.outgoing.cut = line.incoming.cut = False
+        for line in lines:
+            rig.far.set(line, False)
 
 
 def test_battery_low(rig):
     flight = at_hover(rig)
-    rig.rig.autopilot.battery.remaining = 0.17
+    rig.far.set("rig.autopilot.battery.remaining", 0.17)
     report = flight.end()
     assert report.end is End.LANDED
     assert found(report) == {Fault.BATTERY_LOW}
@@ -110,7 +111,7 @@ def test_battery_low(rig):
 
 def test_battery_nearly_empty(rig):
     flight = at_hover(rig)
-    rig.rig.autopilot.battery.remaining = 0.05
+    rig.far.set("rig.autopilot.battery.remaining", 0.05)
     report = flight.end()
     assert report.end is End.LANDED
     assert Fault.BATTERY_CRITICAL in found(report)
@@ -119,8 +120,7 @@ def test_battery_nearly_empty(rig):
 
 def test_servo_shuts_down(rig):
     flight = at_hover(rig)
-    with rig.rig.servos.lock:
-        rig.rig.servos.servo(2).memory.set("hardware error status", OVERLOAD)
+    rig.far.call("overload", 2)
     report = flight.end()
     assert report.end is End.LANDED
     assert Fault.SERVOS_FAILED in found(report)
@@ -130,7 +130,7 @@ def test_servo_shuts_down(rig):
 
 def test_servos_unplugged(rig):
     flight = at_hover(rig)
-    rig.rig.servos.unplug()
+    rig.far.call("rig.servos.unplug")
     report = flight.end()
     assert report.end is End.LANDED
     assert_down(rig)
@@ -139,9 +139,9 @@ def test_servos_unplugged(rig):
 
 def test_wind_pushes_too_hard(rig):
     flight = at_hover(rig)
-    rig.rig.plant.blow((-25.0, 0.0, 0.0))
+    rig.far.call("rig.plant.blow", (-25.0, 0.0, 0.0))
     until(lambda: flight.session.supervisor.findings, "a finding")
-    rig.rig.plant.blow((0.0, 0.0, 0.0))
+    rig.far.call("rig.plant.blow", (0.0, 0.0, 0.0))
     report = flight.end()
     assert report.end is End.LANDED
     assert found(report) & {Fault.FORCE, Fault.SPEED, Fault.TILT}
@@ -194,26 +194,26 @@ def test_supervisor_hangs(rig):
 
 
 def test_arming_refused(rig):
-    rig.rig.autopilot.refuse_arming("Preflight Fail: made up")
+    rig.far.call("rig.autopilot.refuse_arming", "Preflight Fail: made up")
     report = rig.flight().begin().end()
     assert report.end is End.NOT_FLOWN
     assert "arm" in report.message
-    assert not rig.rig.plant.snapshot.motors
+    assert not rig.snapshot.motors
 
 
 def test_autopilot_reboots(rig):
     flight = at_hover(rig)
-    rig.rig.autopilot.reboot()
+    rig.far.call("rig.autopilot.reboot")
     report = flight.end()
     assert report.end in (End.LANDED, End.TAKEN_OVER)
     assert report.message, "whoever sees it first says so"
-    until(lambda: rig.rig.plant.snapshot.on_ground, "on the ground")
+    until(lambda: rig.snapshot.on_ground, "on the ground")
 
 
 def test_motors_are_stopped_by_the_pilot(rig):
     flight = at_hover(rig)
-    rig.rig.autopilot.kill_switch()
+    rig.far.call("rig.autopilot.kill_switch")
     report = flight.end()
     assert not report.completed
     assert report.message, "whoever sees it first says so"
-    until(lambda: rig.rig.plant.snapshot.on_ground, "on the ground")
+    until(lambda: rig.snapshot.on_ground, "on the ground")

@@ -1,0 +1,110 @@
+"""The rig in a process of its own, as users run it: its threads would share Python's lock with the flight's."""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from operator import attrgetter
+from typing import Any, cast
+
+from doorman.hardware.emulators.servos_unit import OVERLOAD
+from doorman.hardware.vehicle.scheduling import real_time
+from doorman.model import Model
+from doorman.recording import Recorder
+from doorman.rig import Rig, RigSetup
+from doorman.scenario import Scenario
+
+_START = 300.0
+_ANSWER = 20.0
+
+
+@dataclass
+class Served:
+    """What the other process can reach."""
+
+    rig: Rig
+    recorder: Recorder
+
+    def collided(self) -> bool:
+        return bool(self.recorder.recording()["truth"]["collisions"].any())
+
+    def overload(self, servo: int) -> None:
+        with self.rig.servos.lock:
+            self.rig.servos.servo(servo).memory.set("hardware error status", OVERLOAD)
+
+
+def serve(connection: Connection, scenario: dict[str, Any], setup: RigSetup) -> None:
+    """Run a rig, and do to it what is asked for, until the other end closes."""
+    recorder = Recorder(None, {})
+    rig = Rig(Model(Scenario.model_validate(scenario)), setup, recorder)
+    served = Served(rig, recorder)
+    with real_time(), rig:
+        connection.send((True, rig.arguments))
+        while True:
+            try:
+                what, path, given = connection.recv()
+            except EOFError:
+                return
+            try:
+                connection.send((True, _do(served, what, path, given)))
+            except Exception as error:
+                connection.send((False, error))
+
+
+def _do(served: Served, what: str, path: str, given: Any) -> Any:
+    if what == "call":
+        return attrgetter(path)(served)(*given)
+    if what == "set":
+        owner, _, name = path.rpartition(".")
+        return setattr(attrgetter(owner)(served), name, given)
+    return attrgetter(path)(served)
+
+
+class FarRig:
+    """Access to a rig that runs in a process of its own.
+
+    Args:
+        scenario: Of its plant.
+        setup: Its ports.
+    """
+
+    def __init__(self, scenario: Scenario, setup: RigSetup) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._connection, other = context.Pipe()
+        arguments = (other, scenario.model_dump(mode="json"), setup)
+        self._process = context.Process(target=serve, args=arguments, name="rig", daemon=True)
+        self._lock = threading.Lock()
+        self._process.start()
+        other.close()
+        self.arguments = cast("tuple[str, ...]", self._answer(_START))
+        """Options of `doorman fly`."""
+
+    def get(self, path: str) -> Any:
+        """Value of an attribute, as `rig.plant.snapshot`."""
+        return self._ask("get", path)
+
+    def set(self, path: str, value: Any) -> None:
+        self._ask("set", path, value)
+
+    def call(self, path: str, *arguments: Any) -> Any:
+        return self._ask("call", path, arguments)
+
+    def stop(self) -> None:
+        self._connection.close()
+        self._process.join(10.0)
+        if self._process.is_alive():
+            self._process.kill()
+
+    def _ask(self, what: str, path: str, given: Any = None) -> Any:
+        with self._lock:
+            self._connection.send((what, path, given))
+            return self._answer(_ANSWER)
+
+    def _answer(self, patience: float) -> Any:
+        assert self._connection.poll(patience), "the rig's process does not answer"
+        good, answer = self._connection.recv()
+        if not good:
+            raise answer
+        return answer
