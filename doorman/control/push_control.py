@@ -134,8 +134,9 @@ class PushController:
         off = tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)
         seen = np.array([float(leaf @ off), min(max(off[2], -_MOST_SAG), _MOST_SAG)])
         self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (seen - self._slipped)
-        along, up = self._slipped
-        return along * leaf + np.array([0.0, 0.0, up])
+        slip: Array = self._slipped[0] * leaf
+        slip[2] += self._slipped[1]
+        return slip
 
     def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
         """Position that belongs to another heading, with the tip where it is: turned about it."""
