@@ -28,8 +28,8 @@ class StageQpSolver:
         settings.eps_abs = tolerance
         settings.eps_rel = 0.0
         settings.eps_primal_inf = 1e-8  # its default, 1e-4, takes small rows for contradictions
-        settings.max_iter = 200
-        settings.max_iter_in = 200
+        settings.max_iter = 40
+        settings.max_iter_in = 30  # what needs more comes to nothing, after seconds
         settings.initial_guess = proxqp.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT
         self._lower = np.full(n_constraints, -_LIMIT)
         self._ready = False
