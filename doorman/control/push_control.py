@@ -41,8 +41,10 @@ _FAST = 1.3
 """Energy of a door that is too fast, as a multiple of what can surely be braked."""
 _SLIP_TIME = 1.0
 """In which a slip of the tip is believed [s]: a tip that sticks elsewhere would wind up the position's observer."""
+_LEAST_SAG = 0.04
+"""A vertical slip is believed beyond this: it keeps a tip from creeping,"""
 _MOST_SAG = 0.1
-"""Largest vertical slip that is believed [m]: to lift a tip that friction holds would take thrust that the push needs."""
+"""and up to this: to lift a tip that friction holds would take thrust that the push needs [m]."""
 _SENT_BACK = 1.5
 """Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
 _HEADING_LEAD = 0.3
@@ -132,7 +134,8 @@ class PushController:
         rotation, leaf = rotation_body_to_world(estimate.state[:3]), leaf_direction(estimate.door_angle)
         tip = estimate.position + rotation @ self._tip_position(estimate.arm_angles)
         off = tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)
-        seen = np.array([float(leaf @ off), min(max(off[2], -_MOST_SAG), _MOST_SAG)])
+        sag = min(max(off[2], -_MOST_SAG), _MOST_SAG)
+        seen = np.array([float(leaf @ off), sag - min(max(sag, -_LEAST_SAG), _LEAST_SAG)])
         self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (seen - self._slipped)
         slip: Array = self._slipped[0] * leaf
         slip[2] += self._slipped[1]
