@@ -1,5 +1,5 @@
 # make demo    opens the door in simulation
-# make test-rig   flies over emulated links in real time: about 5 minutes, on an otherwise idle machine
+# make test-rig   flies over emulated links in real time: about 20 minutes, on an otherwise idle machine
 # make rig-demo    opens it through emulated autopilot, servos and cameras, on their real protocols
 # make test    runs every check and every test; needs chromium
 # make docs    builds the documentation, with its tutorials executed, from docs/ and the docstrings: build/docs/index.html

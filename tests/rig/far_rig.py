@@ -9,7 +9,9 @@ from multiprocessing.connection import Connection
 from operator import attrgetter
 from typing import Any, cast
 
-from doorman.hardware.emulators.servos_unit import OVERLOAD
+import numpy as np
+
+from doorman.hardware.emulators.mocap import StreamFaults
 from doorman.hardware.vehicle.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
@@ -27,12 +29,25 @@ class Served:
     rig: Rig
     recorder: Recorder
 
-    def collided(self) -> bool:
-        return bool(self.recorder.recording()["truth"]["collisions"].any())
+    def collisions(self) -> int:
+        """Ticks with one, over all flights."""
+        return int(np.count_nonzero(self.recorder.recording()["truth"]["collisions"]))
 
-    def overload(self, servo: int) -> None:
+    def calm(self) -> None:
+        """End every fault."""
+        rig = self.rig
+        rig.mocap.stream.faults = StreamFaults()
+        for faults in (rig.autopilot.outgoing, rig.autopilot.incoming, rig.servos.faults):
+            vars(faults).update(vars(type(faults)()))
+        rig.autopilot.stop_heartbeats(stopped=False)
+        rig.autopilot.allow_arming()
+        rig.autopilot.battery.remaining = 0.9
+        rig.plant.blow((0.0, 0.0, 0.0))
+        rig.servos.plug_in()
+
+    def set_register(self, servo: int, name: str, value: int) -> None:
         with self.rig.servos.lock:
-            self.rig.servos.servo(servo).memory.set("hardware error status", OVERLOAD)
+            self.rig.servos.servo(servo).memory.set(name, value)
 
 
 def serve(connection: Connection, scenario: dict[str, Any], setup: RigSetup) -> None:

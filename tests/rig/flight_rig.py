@@ -13,7 +13,6 @@ from typing import Any, cast
 from far_rig import FarRig
 
 from doorman.flight import FlightReport, FlightSession
-from doorman.hardware.emulators.mocap import StreamFaults
 from doorman.hardware.pixhawk import SampleStatus, Timeouts
 from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
@@ -71,6 +70,7 @@ class FlightRig:
         self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
         words = self.far.arguments
         self.links = VehicleLinks(quick(vehicle_config(self.model, words[1], words[3], words[5])))
+        self._collisions = 0
         self.limits = SafetyLimits(missed_ticks=2.0, divergence=0.3)
 
     def start(self) -> None:
@@ -88,20 +88,21 @@ class FlightRig:
 
     def heal(self) -> None:
         """End every fault, and bring the vehicle back to its pad."""
-        far = self.far
-        far.set("rig.mocap.stream.faults", StreamFaults())
-        far.call("rig.autopilot.allow_arming")
-        far.set("rig.autopilot.battery.remaining", 0.9)
-        far.call("rig.plant.blow", (0.0, 0.0, 0.0))
-        far.call("rig.servos.plug_in")
+        self.far.call("calm")
         self.links.release()
         until(lambda: not self.links.autopilot.state().armed, "disarmed")
-        far.call("rig.plant.reset")
+        self.far.call("rig.plant.reset")
         until(lambda: self.links.autopilot.state().status is SampleStatus.FRESH, "a fresh state")
         until(lambda: self.links.mocap.read().fresh, "a fresh pose")
         until(lambda: not self.links.servos.recover(5.0), "servos set up again")
         until(lambda: self.links.servos.read().fresh, "fresh servos")
         until(lambda: float(self.links.autopilot.state().position[2]) < 0.3, "on the pad")
+        self._collisions = self.far.call("collisions")
+
+    @property
+    def collided(self) -> bool:
+        """Whether anything was touched since it healed."""
+        return bool(self.far.call("collisions") > self._collisions)
 
     def flight(self) -> Flight:
         return Flight(self)

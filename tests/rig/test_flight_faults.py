@@ -10,6 +10,7 @@ from flight_rig import Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError
 from doorman.flight import End, FlightReport
+from doorman.hardware.emulators.servos_unit import OVERLOAD
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.safety import Fault
 
@@ -27,7 +28,7 @@ def assert_down(rig: FlightRig) -> None:
     until(lambda: not rig.snapshot.motors and rig.snapshot.on_ground, "on the ground, motors off")
     truth = rig.snapshot.truth
     assert np.abs(truth.attitude[:2]).max() < 0.1
-    assert not rig.far.call("collided")
+    assert not rig.collided
 
 
 def assert_at_the_pad(rig: FlightRig) -> None:
@@ -120,7 +121,7 @@ def test_battery_nearly_empty(rig):
 
 def test_servo_shuts_down(rig):
     flight = at_hover(rig)
-    rig.far.call("overload", 2)
+    rig.far.call("set_register", 2, "hardware error status", OVERLOAD)
     report = flight.end()
     assert report.end is End.LANDED
     assert Fault.SERVOS_FAILED in found(report)

@@ -1,0 +1,111 @@
+"""What counts as a touch, and where a pushing vehicle is told to be: hovering at a distance, in wind, beside a jamb."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.push_control import PushController
+from doorman.control.state_converter import StateConverter
+from doorman.kinematics.door import door_normal
+from doorman.model import GRAVITY, Model
+from doorman.ocp.planner import Plan, Planner
+from doorman.ocp.push_planning import push_state
+from doorman.scenario import Scenario
+from doorman.signals import Measurement
+
+TICK = 0.004
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return Model(Scenario.load("push"))
+
+
+@pytest.fixture(scope="module")
+def converter(model: Model) -> StateConverter:
+    return StateConverter(model)
+
+
+@pytest.fixture(scope="module")
+def plan(model: Model, converter: StateConverter) -> Plan:
+    state = push_state(converter.planner_state(model.start_state, np.zeros(3)), 1.0, model.vehicle.mass * GRAVITY)
+    return Planner(model).plan(state)
+
+
+def hovering(model: Model, away: float, push: float, seconds: float) -> list[Estimate]:
+    """A vehicle held still `away` from the contact by rotors that press with `push`, after a calm second of hover."""
+    estimator, angle = Estimator(model, StateConverter(model)), float(model.start_state[3])
+    normal, arm, rest = door_normal(angle), model.start_arm, np.zeros(3)
+    place = model.coupling.vehicle_position([0.0, 0.0, float(model.start_state[2])], angle, arm) - away * normal
+    attitude = np.array([0.0, 0.0, float(model.start_state[2])])
+    weight, estimates = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY]), []
+    for tick in range(round((1.0 + seconds) / TICK)):
+        now = tick * TICK
+        tie, force = (Tie.FREE, weight) if now < 1.0 else (Tie.PUSHING, weight + push * normal)
+        measurement = Measurement(now, place, rest, attitude, rest, arm, np.zeros(model.n_arm), now)
+        estimates.append(estimator.update(measurement, force, tie, TICK if tick else 0.0))
+    return estimates
+
+
+def test_a_tip_on_the_leaf_that_presses_touches(model: Model) -> None:
+    estimates = hovering(model, 0.0, 1.0, 1.0)
+    assert estimates[-1].near
+    assert estimates[-1].touching
+    assert estimates[-1].normal_force == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_tip_away_from_the_leaf_feels_wind_and_no_touch(model: Model) -> None:
+    estimates = hovering(model, 0.1, 1.0, 6.0)
+    assert not any(estimate.near or estimate.touching for estimate in estimates)
+    wind = -1.0 * door_normal(float(model.start_state[3]))  # what holds the vehicle still against that push
+    np.testing.assert_allclose(estimates[-1].wind, wind, atol=0.1)
+    assert abs(estimates[-1].normal_force) < 0.1
+
+
+def test_a_door_that_stands_and_is_let_alone_stays_known(model: Model) -> None:
+    deviation = Scenario.load("push").estimation.angle_deviation
+    estimator, start = Estimator(model, StateConverter(model)), float(model.start_state[3])
+    for tick in range(2000):
+        estimator.door.update(0.0, False, 0.0, tick * TICK, tick * TICK, TICK)
+    assert estimator.door.angle == pytest.approx(start, abs=1e-12)
+    assert estimator.door.angle_deviation <= deviation * (1.0 + 1e-12)
+
+
+def at_rest(model: Model, shift: np.ndarray) -> Estimate:
+    """What is estimated at the start of the swing, with the vehicle shifted from where the plan has it."""
+    last = hovering(model, 0.0, 1.0, 1.0)[-1]
+    return Estimate(**{**vars(last), "position": last.position + shift})
+
+
+def settled(model: Model, converter: StateConverter, plan: Plan, shift: np.ndarray) -> np.ndarray:
+    """Position that is asked for after the vehicle has been elsewhere for long, less the one asked for otherwise."""
+    places = []
+    for offset in (np.zeros(3), shift):
+        control, estimate = PushController(model, converter), at_rest(model, offset)
+        control.begin(1.0)
+        for _ in range(2500):
+            place = control.follow(plan, 0.0, estimate, 1.0, TICK).position
+        places.append(place)
+    return np.asarray(places[1] - places[0])
+
+
+def test_a_vehicle_nearer_to_a_jamb_than_it_may_be_is_sent_back(
+    model: Model, converter: StateConverter, plan: Plan
+) -> None:
+    door = model.door
+    room = model.vehicle.radius + model.scenario.planner.margin
+    bounds = float(door.hinge_position[1]) + room, float(door.hinge_position[1]) + door.width - room
+    y = float(at_rest(model, np.zeros(3)).position[1])
+    beyond = np.array([0.0, max(bounds[1], y) - y + 0.1, 0.0])
+    assert settled(model, converter, plan, beyond)[1] < -0.1
+    before = np.array([0.0, min(bounds[0], y) - y - 0.1, 0.0])
+    assert settled(model, converter, plan, before)[1] > 0.1
+
+
+def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
+    model: Model, converter: StateConverter, plan: Plan
+) -> None:
+    assert settled(model, converter, plan, np.array([0.0, 0.0, -0.03]))[2] == pytest.approx(0.0, abs=1e-6)
+    assert settled(model, converter, plan, np.array([0.0, 0.0, -0.08]))[2] == pytest.approx(-0.04, abs=2e-3)

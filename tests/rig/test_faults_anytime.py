@@ -1,0 +1,146 @@
+"""Every fault at random times of a mission: it ends on the ground, motors off, and nothing was touched.
+
+One time each; DOORMAN_FAULT_TIMES=20 in the environment for twenty.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from flight_rig import Flight, FlightRig, until
+
+from doorman.exceptions import DoormanError
+from doorman.flight import End
+from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD
+
+TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
+LATEST = 16.0
+"""After take-off; the mission takes about 20 s."""
+Injection = Callable[[FlightRig, Flight], object]
+
+
+def put(**values: object) -> Injection:
+    """Set attributes of the rig; `__` stands for a dot."""
+
+    def inject(rig: FlightRig, _: Flight) -> None:
+        for path, value in values.items():
+            rig.far.set("rig." + path.replace("__", "."), value)
+
+    return inject
+
+
+def call(path: str, *arguments: object) -> Injection:
+    return lambda rig, _: rig.far.call(path, *arguments)
+
+
+def lines(**values: object) -> Injection:
+    """Faults of the MAVLink line in both directions."""
+    return put(**{f"autopilot__{way}__{name}": one for way in ("incoming", "outgoing") for name, one in values.items()})
+
+
+def fail(_: FlightRig, flight: Flight) -> None:
+    def progress() -> None:
+        raise DoormanError("made up")
+
+    flight.on_progress = progress
+
+
+def hang(seconds: float) -> Injection:
+    def inject(_: FlightRig, flight: Flight) -> None:
+        until_then = time.monotonic() + seconds
+        flight.on_progress = lambda: time.sleep(max(0.0, until_then - time.monotonic()))
+
+    return inject
+
+
+def spoil_planner(what: str) -> Injection:
+    """The planner raises an error, is slow, or finds nothing, from now on."""
+
+    def inject(rig: FlightRig, flight: Flight) -> None:
+        real = rig.planner.replan
+
+        def replan(state, *arguments, **options):
+            if what == "raises":
+                raise DoormanError("made up by the planner")
+            if what == "slow":
+                time.sleep(0.15)
+                return real(state, *arguments, **options)
+            return real(np.full_like(state, np.nan), *arguments, **options)
+
+        rig.planner.replan = replan
+
+    return inject
+
+
+FAULTS: dict[str, Injection] = {
+    "mocap silent": put(mocap__faults__silent=True),
+    "mocap frozen": put(mocap__faults__frozen=True),
+    "mocap zeroed": put(mocap__faults__zeroed=True),
+    "mocap jumps": put(mocap__faults__jump=(0.5, 0.3, 0.0)),
+    "mocap late": put(mocap__faults__delay=0.3),
+    "mocap loses half": put(mocap__faults__loss=0.5),
+    "mocap without numbers": put(mocap__faults__not_finite=True),
+    "mocap outliers": put(mocap__faults__outliers=0.2),
+    "link cut": lines(cut=True),
+    "link loses a third": lines(loss=0.3),
+    "link duplicates": lines(duplicate=0.5),
+    "link reorders": lines(reorder=0.3),
+    "link corrupts": lines(corrupt=0.3),
+    "heartbeats end": call("rig.autopilot.stop_heartbeats", True),
+    "pilot takes over": call("rig.autopilot.pilot_mode", "position"),
+    "pilot stops the motors": call("rig.autopilot.kill_switch"),
+    "autopilot reboots": call("rig.autopilot.reboot"),
+    "autopilot loses its estimate": call("rig.autopilot.fail_estimator"),
+    "autopilot's clock jumps": call("rig.autopilot.jump_clock", 30.0),
+    "battery low": put(autopilot__battery__remaining=0.17),
+    "battery empty": put(autopilot__battery__remaining=0.05),
+    "servo overloaded": call("set_register", 2, "hardware error status", OVERLOAD),
+    "servo too hot": call("set_register", 3, "hardware error status", OVERHEATING),
+    "servo of another model": call("set_register", 1, "model number", 1060),
+    "servo missing": lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2),
+    "servo bus noisy": put(servos__faults__noise=0.3),
+    "servo bus corrupt": put(servos__faults__corrupt=0.5),
+    "servos unplugged": call("rig.servos.unplug"),
+    "mission raises": fail,
+    "controller hangs": hang(4.0),
+    "planner raises": spoil_planner("raises"),
+    "planner slow": spoil_planner("slow"),
+    "planner is given no numbers": spoil_planner("nan"),
+    "somebody pushes": call("rig.plant.blow", (-12.0, 0.0, 0.0)),
+    "door slammed": call("rig.plant.kick", 1.5),
+    "operator gives up": lambda _, flight: flight.session.interrupt(),
+    "process is asked to end": lambda _, flight: flight.session.terminate(),
+}
+
+MOTORS_OFF_ALOFT = {"pilot stops the motors", "autopilot reboots"}
+"""The vehicle falls where it is: it may touch the door."""
+
+
+@pytest.fixture(autouse=True)
+def planner_as_it_was(rig: FlightRig):
+    yield
+    vars(rig.planner).pop("replan", None)
+
+
+@pytest.mark.parametrize("repetition", range(TIMES))
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_at_any_time_ends_on_the_ground(rig: FlightRig, fault: str, repetition: int) -> None:
+    seed = np.frombuffer(fault.encode(), np.uint8).sum() + 1000 * repetition
+    when = float(np.random.default_rng(seed).uniform(0.2, LATEST))
+    flight = rig.flight().begin().until_phase("hover", "approach")
+    began = time.monotonic()
+    until(lambda: time.monotonic() - began > when or flight.session.phase == "done", "the time of the fault")
+    FAULTS[fault](rig, flight)
+    report = flight.end()
+    said = (report.end, report.message, round(when, 2), flight.session.journal.lines[-12:])
+    if fault == "pilot takes over" and report.end is End.TAKEN_OVER:
+        rig.far.call("rig.autopilot.pilot_mode", "land")
+    assert report.end in (End.LANDED, End.TAKEN_OVER, End.UNHEARD), said
+    assert report.completed or report.message, said
+    until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, f"on the ground, motors off: {said}")
+    if fault not in MOTORS_OFF_ALOFT:
+        assert not rig.collided, said
