@@ -30,6 +30,7 @@ import numba
 from llvmlite import binding
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.runtime.nrt import rtsys
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
@@ -105,7 +106,7 @@ def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
     previous = settings.CACHE_DIR
     settings.CACHE_DIR = str(cache_directory())
     try:
-        dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
+        dispatcher: Any = numba.njit(nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
         dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]
         _kernels.append(dispatcher)
         compiled: Callable[Parameters, Result] = dispatcher
@@ -144,7 +145,33 @@ def belongs_to(model: type, kernel: Callable[..., None]) -> None:
 
 
 class _SelfContained(JITCodeLibrary):
-    """Machine code of one kernel whose calls of other kernels go to the copies in it."""
+    """Machine code of one kernel whose calls of other kernels go to the copies in it.
+
+    The bitcode for linking it into other kernels comes from the cache too, and is parsed when one is compiled.
+    """
+
+    _bitcode: bytes = b""
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> _SelfContained:
+        name, _, (machine_code, bitcode) = state
+        library = cls(codegen, name)
+        library.enable_object_caching()  # type: ignore[no-untyped-call]
+        library._set_compiled_object(machine_code)  # type: ignore[no-untyped-call]
+        library._finalize_final_module()
+        library._bitcode = bitcode
+        return library
+
+    def get_pointer_to_function(self, name: str) -> int:
+        if self._bitcode and self._shared_module is None:  # numba's list of what is defined knows nothing of it yet
+            return int(self._codegen._engine.get_function_address(name))
+        return int(super().get_pointer_to_function(name))  # type: ignore[no-untyped-call]
+
+    def _get_module_for_linking(self) -> Any:
+        if self._bitcode and self._shared_module is None:
+            self._shared_module = binding.parse_bitcode(self._bitcode)
+            self._codegen._engine._load_defined_symbols(self._shared_module)  # type: ignore[no-untyped-call]
+        return super()._get_module_for_linking()  # type: ignore[no-untyped-call]
 
     def _finalize_final_module(self) -> None:
         if self._shared_module is None and any(True for _ in self._final_module.functions):
@@ -168,6 +195,13 @@ JITCPUCodegen._library_class = _SelfContained
 
 class _Cache(FunctionCache):
     """Cache of one kernel, with an index of its own for every set of model types from outside the package."""
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """Load a kernel without what only a compiler needs of numba, which takes half a second to import."""
+        if _foreign_models(signature):  # whose code may be anything
+            return super().load_overload(signature, target)  # type: ignore[no-untyped-call]
+        rtsys.initialize(target)
+        return self._load_overload(signature, target)
 
     def _load_overload(self, signature: Any, target: Any) -> Any:
         with self._files_for(signature):

@@ -147,6 +147,13 @@ def test_nothing_is_compiled_after_a_warm_up(code, warm, tmp_path):
     assert figures["loaded"] > 0
 
 
+def test_a_plan_from_the_cache_leaves_the_compiler_unloaded(warm, tmp_path):
+    """Half a second of imports that only compiling needs."""
+    names = {"numba.np.linalg", "numba.np.npyimpl", "numba.typed.typeddict", "numba.core.dispatcher"}
+    printed = output(LOADED.format(code=f"\n{PLAN}", names=names), tmp_path, NUMBA_CACHE_DIR=str(warm[1]))
+    assert set(printed.splitlines()[-1].split()) == {"numba.core.dispatcher"}
+
+
 # ---------------------------------------------------------------- URDFs without yourdfpy
 
 ODD_JOINT = '<joint name="hinge" type="revolute"><mimic joint="other"/>'
