@@ -6,7 +6,7 @@ import time
 
 from doorman.ocp import augmented_lagrangian as kernels
 from doorman.ocp.careful import FIRST_PENALTY
-from doorman.ocp.solution import PlanStatus, Solution
+from doorman.ocp.solution import PlanStatus
 from doorman.ocp.solver import FAST_ITERATIONS, Solver
 from doorman.ocp.workspace import RESULT
 
@@ -25,7 +25,7 @@ class AugmentedLagrangian(Solver):
     and violations, and a status that forbids its use.
     """
 
-    def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
+    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         result = self._work.result
         self._keep_guess()
         code = kernels.iterate(self._model, self._memory, min(max_iterations, FAST_ITERATIONS), deadline)
@@ -39,7 +39,7 @@ class AugmentedLagrangian(Solver):
             iterations += int(result[RESULT.ITERATIONS])
             self._measure()
         result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
-        return self._finish(_STATUS[code], iterations, started)
+        return _STATUS[code], iterations
 
     def _measure(self) -> None:
         kernels.linearize(self._model, self._memory)

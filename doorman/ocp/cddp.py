@@ -6,7 +6,7 @@ import time
 
 from doorman.ocp import augmented_lagrangian, guess
 from doorman.ocp import backward as backward_pass
-from doorman.ocp.solution import PlanStatus, Solution
+from doorman.ocp.solution import PlanStatus
 from doorman.ocp.solver import Solver
 from doorman.ocp.sweep import terminal_value
 from doorman.ocp.workspace import RESULT
@@ -21,11 +21,10 @@ class Cddp(Solver):
     The first guess is rolled out inside the constraints; from then on every iterate is feasible, so that any may be the last.
     """
 
-    def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
+    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         if not self._start():
-            return self._finish(PlanStatus.DIVERGED, 0, started)
-        status, iterations = self._descend(max_iterations, deadline)
-        return self._finish(status, iterations, started)
+            return PlanStatus.DIVERGED, 0
+        return self._descend(max_iterations, deadline)
 
     def _start(self) -> bool:
         """Roll the guess out; False if it is not finite."""
@@ -78,15 +77,12 @@ class Cddp(Solver):
             scale *= 0.5
         return False
 
-    def _last_violated(self) -> int:
-        return int(guess.last_violation(self._memory, self.options.feasibility))
-
     def _backward(self, regularization: float) -> bool:
         """Backward pass; ProxQP where the kernel asks for it. False if some Q_uu is not positive definite."""
         work = self._work
         terminal_value(self._model, self._memory)
         work.result[RESULT.CHANGE] = 0.0
-        node, settled = self.problem.horizon - 1, False
+        node, settled = self._problem.horizon - 1, False
         while True:
             code = backward_pass.backward(
                 self._model, self._memory, node, regularization, self.options.guess_active_sets, settled
@@ -105,5 +101,5 @@ class Cddp(Solver):
         super()._compile()
         augmented_lagrangian.linearize(self._model, self._memory)
         terminal_value(self._model, self._memory)
-        backward_pass.backward(self._model, self._memory, self.problem.horizon - 1, 0.0, True, False)
+        backward_pass.backward(self._model, self._memory, self._problem.horizon - 1, 0.0, True, False)
         guess.measure_again(self._memory)

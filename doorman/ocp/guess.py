@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import multiply_rows
 from doorman.ocp.augmented_lagrangian import measure, total_cost
-from doorman.ocp.functions import step
+from doorman.ocp.functions import constrain, step
 from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.workspace import Workspace, copy_trajectory
 
@@ -45,6 +45,78 @@ def roll_blindly(model: object, work: Workspace) -> None:
                     states[j + 1, i] = states[k, i]
             settle_integrators(work)
             return
+
+
+@kernel
+def begin(model: object, work: Workspace, state: Array, blind: bool) -> bool:
+    """Start anew with the nominal inputs, cut off at their bounds: no multipliers, no feedback, nothing rolled out.
+
+    Args:
+        model: The problem's model.
+        work: Workspace; its nominal inputs are the guess, and its nominal states unless `blind`.
+        state: First state, shape (nx,).
+        blind: Take the states to which the inputs lead.
+
+    Returns:
+        Whether dynamics and constraints are finite at the start.
+    """
+    nu, inputs, limits, policy = len(work.sizes.inputs), work.nominal.inputs, work.limits, work.policy
+    for k in range(inputs.shape[0]):
+        for i in range(nu if len(work.sizes.input_bounds) > 0 else 0):
+            inputs[k, i] = min(max(inputs[k, i], limits.input_lower[i]), limits.input_upper[i])
+    forget_multipliers(work)
+    policy.gains[:, :, :] = 0.0
+    policy.factors[:, :, :] = 0.0
+    for k in range(inputs.shape[0]):
+        for i in range(nu):
+            policy.factors[k, i, i] = work.weights.input[i]
+    for i in range(state.shape[0]):
+        work.nominal.states[0, i] = state[i]
+    if blind:
+        roll_blindly(model, work)
+    else:
+        settle_integrators(work)
+    finite = starts_finite(model, work)
+    forget_trial(work)
+    return finite
+
+
+@kernel
+def starts_finite(model: object, work: Workspace) -> bool:
+    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one."""
+    state, ahead, rows = work.nominal.states[0], work.trial.states[1], work.trial.rows[0]
+    step(model, state, work.nominal.inputs[0], ahead)
+    total = 0.0
+    for i in range(ahead.shape[0]):
+        total += abs(ahead[i])
+    if len(work.sizes.rows) > 0:
+        constrain(model, state, rows)
+        for i in range(rows.shape[0]):
+            total += abs(rows[i])
+    return bool(total < np.inf)
+
+
+@kernel
+def forget_multipliers(work: Workspace) -> None:
+    """All multipliers zero."""
+    kept = work.multipliers
+    kept.rows[:, :] = 0.0
+    kept.input_rows[:, :] = 0.0
+    kept.end_rows[:] = 0.0
+    kept.states[:, :] = 0.0
+    kept.inputs[:, :] = 0.0
+
+
+@kernel
+def forget_trial(work: Workspace) -> None:
+    """NaN in the trial trajectory: what a failed rollout does not reach must not be taken for its result."""
+    trial = work.trial
+    trial.states[:, :] = np.nan
+    trial.inputs[:, :] = np.nan
+    trial.rows[:, :] = np.nan
+    trial.input_rows[:, :] = np.nan
+    trial.end_rows[:] = np.nan
+    start_trial(work)
 
 
 @kernel

@@ -14,7 +14,7 @@ from doorman.ocp import guess, real_time, rollout, sweep
 from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.cddp import Cddp
 from doorman.ocp.real_time import EXTRA_ITERATIONS, follow
-from doorman.ocp.solution import PlanStatus, Solution
+from doorman.ocp.solution import PlanStatus
 from doorman.ocp.solver import FAST_ITERATIONS, read_only
 from doorman.ocp.workspace import RESULT
 
@@ -32,7 +32,7 @@ class Hybrid(Cddp):
     that costs something else, CDDP goes on from there, and careful iterations again from where CDDP stalls.
     """
 
-    def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
+    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         result = self._work.result
         self._keep_guess()
         straight = self._no_guess and bool(guess.choose_guess(self._model, self._memory))
@@ -49,11 +49,11 @@ class Hybrid(Cddp):
             iterations += int(result[RESULT.ITERATIONS])
         expected = kernels.nominal_cost(self._model, self._memory)
         if not self._start():
-            return self._finish(PlanStatus.DIVERGED, iterations, started)
+            return PlanStatus.DIVERGED, iterations
         if code == kernels.CONVERGED and (self._agrees(expected) or self._returns()):
-            return self._finish(PlanStatus.CONVERGED, iterations, started)
+            return PlanStatus.CONVERGED, iterations
         if iterations >= max_iterations or time.monotonic() >= deadline:
-            return self._finish(PlanStatus.ITERATION_LIMIT, iterations, started)
+            return PlanStatus.ITERATION_LIMIT, iterations
         status, more = self._descend(max_iterations - iterations, deadline)
         iterations += more
         priced_out = result[RESULT.PRICED_OUT] > 0.0  # another optimum, which lies outside the constraints
@@ -61,7 +61,7 @@ class Hybrid(Cddp):
         if stalled and iterations < max_iterations and time.monotonic() < deadline:
             status, more = self._refine(penalty, max_iterations - iterations, deadline)
             iterations += more
-        return self._finish(status, iterations, started)
+        return status, iterations
 
     def _agrees(self, expected: float) -> bool:
         """Whether the rollout of the augmented Lagrangian's solution costs what that does."""
@@ -98,7 +98,7 @@ class Hybrid(Cddp):
         """Begin again: with a blind rollout after a straight line, else with a straight line."""
         for array in self._work.multipliers:
             array[:] = 0.0
-        self._work.nominal.inputs[:] = self.problem.cost.input_goal
+        self._work.nominal.inputs[:] = self._problem.cost.input_goal
         if straight:
             guess.roll_blindly(self._model, self._memory)
         else:
@@ -106,29 +106,32 @@ class Hybrid(Cddp):
 
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
-        return 0 <= self._last_violated() < self.problem.horizon
+        return 0 <= self._last_violated() < self._problem.horizon
 
-    def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> Solution:
+    def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
         """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
+        The better of the two trajectories stays in the solver's memory.
+
         Args:
-            state: First state, shape (nx,).
+            state: First state, shape (nx,), contiguous.
             max_iterations: Largest number of iterations.
             time_limit: No iteration begins later than this after the call [s].
 
         Returns:
-            The better of the two solutions.
+            How it ended, and the number of iterations that led there.
         """
-        started = time.monotonic()
+        deadline = time.monotonic() + time_limit
         share = max(max_iterations // 2, 1)
-        first = self.solve(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
-        left = time_limit - (time.monotonic() - started)
-        if first.status.usable or first.iterations >= max_iterations or left <= 0.0:
-            return first
-        second = self.solve(state, max_iterations=max_iterations - first.iterations, time_limit=left)
-        if second.status.usable or not first.status.flyable:
-            return second
-        return self.solve(state, first.inputs, max_iterations=1) if second.status is not first.status else second
+        first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
+        left = deadline - time.monotonic()
+        if first.usable or iterations >= max_iterations or left <= 0.0:
+            return first, iterations
+        kept = self._work.nominal.inputs.copy()
+        second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
+        if second.usable or not first.flyable or second is first:
+            return second, more
+        return self.run(state, kept, max_iterations=1)
 
     def follow(
         self,
@@ -159,12 +162,11 @@ class Hybrid(Cddp):
         code = follow(
             self._model, self._memory, state, shift, limit, max_iterations, extra_iterations, deadline, guessing
         )
-        if code >= 0 and not self._resume(int(code)):
-            return PlanStatus.DIVERGED
-        if code < -1:
+        if code < rollout.DONE or (code >= 0 and not self._resume(code)):
             return PlanStatus.DIVERGED
         self._raise_failure()
-        guess.accept_trial(self._memory)
+        if code >= 0:
+            self._accept()
         if work.result[RESULT.VIOLATION] <= options.feasibility:
             return PlanStatus.ITERATION_LIMIT
         return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
@@ -228,4 +230,4 @@ class Hybrid(Cddp):
         kernels.iterate(self._model, self._memory, 1, 0.0)
         guess.choose_guess(self._model, self._memory)
         guess.accept_trial(self._memory)
-        follow(self._model, self._memory, self.problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
+        follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)

@@ -38,6 +38,7 @@ class LagrangianPlanning:
         self.start_state = frozen(at_rest(model.start_state))
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
+        self.follows_start = False
         self.reduced(self.start_state, self.hover_input)  # compiles: nothing is in flight
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
@@ -48,14 +49,10 @@ class LagrangianPlanning:
         """The door problem with full dynamics, see `PlanningModel`."""
         return lagrangian_problem(self.model)
 
-    def fitted(self, parameters: Any, friction: float, disturbance: float, start: Array) -> Any:
+    def fitted(self, parameters: Any, friction: float, disturbance: float, margin: float, start: Array) -> Any:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
         dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
-        return parameters._replace(dynamics=dynamics)
-
-    def with_margin(self, parameters: Any, margin: float) -> Any:
-        """Another distance from door and frame, see `PlanningModel`."""
-        return parameters._replace(margin=margin)
+        return parameters._replace(dynamics=dynamics, margin=margin)
 
     def goal(self, start: Array) -> Array:
         """The scenario's, from wherever, see `PlanningModel`."""

@@ -15,7 +15,7 @@ from doorman.ocp.hybrid import Hybrid
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
 from doorman.ocp.real_time import EXTRA_ITERATIONS
-from doorman.ocp.solution import PlanStatus, Solution, row_name
+from doorman.ocp.solution import PlanStatus, row_name
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -87,7 +87,7 @@ class Planner:
         self.planning = planning_model(self.model)
         self._problem = self.planning.problem()
         self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
-        self._started = False
+        self._started, self._fitted = False, False
         self._parameters = self._problem.model
         self._friction, self._disturbance = self.model.door.friction, 0.0
         self._margin = self.settings.margin
@@ -109,7 +109,7 @@ class Planner:
                 raise DimensionError(
                     "not a torque", field=name, given=value, allowed="a finite torque, friction >= 0 [N m]"
                 )
-        self._friction, self._disturbance = friction, disturbance
+        self._friction, self._disturbance, self._fitted = friction, disturbance, False
 
     def update_margin(self, margin: float) -> None:
         """Change the distance that the next plans keep from door and frame; `planner.margin` holds until the first call.
@@ -122,7 +122,7 @@ class Planner:
         """
         if not 0.0 <= margin < math.inf:
             raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
-        self._margin = float(margin)
+        self._margin, self._fitted = float(margin), False
 
     @property
     def margin(self) -> float:
@@ -141,13 +141,15 @@ class Planner:
         return self.planning.normal_forces(self._parameters, plan.states, plan.inputs)
 
     def _fit(self, state: Array) -> None:
-        """Fit the problem to what is known of the hinge, to the margin, and to a start."""
-        fitted = self.planning.fitted(self._problem.model, self._friction, self._disturbance, state)
-        self._parameters = self.planning.with_margin(fitted, self._margin)
+        """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
+        if self._fitted and not self.planning.follows_start:
+            return
+        self._parameters = self.planning.fitted(
+            self._problem.model, self._friction, self._disturbance, self._margin, state
+        )
         self.solver.update_model(self._parameters)
-        goal = self.planning.goal(state)
-        if goal is not self.planning.goal_state:
-            self.solver.update_goal(goal)
+        self.solver.update_goal(self.planning.goal(state))
+        self._fitted = True
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
         """Plan from hover inputs until converged.
@@ -167,8 +169,8 @@ class Planner:
         started = time.perf_counter()
         x = self.planning.check_state(state)
         self._fit(x)
-        solution = self.solver.solve(x, max_iterations=max_iterations, time_limit=time_limit)
-        return self._from(solution, started)
+        status, iterations = self.solver.run(x, max_iterations=max_iterations, time_limit=time_limit)
+        return self._plan(status, iterations, started)
 
     def replan(
         self,
@@ -208,41 +210,34 @@ class Planner:
                 allowed=">= 1 iteration and > 0 s",
             )  # fmt: skip
         self._fit(x)
+        solver = self.solver
         if not self._started:
-            return self._from(self.solver.solve(x, max_iterations=budget, time_limit=time_limit), started)
+            status, iterations = solver.run(x, max_iterations=budget, time_limit=time_limit)
+            return self._plan(status, iterations, started)
         steps = -1.0 if elapsed is None else min(max(elapsed / self.settings.time_step, 0.0), self._problem.horizon)
-        solver, most = self.solver, self.settings.iterations if max_iterations is None else max_iterations
+        most = self.settings.iterations if max_iterations is None else max_iterations
         extra = EXTRA_ITERATIONS if max_iterations is None else 0
         status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit, extra)
         iterations = solver.iterations
         if (not status.usable or solver.change > _JUMP) and iterations < budget:
             left = time_limit - (time.perf_counter() - started)
             if left > 0.0:
-                solution = solver.aim_anew(x, budget - iterations, left)
-                return self._from(solution, started, iterations)
+                status, more = solver.aim_anew(x, budget - iterations, left)
+                iterations += more
+        return self._plan(status, iterations, started)
+
+    def _plan(self, status: PlanStatus, iterations: int, started: float) -> Plan:
+        """What the solver's memory holds, as a plan."""
         self._started = status.flyable
-        return self._plan(solver.trajectory(), solver.cost, status, iterations, started)
-
-    def _from(self, solution: Solution, started: float, iterations: int = 0) -> Plan:
-        self._started = solution.status.flyable
-        return self._plan(
-            (solution.states, solution.inputs),
-            solution.cost,
-            solution.status,
-            iterations + solution.iterations,
-            started,
-        )
-
-    def _plan(
-        self, trajectory: tuple[Array, Array], cost: float, status: PlanStatus, iterations: int, started: float
-    ) -> Plan:
+        states, inputs = self.solver.trajectory()
         violation, node, row = self.solver.worst()
+        cost = self.solver.cost if status.flyable else math.inf
         if status.usable and self.planning.relaxed(self._parameters):
             status = PlanStatus.RELAXED
         words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
         return Plan(
-            states=trajectory[0],
-            inputs=trajectory[1],
+            states=states,
+            inputs=inputs,
             cost=cost,
             max_violation=violation,
             iterations=iterations,

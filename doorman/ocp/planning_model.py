@@ -37,6 +37,8 @@ class PlanningModel(Protocol):
     """The scenario's, at rest, shape (nx,)."""
     hover_input: Array
     """Carries the vehicle's weight, shape (nu,)."""
+    follows_start: bool
+    """Whether `fitted` and `goal` depend on the start."""
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
@@ -63,25 +65,18 @@ class PlanningModel(Protocol):
             ScenarioError: if a vector of weights does not fit the arm.
         """
 
-    def fitted(self, parameters: Any, friction: float, disturbance: float, start: Array) -> Any:
-        """Parameters of the problem for what is known of the hinge, and for a start.
+    def fitted(self, parameters: Any, friction: float, disturbance: float, margin: float, start: Array) -> Any:
+        """Parameters of the problem for what is known of the hinge, for a margin, and for a start.
 
         Args:
             parameters: The problem's model.
             friction: τ_c [N m].
             disturbance: τ_d, in the sense of damping [N m].
+            margin: Distance from door and frame [m].
             start: x, shape (nx,).
 
         Returns:
             Parameters of the same type.
-        """
-
-    def with_margin(self, parameters: Any, margin: float) -> Any:
-        """The same parameters with another distance from door and frame.
-
-        Args:
-            parameters: What `fitted` returned.
-            margin: [m].
         """
 
     def goal(self, start: Array) -> Array:

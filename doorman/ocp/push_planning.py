@@ -22,6 +22,7 @@ class PushPlanning(QuasiStaticPlanning):
 
     def __init__(self, model: Model) -> None:
         super().__init__(model)
+        self.follows_start = True
         planner = model.scenario.planner
         self._lead = 0.5 * model.scenario.push.max_rate * planner.horizon_steps * planner.time_step
 
@@ -29,13 +30,11 @@ class PushPlanning(QuasiStaticPlanning):
         """The problem with the push's constraints, see `PlanningModel`."""
         return push_problem(self.model)
 
-    def fitted(self, parameters: PushModel, friction: float, disturbance: float, start: Array) -> PushModel:
+    def fitted(
+        self, parameters: PushModel, friction: float, disturbance: float, margin: float, start: Array
+    ) -> PushModel:
         """Constraints that fit the hinge's resistance and contain the start, see `PlanningModel`."""
-        return with_hinge(self.model, parameters, friction, disturbance, start)
-
-    def with_margin(self, parameters: PushModel, margin: float) -> PushModel:
-        """Another distance from door and frame, see `PlanningModel`."""
-        return parameters._replace(door=parameters.door._replace(margin=margin))
+        return with_hinge(self.model, parameters, friction, disturbance, start, margin)
 
     def goal(self, start: Array) -> Array:
         """The door at its goal, heading and arm as far on their way as the door will be within the horizon.

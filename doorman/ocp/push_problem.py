@@ -357,7 +357,9 @@ def push_problem(model: Model) -> Problem:
     )  # fmt: skip
 
 
-def with_hinge(model: Model, parameters: PushModel, friction: float, disturbance: float, start: Array) -> PushModel:
+def with_hinge(
+    model: Model, parameters: PushModel, friction: float, disturbance: float, start: Array, margin: float | None = None
+) -> PushModel:
     r"""Fit the problem to what is known of the hinge, and to a start that may lie outside the constraints.
 
     With the resistance :math:`\hat\tau` against opening at the start, :math:`a = \eta\hat\tau/I_e` and
@@ -369,6 +371,7 @@ def with_hinge(model: Model, parameters: PushModel, friction: float, disturbance
         friction: τ_c of the plan [N m].
         disturbance: τ_d of the plan, in the sense of damping [N m].
         start: Reduced state, shape (5 + n,).
+        margin: Distance from door and frame; that of `parameters` if not given [m].
 
     Returns:
         Parameters of a problem that contains the start.
@@ -391,8 +394,9 @@ def with_hinge(model: Model, parameters: PushModel, friction: float, disturbance
         ),
         acceleration=push.max_acceleration,
     )  # fmt: skip
-    dynamics = dynamics._replace(friction=friction, disturbance=disturbance)
-    return parameters._replace(hinge=hinge, door=parameters.door._replace(dynamics=dynamics))
+    door, dynamics = parameters.door, dynamics._replace(friction=friction, disturbance=disturbance)
+    margin = door.margin if margin is None else margin
+    return parameters._replace(hinge=hinge, door=door._replace(dynamics=dynamics, margin=margin))
 
 
 def is_relaxed(model: Model, parameters: PushModel) -> bool:

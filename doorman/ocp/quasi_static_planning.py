@@ -32,6 +32,7 @@ class QuasiStaticPlanning:
         self.start_state = model.start_state
         self.goal_state = model.goal_state
         self.hover_input = model.hover_input
+        self.follows_start = False
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array, see `PlanningModel`."""
@@ -41,14 +42,10 @@ class QuasiStaticPlanning:
         """The paper's problem, see `PlanningModel`."""
         return door_problem(self.model)
 
-    def fitted(self, parameters: Any, friction: float, disturbance: float, start: Array) -> Any:
+    def fitted(self, parameters: Any, friction: float, disturbance: float, margin: float, start: Array) -> Any:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
         dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
-        return parameters._replace(dynamics=dynamics)
-
-    def with_margin(self, parameters: Any, margin: float) -> Any:
-        """Another distance from door and frame, see `PlanningModel`."""
-        return parameters._replace(margin=margin)
+        return parameters._replace(dynamics=dynamics, margin=margin)
 
     def goal(self, start: Array) -> Array:
         """The scenario's, from wherever, see `PlanningModel`."""

@@ -18,7 +18,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp import guess
 from doorman.ocp.augmented_lagrangian import direction, linearize, move, save, take_multipliers, total_cost
-from doorman.ocp.rollout import roll_out
+from doorman.ocp.rollout import DONE, roll_out
 from doorman.ocp.sweep import classify
 from doorman.ocp.workspace import RESULT, Workspace
 
@@ -50,7 +50,7 @@ def follow(
     deadline: float,
     guessing: bool,
 ) -> int:
-    """Shift, iterate and roll out.
+    """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on.
 
     Args:
         model: The problem's model.
@@ -80,6 +80,8 @@ def follow(
     work.result[RESULT.NEAR] = 1.0
     code = int(roll_out(model, work, -1, 0.0, guessing, 0))
     work.result[RESULT.NEAR] = 0.0
+    if code == DONE:
+        guess.accept_trial(work)
     return code
 
 

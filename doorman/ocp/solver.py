@@ -44,7 +44,7 @@ class Solver(ABC):
     """
 
     def __init__(self, problem: Problem, options: SolverOptions | None = None) -> None:
-        self.problem = problem
+        self._problem, self._goal_is_new = problem, False
         self.options = options or SolverOptions()
         if not functions.is_implemented(functions.step, type(problem.model)):
             raise SolverError(
@@ -63,6 +63,14 @@ class Solver(ABC):
         self._compile()
         self._check_integrators()
         self._forget_failures()
+
+    @property
+    def problem(self) -> Problem:
+        """The problem with its present goal."""
+        if self._goal_is_new:
+            cost = replace(self._problem.cost, state_goal=self._work.weights.state_goal)
+            self._problem, self._goal_is_new = replace(self._problem, cost=cost), False
+        return self._problem
 
     def solve(
         self,
@@ -91,22 +99,42 @@ class Solver(ABC):
             DimensionError: if an array has the wrong shape or is not finite, or a budget is not positive.
         """
         started = time.monotonic()
+        x = vector(state, self._problem.nx, "state")
+        status, iterations = self.run(
+            x, inputs, states=states, multipliers=multipliers, max_iterations=max_iterations, time_limit=time_limit
+        )
+        return self._solution(status, iterations, time.monotonic() - started)
+
+    def run(
+        self,
+        state: Array,
+        inputs: ArrayLike | None = None,
+        *,
+        states: ArrayLike | None = None,
+        multipliers: Multipliers | None = None,
+        max_iterations: int = DEFAULT_ITERATIONS,
+        time_limit: float = math.inf,
+    ) -> tuple[PlanStatus, int]:
+        """The same from a checked, contiguous state; the result stays in the solver's memory.
+
+        Returns:
+            How it ended, and the number of iterations.
+        """
+        deadline = time.monotonic() + time_limit
         if not (max_iterations >= 1 and time_limit > 0.0):
             raise DimensionError(
                 "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
                 allowed=">= 1 iteration and > 0 s",
             )  # fmt: skip
-        x = vector(state, self.problem.nx, "state")
         self._rollout_time = 0.0
         self._forget_failures()
         self._no_guess = inputs is None and states is None
-        self._set_guess(x, inputs, states, multipliers)
-        if self._evaluates(x):
-            solution = self._solve(started, max_iterations, started + time_limit)
+        if self._set_guess(state, inputs, states, multipliers):
+            status, iterations = self._solve(max_iterations, deadline)
         else:
-            solution = self._finish(PlanStatus.INVALID_STATE, 0, started)
+            status, iterations = PlanStatus.INVALID_STATE, 0
         self._raise_failure()
-        return solution
+        return self._judged(status), iterations
 
     def _forget_failures(self) -> None:
         """Forget what functions of the model have raised, if it keeps that: kernels let nothing through."""
@@ -119,8 +147,8 @@ class Solver(ABC):
             self._model.content.raise_failure()
 
     @abstractmethod
-    def _solve(self, started: float, max_iterations: int, deadline: float) -> Solution:
-        """Solve from the guess in the workspace."""
+    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        """Solve from the guess in the workspace: status and number of iterations."""
 
     def update_model(self, model: Any) -> None:
         """Take other parameters of the same model, without compiling.
@@ -145,39 +173,24 @@ class Solver(ABC):
         Raises:
             DimensionError: if it has another shape or is not finite.
         """
-        self.problem = replace(
-            self.problem, cost=replace(self.problem.cost, state_goal=np.asarray(state_goal, dtype=np.float64))
-        )
-        self._work.weights.state_goal[:] = self.problem.cost.state_goal
+        self._work.weights.state_goal[:] = vector(state_goal, self._problem.nx, "state_goal")
+        self._goal_is_new = True
 
     def _set_guess(
         self, state: Array, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None
-    ) -> None:
-        work, cost = self._work, self.problem.cost
+    ) -> bool:
+        """Set everything back to a first guess; whether dynamics and constraints are finite at the start."""
+        work = self._work
         if inputs is None:
-            work.nominal.inputs[:] = cost.input_goal
+            work.nominal.inputs[:] = self._problem.cost.input_goal
         else:
             _copy_checked("inputs", inputs, work.nominal.inputs)
-        bounds = self.problem.bounds
-        np.clip(work.nominal.inputs, bounds.input_lower, bounds.input_upper, out=work.nominal.inputs)
-        for kept in work.multipliers:
-            kept[:] = 0.0
-        for name in Multipliers._fields if multipliers is not None else ():
-            _copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
-        work.policy.gains[:] = 0.0
-        work.policy.factors[:] = 0.0
-        diagonal = np.arange(self.problem.nu)
-        work.policy.factors[:, diagonal, diagonal] = work.weights.input
-        work.nominal.states[:] = state
         if states is not None:
             _copy_checked("states", states, work.nominal.states)
-            work.nominal.states[0] = state
-            guess.settle_integrators(self._memory)
-        else:
-            guess.roll_blindly(self._model, self._memory)
-        for array in work.trial:
-            array[:] = np.nan  # so that what a failed rollout does not reach is not taken for its result
-        work.trial.states[0] = state
+        finite = guess.begin(self._model, self._memory, state, states is None)
+        for name in Multipliers._fields if multipliers is not None else ():
+            _copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
+        return bool(finite)
 
     def _keep_guess(self) -> None:
         """Remember the guess for another try."""
@@ -195,14 +208,6 @@ class Solver(ABC):
         """Careful iterations from the nominal trajectory and the multipliers; their code."""
         feasibility = self.options.feasibility
         return int(iterate_carefully(self._model, self._memory, penalty, feasibility, max_iterations, deadline))
-
-    def _evaluates(self, state: Array) -> bool:
-        """Whether dynamics and constraints are finite at the start."""
-        ahead, h = np.empty(self.problem.nx), np.zeros(self.problem.n_constraints)
-        functions.step(self._model, state, self._work.nominal.inputs[0].copy(), ahead)
-        if self.problem.n_constraints:
-            functions.constrain(self._model, state, h)
-        return bool(np.isfinite(ahead).all() and np.isfinite(h).all())
 
     def _roll_out(self, scale: float) -> bool:
         """Rollout into the trial trajectory, ProxQP where a guess fails; False if it is not finite."""
@@ -227,33 +232,38 @@ class Solver(ABC):
         """The trial trajectory becomes the nominal one."""
         guess.accept_trial(self._memory)
 
-    def _finish(self, status: PlanStatus, iterations: int, started: float) -> Solution:
-        """Solution of the nominal trajectory, which was measured last; a usable status must agree with the measurement."""
-        work, n = self._work, self.problem.horizon
-        result = work.result
-        violation, defect = float(result[RESULT.VIOLATION]), float(result[RESULT.DEFECT])
-        node, row = int(result[RESULT.NODE]), int(result[RESULT.ROW])
-        finite = bool(np.isfinite(result[RESULT.INFEASIBILITY]))
-        recovered = int(guess.last_violation(self._memory, self.options.feasibility)) + 1 if finite else n + 1
-        if status.usable and not finite:
-            status = PlanStatus.DIVERGED
-        elif status.usable and defect > self.options.feasibility:
-            status = PlanStatus.INFEASIBLE
-        elif status.usable and violation > self.options.feasibility:
-            status = PlanStatus.RECOVERING if recovered <= n else PlanStatus.INFEASIBLE
-        total = time.monotonic() - started
+    def _last_violated(self) -> int:
+        return int(guess.last_violation(self._memory, self.options.feasibility))
+
+    def _judged(self, status: PlanStatus) -> PlanStatus:
+        """A status that agrees with what was measured last, of the nominal trajectory."""
+        result, feasibility = self._work.result, self.options.feasibility
+        if not status.usable:
+            return status
+        if not math.isfinite(result[RESULT.INFEASIBILITY]):
+            return PlanStatus.DIVERGED
+        if result[RESULT.DEFECT] > feasibility:
+            return PlanStatus.INFEASIBLE
+        if result[RESULT.VIOLATION] > feasibility:
+            return PlanStatus.RECOVERING if self._last_violated() < self._problem.horizon else PlanStatus.INFEASIBLE
+        return status
+
+    def _solution(self, status: PlanStatus, iterations: int, total: float) -> Solution:
+        """Solution of the nominal trajectory, which was measured last."""
+        work, result = self._work, self._work.result
+        finite = math.isfinite(result[RESULT.INFEASIBILITY])
         return Solution(
             problem=self.problem,
             states=read_only(work.nominal.states),
             inputs=read_only(work.nominal.inputs),
-            gains=read_only(work.policy.gains[:, :, : self.problem.nx]),
+            gains=read_only(work.policy.gains[:, :, : self._problem.nx]),
             multipliers=Multipliers(*(read_only(array) for array in work.multipliers)),
             cost=float(result[RESULT.COST]) if status.flyable else math.inf,
-            violation=violation if finite else math.inf,
-            violation_node=node,
-            violation_row=row,
-            recovered_at=recovered,
-            defect=defect,
+            violation=float(result[RESULT.VIOLATION]) if finite else math.inf,
+            violation_node=int(result[RESULT.NODE]),
+            violation_row=int(result[RESULT.ROW]),
+            recovered_at=(self._last_violated() if finite else self._problem.horizon) + 1,
+            defect=float(result[RESULT.DEFECT]),
             iterations=iterations,
             status=status,
             timings=Timings(total, total - self._rollout_time, self._rollout_time),
@@ -261,9 +271,7 @@ class Solver(ABC):
 
     def _compile(self) -> None:
         """Run every kernel once."""
-        self._set_guess(self.problem.cost.state_goal.copy(), None, None, None)
-        self._evaluates(self.problem.cost.state_goal.copy())
-        guess.settle_integrators(self._memory)
+        self._set_guess(self._problem.cost.state_goal.copy(), None, None, None)
         guess.aim_straight(self._memory)
         guess.last_violation(self._memory, 0.0)
         augmented_lagrangian.linearize(self._model, self._memory)
@@ -275,14 +283,14 @@ class Solver(ABC):
 
     def _check_integrators(self) -> None:
         """Compare the rows that the problem calls integrators with the model's Jacobian."""
-        m, nx, nu = self.problem.integrators, self.problem.nx, self.problem.nu
+        m, nx, nu = self._problem.integrators, self._problem.nx, self._problem.nu
         if m == 0:
             return
         jacobian, expected = np.zeros((nx, nx + nu)), np.zeros((m, nx + nu))
-        goal = self.problem.cost
+        goal = self._problem.cost
         functions.linearize_step(self._model, goal.state_goal.copy(), goal.input_goal.copy(), jacobian)
         expected[:, nx - m : nx] = np.eye(m)
-        expected[:, nx + nu - m :] = self.problem.time_step * np.eye(m)
+        expected[:, nx + nu - m :] = self._problem.time_step * np.eye(m)
         others = jacobian[: nx - m, [*range(nx - m, nx), *range(nx + nu - m, nx + nu)]]
         if not np.allclose(jacobian[nx - m :], expected, atol=1e-7) or np.abs(others).max(initial=0.0) > 1e-7:
             raise SolverError(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from double_integrator import Variant
+from double_integrator import COST, Variant
 
 from doorman.compilation import kernel_counts
+from doorman.exceptions import DimensionError
 from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, Solver
 
 
@@ -52,3 +54,31 @@ def test_nothing_is_compiled_after_construction(method: type[Solver]) -> None:
     if isinstance(solver, Hybrid):
         solver.follow(np.array(variant.start), 1.0, 2, max_iterations=3)
     assert kernel_counts() == before
+
+
+def test_a_run_leaves_in_memory_what_a_solve_copies() -> None:
+    variant = Variant(speed=0.5)
+    running, solving = Hybrid(variant.problem()), Hybrid(variant.problem())
+    status, iterations = running.run(np.array(variant.start))
+    solution = solving.solve(variant.start)
+    assert (status, iterations) == (solution.status, solution.iterations)
+    assert running.cost == solution.cost
+    for left, copied in zip(running.trajectory(), (solution.states, solution.inputs), strict=True):
+        np.testing.assert_array_equal(left, copied)
+
+
+def test_another_goal_is_the_problems_from_then_on() -> None:
+    variant, goal = Variant(speed=0.5), np.array([0.5, 0.0, 0.2])
+    solver = Hybrid(variant.problem())
+    solver.solve(variant.start)
+    solver.update_goal(goal)
+    solution = solver.solve(variant.start)
+    told = Hybrid(replace(variant.problem(), cost=replace(COST, state_goal=goal))).solve(variant.start)
+    np.testing.assert_array_equal(solution.states, told.states)
+    np.testing.assert_array_equal(solution.problem.cost.state_goal, goal)
+    assert solver.problem is solution.problem
+    assert solution.kkt_residual == told.kkt_residual
+    for wrong in (goal[:2], [0.5, np.nan, 0.2]):
+        with pytest.raises(DimensionError, match="state_goal"):
+            solver.update_goal(wrong)
+    np.testing.assert_array_equal(solver.solve(variant.start).states, told.states)
