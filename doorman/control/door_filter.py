@@ -134,6 +134,16 @@ class DoorFilter:
             self._correct(tip_angle, now - measured_at, learning)
         self._seen = measured_at
 
+    def passed(self, tip_angle: float) -> None:
+        """A leaf that is not touched is beyond the tip, wherever it was thought to be.
+
+        Args:
+            tip_angle: Angle of the tip about the hinge [rad].
+        """
+        if tip_angle < self.state[ANGLE]:
+            self.state[ANGLE] = tip_angle
+            self.state[RATE] = min(self.state[RATE], 0.0)
+
     def _holds(self) -> bool:
         """Whether friction holds a free door that stands."""
         return bool(self.state[FRICTION] > abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))

@@ -166,3 +166,5 @@ class Estimator:
             self._hinge_torque.update(angle, rate, acting, time_step)
         else:
             self._hinge_torque.pause()
+            if tie is Tie.PUSHING:
+                self.door.passed(tip[0])

@@ -21,11 +21,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal, leaf_direction
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.planner import Plan
 
@@ -45,8 +45,6 @@ _LEAST_SAG = 0.04
 """A vertical slip is believed beyond this: it keeps a tip from creeping,"""
 _MOST_SAG = 0.1
 """and up to this: to lift a tip that friction holds would take thrust that the push needs [m]."""
-_SENT_BACK = 1.5
-"""Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
 _HEADING_LEAD = 0.3
 """Largest difference of that reference from the heading [rad]."""
 
@@ -64,16 +62,13 @@ class PushController:
         self._settings, self._control = model.scenario.push, model.scenario.control
         self._lever, self._mass = model.coupling.distance_from_hinge, model.vehicle.mass
         self._door, self._height = model.door, model.coupling.height
-        room = model.vehicle.radius + model.scenario.planner.margin
-        hinge = float(model.door.hinge_position[1])
-        self._between_jambs = (hinge + room, hinge + model.door.width - room)
+        self._doorway = Doorway(model)
         self._goal = float(model.goal_state[3])
         self._moving = model.door.inertia + self._mass * self._lever**2
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
         self._heading: float | None = None
         self._arm_rates, self._slipped = np.zeros(model.n_arm), np.zeros(2)
-        self._tip_position = model.vehicle.tip_position
 
     def begin(self, push: float) -> None:
         """Begin with a push of `push` [N], at whatever heading the vehicle has."""
@@ -98,7 +93,7 @@ class PushController:
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
         place = setpoint.position + self._slip(estimate, time_step)
         place = self._turned(place, yaw - setpoint.yaw, estimate.door_angle)
-        place = self._inside(place, setpoint.position, estimate.position)
+        place = self._doorway.inside(place, setpoint.position, estimate.position)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
@@ -131,13 +126,11 @@ class PushController:
 
     def _slip(self, estimate: Estimate, time_step: float) -> Array:
         """Where on the leaf the tip really is, beside the place that plans take: slowly believed, and not fought against."""
-        rotation, leaf = rotation_body_to_world(estimate.state[:3]), leaf_direction(estimate.door_angle)
-        tip = estimate.position + rotation @ self._tip_position(estimate.arm_angles)
-        off = tip - self._door.contact_point(estimate.door_angle, self._lever, self._height)
-        sag = min(max(off[2], -_MOST_SAG), _MOST_SAG)
-        seen = np.array([float(leaf @ off), sag - min(max(sag, -_LEAST_SAG), _LEAST_SAG)])
+        along, up = self._converter.tip_offset(estimate.position, estimate.state)
+        sag = min(max(up, -_MOST_SAG), _MOST_SAG)
+        seen = np.array([along, sag - min(max(sag, -_LEAST_SAG), _LEAST_SAG)])
         self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (seen - self._slipped)
-        slip: Array = self._slipped[0] * leaf
+        slip: Array = self._slipped[0] * leaf_direction(estimate.door_angle)
         slip[2] += self._slipped[1]
         return slip
 
@@ -147,14 +140,6 @@ class PushController:
         cosine, sine = math.cos(angle), math.sin(angle)
         x, y = position[0] - pivot[0], position[1] - pivot[1]
         return np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
-
-    def _inside(self, place: Array, planned: Array, position: Array) -> Array:
-        """A place no nearer to a jamb than the plan is, or may be; a vehicle that is nearer is sent back as far beyond."""
-        lowest, highest = min(self._between_jambs[0], planned[1]), max(self._between_jambs[1], planned[1])
-        place[1] = min(max(place[1], lowest), highest)
-        inside = min(max(position[1], lowest), highest)
-        place[1] += _SENT_BACK * (inside - position[1])
-        return place
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
         """The same position, with a push of its own.

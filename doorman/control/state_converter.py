@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.door import door_normal, leaf_direction
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.planner import Plan
 from doorman.ocp.planning_model import planning_model
@@ -84,6 +85,21 @@ class StateConverter:
             measurement.position, velocity, measurement.attitude,
             measurement.body_rates, measurement.arm_angles, measurement.arm_rates,
         )  # fmt: skip
+
+    def tip_offset(self, position: Array, state: Array) -> tuple[float, float]:
+        """Where the tip is on the leaf, relative to the contact point.
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
+
+        Returns:
+            Along the leaf, away from the hinge, and up [m].
+        """
+        coupling = self._coupling
+        tip = position + rotation_body_to_world(state[:3]) @ self.model.vehicle.tip_position(state[5:])
+        off = tip - self.model.door.contact_point(state[3], coupling.distance_from_hinge, coupling.height)
+        return float(leaf_direction(state[3]) @ off), float(off[2])
 
     def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:
         """State that the planner starts from.

@@ -18,6 +18,7 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
+from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.motion import Glide, arm_rates_to, way_out
 from doorman.mission.opening import Opening
 from doorman.mission.schedule import PlanSchedule
@@ -27,14 +28,8 @@ Array = NDArray[np.float64]
 
 _STEADY = 1.0
 """For which the vehicle must hover still before the approach [s]."""
-_SPEED_GAIN = 12.0
-"""Of the tip's speed in free flight, along the door's normal [N s/m]."""
-_LARGEST_PUSH = 2.0
-"""Of that law [N]."""
 _PRESSING = 0.4
 """From the touch to the opening [s]."""
-_BLUNTED = 0.25
-"""A tip that is slower than half of what was asked for, for so long, touches [s]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
 _GUSTINESS = 1.5
@@ -108,16 +103,14 @@ class Sequence:
         self._grips = model.scenario.contact.kind == "grip"
         self._push = None if self._grips else PushController(model, converter)
         self._opening = Opening(model, converter, schedule, self._push)
+        self._leaf = AtTheLeaf(model, converter)
         self._on_change = on_change
         self._glide: Glide | None = None
         self._since: float | None = None
         self._entered: float | None = None
-        self._was_fast = False
-        self._slow_from = 0.0
         self._recoveries = 0
         self._targets: list[Array] = []
         self._arm = model.start_arm
-        self._facing = float(model.start_state[2])
         self._let_go_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
@@ -176,7 +169,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        self.phase, self._entered, self._since, self._was_fast = phase, estimate.time, None, False
+        self.phase, self._entered, self._since = phase, estimate.time, None
         if phase is Phase.OPEN:
             self._opening.resume(estimate.time, self._settings.touch_force)
             if not self._grips:
@@ -186,25 +179,21 @@ class Sequence:
             self._arm = np.array(estimate.arm_angles)
             self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
-            self._facing = float(self._model.start_state[2])
+            self._leaf.begin(float(self._model.start_state[2]))
             self._estimator.contact.declare(False)
         elif phase in (Phase.RECOVER, Phase.RELEASE):
-            self._facing = float(estimate.state[2])
+            self._leaf.begin(float(estimate.state[2]), estimate)
             self._let_go_at = estimate.door_angle
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
         self._on_change(estimate.time, phase, reason)
-
-    def _contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
-        """Position of O_B, level, with the tip at the contact point of the door as it is now."""
-        return self._model.coupling.vehicle_position([0.0, 0.0, yaw], estimate.door_angle, arm)
 
     def _fly(self, estimate: Estimate, away: float, speed: float, time_step: float) -> tuple[Setpoint, Array]:
         """Setpoint on the way to a point before the contact point, and that point."""
         if self._glide is None:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
         yaw = float(self._model.start_state[2])
-        target = self._contact_position(estimate, yaw, self._arm) - away * door_normal(estimate.door_angle)
+        target = self._leaf.contact_position(estimate, yaw, self._arm) - away * door_normal(estimate.door_angle)
         rates = arm_rates_to(self._arm, estimate.arm_angles)
         return self._glide.to(target, yaw, speed, rates, time_step), target
 
@@ -227,36 +216,14 @@ class Sequence:
     def _touch(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Along the normal at a gentle speed until the tip is stopped; then press."""
         assert self._glide is not None
-        if self._since is None and (estimate.touching or (self._blunted(estimate) and estimate.near)):
+        if self._since is None and (estimate.touching or self._leaf.blunted(estimate)):
             self._since = estimate.time
             self._estimator.contact.declare(True)
         if self._since is not None:
             if estimate.time - self._since >= _PRESSING:
                 self._enter(Phase.OPEN, estimate, "")
-            return self._along_normal(estimate, self._settings.touch_force)
-        return self._along_normal(estimate, self._toward(estimate, self._settings.touch_speed))
-
-    def _blunted(self, estimate: Estimate) -> bool:
-        """Whether the tip has been stopped."""
-        speed = self._settings.touch_speed
-        if not self._was_fast:
-            self._was_fast, self._slow_from = estimate.tip_speed > 0.7 * speed, estimate.time
-        elif estimate.tip_speed > 0.5 * speed:
-            self._slow_from = estimate.time
-        return self._was_fast and estimate.time - self._slow_from >= _BLUNTED
-
-    def _toward(self, estimate: Estimate, speed: float) -> float:
-        push = _SPEED_GAIN * (speed - estimate.tip_speed)
-        return min(max(push, -_LARGEST_PUSH), _LARGEST_PUSH)
-
-    def _along_normal(self, estimate: Estimate, push: float) -> Setpoint:
-        """Beside the normal, hold the tip at the contact point; along it, push."""
-        normal, yaw = door_normal(estimate.door_angle), float(estimate.state[2])
-        position = self._contact_position(estimate, yaw, estimate.arm_angles)
-        rest, rates = np.zeros(3), np.zeros(self._model.n_arm)
-        wind = float(normal @ estimate.wind)
-        reaction = push * normal if estimate.touching else rest
-        return Setpoint(position, rest, rest, self._facing, reaction, normal, rates, push - wind)
+            return self._leaf.push(estimate, self._settings.touch_force)
+        return self._leaf.move(estimate, self._settings.touch_speed)
 
     def _open(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         setpoint = self._opening.step(estimate, body_rates)
@@ -299,7 +266,7 @@ class Sequence:
         if estimate.touching:
             self._enter(Phase.OPEN, estimate, "contact regained")
         door_speed = -self._model.coupling.distance_from_hinge * estimate.door_rate
-        return self._along_normal(estimate, self._toward(estimate, door_speed + self._settings.touch_speed))
+        return self._leaf.move(estimate, door_speed + self._settings.touch_speed)
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""
@@ -311,13 +278,13 @@ class Sequence:
                 self._opening.resume(estimate.time, pressed)
                 self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
             eased = min(spent / _EASING, 1.0)
-            return self._along_normal(estimate, (1.0 - eased) * pressed + eased * _RESTING)
+            return self._leaf.push(estimate, (1.0 - eased) * pressed + eased * _RESTING)
         if tries:
             spent, pressed = spent - _EASING - _WATCHING, _RESTING
         share = min(spent / _LETTING_GO, 1.0)
         if share >= 1.0:
             self._enter(Phase.RETREAT, estimate, self.failure)
-        return self._along_normal(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
+        return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Back from the leaf, out of the doorway, then into the start's posture."""

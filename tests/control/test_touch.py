@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
@@ -73,6 +74,15 @@ def test_a_door_that_stands_and_is_let_alone_stays_known(model: Model) -> None:
     assert estimator.door.angle_deviation <= deviation * (1.0 + 1e-12)
 
 
+def test_a_leaf_that_is_not_touched_is_beyond_the_tip(model: Model) -> None:
+    start = float(model.start_state[3])
+    door = Estimator(model, StateConverter(model)).door
+    door.passed(start + 0.1)
+    assert door.angle == start
+    door.passed(start - 0.2)
+    assert (door.angle, door.rate) == (start - 0.2, 0.0)
+
+
 def at_rest(model: Model, shift: np.ndarray) -> Estimate:
     """What is estimated at the start of the swing, with the vehicle shifted from where the plan has it."""
     last = hovering(model, 0.0, 1.0, 1.0)[-1]
@@ -102,6 +112,7 @@ def test_a_vehicle_nearer_to_a_jamb_than_it_may_be_is_sent_back(
     assert settled(model, converter, plan, beyond)[1] < -0.1
     before = np.array([0.0, min(bounds[0], y) - y - 0.1, 0.0])
     assert settled(model, converter, plan, before)[1] > 0.1
+    assert bounds == (Doorway(model).lowest, Doorway(model).highest)
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(

@@ -1,0 +1,44 @@
+"""The doorway: where between the jambs a vehicle may be."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_SENT_BACK = 1.5
+"""Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
+
+
+class Doorway:
+    """Places of the vehicle between the jambs.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        room = model.vehicle.radius + model.scenario.planner.margin
+        hinge = float(model.door.hinge_position[1])
+        self.lowest, self.highest = hinge + room, hinge + model.door.width - room
+        """Bounds of y, the planner's margin from the jambs [m]."""
+
+    def inside(self, place: Array, planned: Array, position: Array) -> Array:
+        """A place no nearer to a jamb than the plan is, or may be; a vehicle that is nearer is sent back as far beyond.
+
+        Args:
+            place: Where the vehicle is to be sent, shape (3,), world frame [m].
+            planned: Where the plan has it, shape (3,), world frame [m].
+            position: Where it is, shape (3,), world frame [m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
+        lowest, highest = min(self.lowest, planned[1]), max(self.highest, planned[1])
+        allowed = place.copy()
+        inside = min(max(position[1], lowest), highest)
+        allowed[1] = min(max(place[1], lowest), highest) + _SENT_BACK * (inside - position[1])
+        return allowed

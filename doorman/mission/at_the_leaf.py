@@ -1,0 +1,92 @@
+"""Motion of the vehicle while its tip is at the leaf: force along the normal, the tip held where it is beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.doorway import Doorway
+from doorman.control.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.control.state_converter import StateConverter
+from doorman.kinematics.door import door_normal, leaf_direction
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_SPEED_GAIN = 12.0
+"""Of the tip's speed in free flight, along the door's normal [N s/m]."""
+_LARGEST_PUSH = 2.0
+"""Of that law [N]."""
+_BLUNTED = 0.25
+"""A tip that is slower than half of what was asked for, for so long, touches [s]."""
+
+
+class AtTheLeaf:
+    """Setpoints of the touch, of recovery and of the release.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter) -> None:
+        self._coupling, self._converter, self._n_arm = model.coupling, converter, model.n_arm
+        self._doorway = Doorway(model)
+        self._speed = model.scenario.mission.touch_speed
+        self._yaw = float(model.start_state[2])
+        self._offset = (0.0, 0.0)
+        self._came_from: Array | None = None
+        self._was_fast = False
+        self._slow_from = 0.0
+
+    def begin(self, yaw: float, estimate: Estimate | None = None) -> None:
+        """Begin.
+
+        Args:
+            yaw: To keep [rad].
+            estimate: What is known now: the tip stays where it is on the leaf. At the contact point if not given.
+        """
+        self._yaw, self._was_fast = yaw, False
+        self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
+
+    def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
+        """Position of O_B, level, with the tip at the contact point of the door as it is now, shape (3,) [m]."""
+        return self._coupling.vehicle_position([0.0, 0.0, yaw], estimate.door_angle, arm)
+
+    def push(self, estimate: Estimate, push: float) -> Setpoint:
+        """Beside the normal, hold the tip where it is on the leaf; along it, push.
+
+        Args:
+            estimate: What is known now.
+            push: F_n [N].
+        """
+        normal, yaw = door_normal(estimate.door_angle), float(estimate.state[2])
+        place = self.contact_position(estimate, yaw, estimate.arm_angles)
+        place = place + self._offset[0] * leaf_direction(estimate.door_angle)
+        place[2] += self._offset[1]
+        place = self._doorway.inside(
+            place, place if self._offset == (0.0, 0.0) else estimate.position, estimate.position
+        )
+        rest, rates = np.zeros(3), np.zeros(self._n_arm)
+        wind = float(normal @ estimate.wind)
+        reaction = push * normal if estimate.touching else rest
+        return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
+
+    def move(self, estimate: Estimate, speed: float) -> Setpoint:
+        """Move the tip along the normal.
+
+        Args:
+            estimate: What is known now.
+            speed: Of the tip [m/s].
+        """
+        push = _SPEED_GAIN * (speed - estimate.tip_speed)
+        return self.push(estimate, min(max(push, -_LARGEST_PUSH), _LARGEST_PUSH))
+
+    def blunted(self, estimate: Estimate) -> bool:
+        """Whether the tip has been stopped where the leaf is."""
+        if not self._was_fast:
+            self._was_fast, self._slow_from = estimate.tip_speed > 0.7 * self._speed, estimate.time
+        elif estimate.tip_speed > 0.5 * self._speed:
+            self._slow_from = estimate.time
+        return estimate.near and self._was_fast and estimate.time - self._slow_from >= _BLUNTED
