@@ -35,6 +35,8 @@ _STICKS = 0.01
 _NUDGE = 0.4
 _PUSHED_NUDGE = 0.6
 """Growth of the friction that plans are told of while a door sticks, with a grip and with a push [N m/s]."""
+_FAR = math.radians(4.0)
+"""A push that is nearer to the goal nudges in proportion: what comes loose with a jerk would pass the goal."""
 _FORGOTTEN = 0.3
 _PUSHED_FORGOTTEN = 1.0
 """Time in which it is forgotten once the door moves [s]."""
@@ -153,6 +155,8 @@ class Opening:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         nudge, forgotten = (_NUDGE, _FORGOTTEN) if self._push is None else (_PUSHED_NUDGE, _PUSHED_FORGOTTEN)
         if self._nudges and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
+            if self._push is not None:
+                nudge *= min(abs(off) / _FAR, 1.0)
             stiction = self._stiction + math.copysign(nudge * time_step, off)
             self._stiction = min(max(stiction, -_MOST_STICTION), _MOST_STICTION)
         else:

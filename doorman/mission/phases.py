@@ -30,6 +30,8 @@ _STEADY = 1.0
 """For which the vehicle must hover still before the approach [s]."""
 _PRESSING = 0.4
 """From the touch to the opening [s]."""
+_MISSING = math.radians(15.0)
+"""A tip that gets so far beyond the leaf's place before it touches anything gives up [rad]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
 _GUSTINESS = 1.5
@@ -223,6 +225,10 @@ class Sequence:
             if estimate.time - self._since >= _PRESSING:
                 self._enter(Phase.OPEN, estimate, "")
             return self._leaf.push(estimate, self._settings.touch_force)
+        if float(self._model.start_state[3]) - estimate.door_angle > _MISSING:
+            self.abort(
+                estimate, f"the leaf is not where it should be: none before {np.degrees(estimate.door_angle):.0f}°"
+            )
         return self._leaf.move(estimate, self._settings.touch_speed)
 
     def _open(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:

@@ -90,33 +90,28 @@ def at_rest(model: Model, shift: np.ndarray) -> Estimate:
 
 
 def settled(model: Model, converter: StateConverter, plan: Plan, shift: np.ndarray) -> np.ndarray:
-    """Position that is asked for after the vehicle has been elsewhere for long, less the one asked for otherwise."""
-    places = []
-    for offset in (np.zeros(3), shift):
-        control, estimate = PushController(model, converter), at_rest(model, offset)
-        control.begin(1.0)
-        for _ in range(2500):
-            place = control.follow(plan, 0.0, estimate, 1.0, TICK).position
-        places.append(place)
-    return np.asarray(places[1] - places[0])
+    """Position that is asked for after the vehicle has been elsewhere for long."""
+    control, estimate = PushController(model, converter), at_rest(model, shift)
+    control.begin(1.0)
+    for _ in range(2500):
+        place = control.follow(plan, 0.0, estimate, 1.0, TICK).position
+    return place
 
 
 def test_a_vehicle_nearer_to_a_jamb_than_it_may_be_is_sent_back(
     model: Model, converter: StateConverter, plan: Plan
 ) -> None:
-    door = model.door
-    room = model.vehicle.radius + model.scenario.planner.margin
-    bounds = float(door.hinge_position[1]) + room, float(door.hinge_position[1]) + door.width - room
-    y = float(at_rest(model, np.zeros(3)).position[1])
-    beyond = np.array([0.0, max(bounds[1], y) - y + 0.1, 0.0])
-    assert settled(model, converter, plan, beyond)[1] < -0.1
-    before = np.array([0.0, min(bounds[0], y) - y - 0.1, 0.0])
-    assert settled(model, converter, plan, before)[1] > 0.1
-    assert bounds == (Doorway(model).lowest, Doorway(model).highest)
+    doorway, y = Doorway(model), float(at_rest(model, np.zeros(3)).position[1])
+    assert doorway.lowest < y < doorway.highest
+    beyond = settled(model, converter, plan, np.array([0.0, doorway.highest - y + 0.1, 0.0]))
+    assert doorway.lowest < beyond[1] < doorway.highest - 0.1
+    before = settled(model, converter, plan, np.array([0.0, doorway.lowest - y - 0.1, 0.0]))
+    assert doorway.lowest + 0.1 < before[1] < doorway.highest
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
     model: Model, converter: StateConverter, plan: Plan
 ) -> None:
-    assert settled(model, converter, plan, np.array([0.0, 0.0, -0.03]))[2] == pytest.approx(0.0, abs=1e-6)
-    assert settled(model, converter, plan, np.array([0.0, 0.0, -0.08]))[2] == pytest.approx(-0.04, abs=2e-3)
+    place, small, large = (settled(model, converter, plan, np.array([0.0, 0.0, z])) for z in (0.0, -0.03, -0.08))
+    assert small[2] == pytest.approx(place[2], abs=1e-6)
+    assert large[2] == pytest.approx(place[2] - 0.04, abs=2e-3)
