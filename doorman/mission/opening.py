@@ -18,6 +18,7 @@ from doorman.ocp.push_planning import push_state
 Array = NDArray[np.float64]
 
 _NEAR = math.radians(2.0)
+_AT_GOAL = math.radians(0.9)
 _SLOW = 0.005
 """A gripped door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
 _SETTLING = 4.0
@@ -30,9 +31,13 @@ _STANDS = 0.01
 """A door whose average rate is smaller stands [rad/s]."""
 _AVERAGED = 0.5
 """Over this time [s]."""
+_SWINGS = 0.02
+"""A door that opens faster teaches its resistance [rad/s],"""
+_LEARNT = 1.0
+"""within this time [s]."""
 _STICKS = 0.01
 """A slower gripped door sticks [rad/s]."""
-_NUDGE = 0.4
+_NUDGE = 0.8
 _PUSHED_NUDGE = 0.6
 """Growth of the friction that plans are told of while a door sticks, with a grip and with a push [N m/s]."""
 _FAR = math.radians(4.0)
@@ -49,7 +54,7 @@ _STUCK_IN_SWING = 6.0
 """The same for a pushed door that has swung: somebody holds it, and pushing harder tilts the disc onto the leaf [s]."""
 _SWINGING = 4
 """Steps of progress after which a door has swung."""
-_PATIENCE = 6.0
+_PATIENCE = 12.0
 """Hold times after which a door that swings about the goal is near enough."""
 
 
@@ -85,6 +90,8 @@ class Opening:
         self._pressing = 0.0
         self._stiction = 0.0
         self._resisted = 0.0
+        self.resistance = 0.0
+        """Torque against opening while the door swung last [N m]."""
         self._most = model.scenario.control.max_door_disturbance
         self._last = 0.0
 
@@ -116,6 +123,8 @@ class Opening:
         now, off = estimate.time, estimate.door_angle - self._goal
         time_step, self._last = now - self._last, now
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
+        if estimate.door_rate < -_SWINGS:
+            self.resistance -= min(time_step / _LEARNT, 1.0) * (estimate.door_disturbance + self.resistance)
         self._judge(now, off)
         if self._push is not None and self._holds(off, estimate):
             return self._hold(self._push, off, estimate, time_step)
@@ -190,7 +199,7 @@ class Opening:
             self._steps_nearer += 1
             self._nearest, self._progress_at = abs(off), now
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
-        slow = abs(off) < _NEAR and abs(self._rate) < _SLOW
+        slow = abs(off) < _AT_GOAL and abs(self._rate) < _SLOW
         held = self._held is not None and off < _LEFT and abs(self._rate) < _STANDS
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None

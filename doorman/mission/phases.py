@@ -34,6 +34,8 @@ _MISSING = math.radians(15.0)
 """A tip that gets so far beyond the leaf's place before it touches anything gives up [rad]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
+_LEAST_RESISTANCE = 0.15
+"""A door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _STILL_OPEN = math.radians(1.5)
@@ -256,6 +258,8 @@ class Sequence:
         """
         hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
+        if self._grips and self._opening.resistance < _LEAST_RESISTANCE:
+            return False
         spare = _FRICTION_FLOOR if self._grips else -_GUSTINESS * wind
         return hinge.friction - hinge.stiffness * turned + spare > 0.0
 
