@@ -41,7 +41,7 @@ _NUDGE = 0.8
 _PUSHED_NUDGE = 0.6
 """Growth of the friction that plans are told of while a door sticks, with a grip and with a push [N m/s]."""
 _FAR = math.radians(4.0)
-"""A push that is nearer to the goal nudges in proportion: what comes loose with a jerk would pass the goal."""
+"""Nearer to the goal, nudges are smaller in proportion: what comes loose with a jerk would pass the goal."""
 _FORGOTTEN = 0.3
 _PUSHED_FORGOTTEN = 1.0
 """Time in which it is forgotten once the door moves [s]."""
@@ -164,9 +164,7 @@ class Opening:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         nudge, forgotten = (_NUDGE, _FORGOTTEN) if self._push is None else (_PUSHED_NUDGE, _PUSHED_FORGOTTEN)
         if self._nudges and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
-            if self._push is not None:
-                nudge *= min(abs(off) / _FAR, 1.0)
-            stiction = self._stiction + math.copysign(nudge * time_step, off)
+            stiction = self._stiction + math.copysign(nudge * min(abs(off) / _FAR, 1.0) * time_step, off)
             self._stiction = min(max(stiction, -_MOST_STICTION), _MOST_STICTION)
         else:
             self._stiction *= math.exp(-time_step / forgotten)
