@@ -6,9 +6,6 @@ import time
 from collections.abc import Callable
 from enum import Enum
 
-import numpy as np
-
-from doorman.exceptions import BackendError
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome
@@ -115,6 +112,7 @@ class GuardedFlight:
         self.say("wait for the motors to stop")
         deadline = time.monotonic() + _LANDING_PATIENCE
         while (end := self._end()) is End.STILL_ARMED and time.monotonic() < deadline:
+            self.links.let_go()
             time.sleep(0.05)
         return end
 
@@ -141,10 +139,7 @@ class GuardedFlight:
         autopilot.hold()
         begin = time.monotonic()
         while time.monotonic() - begin < _RELEASE_TIME and self._may_fly_back():
-            try:
-                self.links.move_arm(np.zeros(self.model.n_arm), closed=False)
-            except BackendError:
-                break  # no arm to move: the gripper stays as it is
+            self.links.let_go()
             time.sleep(0.02)
         self.links.rest_arm()
         yaw = float(autopilot.state().attitude[2])

@@ -74,6 +74,16 @@ def test_cameras_lose_the_vehicle(rig, fault):
     assert_down(rig)
 
 
+def test_cameras_lose_a_vehicle_that_grips(rig):
+    flight = at_hover(rig)
+    flight.until_phase("open")
+    until(lambda: np.degrees(rig.snapshot.truth.door_angle) < 80.0, "a door that swings")
+    rig.far.set("rig.mocap.faults.frozen", True)
+    report = flight.end()
+    assert report.end is End.LANDED, "with its gripper closed it would hang on the door"
+    assert_down(rig)
+
+
 def test_pilot_takes_over(rig):
     flight = at_hover(rig)
     rig.far.call("rig.autopilot.pilot_mode", "position")

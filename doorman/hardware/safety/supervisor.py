@@ -161,6 +161,8 @@ class Supervisor:
             self._links.autopilot.request_landing()
 
     def _watch_those_who_act(self, seen: Observation) -> None:
+        if self.action in (Action.LAND, Action.RELEASE):
+            self._links.let_go()  # a vehicle that holds on to the door cannot come down
         if self.action is Action.ABORT and self._aborted_at is not None:
             if seen.commanding and seen.now - self._aborted_at > ABORT_WITHIN:
                 self.report(Fault.MISSION_STUCK)

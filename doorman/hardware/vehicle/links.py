@@ -139,6 +139,11 @@ class VehicleLinks:
         with contextlib.suppress(BackendError):  # closed, or unplugged: then the servos' watchdogs stop it
             self.servos.command(np.zeros(self.config.servos.n))
 
+    def let_go(self) -> None:
+        """Stop the arm, and open the gripper if there is one; to be called again and again until it is open."""
+        with contextlib.suppress(BackendError):
+            self.move_arm(np.zeros(self.config.servos.n - self.config.gripper), closed=False)
+
 
 class _Relay:
     """Thread that hands every fresh pose on to the autopilot's estimator, at the pace of the cameras."""
