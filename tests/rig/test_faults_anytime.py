@@ -1,4 +1,4 @@
-"""Every fault at random times of a mission: it ends on the ground, motors off, and nothing was touched.
+"""Every fault at random times of a mission: it ends on the ground, motors off, and nothing was touched unless it came down blind.
 
 One time each; DOORMAN_FAULT_TIMES=20 in the environment for twenty.
 """
@@ -118,6 +118,8 @@ FAULTS: dict[str, Injection] = {
 
 MOTORS_OFF_ALOFT = {"pilot stops the motors", "autopilot reboots"}
 """The vehicle falls where it is: it may touch the door."""
+BLIND = {name for name in FAULTS if name.startswith("mocap")} | {"autopilot loses its estimate", "link cut"}
+"""It comes down where it is, with the speed that it has: in the doorway it may touch the door."""
 
 
 @pytest.fixture(autouse=True)
@@ -134,6 +136,7 @@ def test_a_fault_at_any_time_ends_on_the_ground(rig: FlightRig, fault: str, repe
     flight = rig.flight().begin().until_phase("hover", "approach")
     began = time.monotonic()
     until(lambda: time.monotonic() - began > when or flight.session.phase == "done", "the time of the fault")
+    at_the_door = flight.session.phase not in ("hover", "approach", "done")
     FAULTS[fault](rig, flight)
     report = flight.end()
     said = (report.end, report.message, round(when, 2), flight.session.journal.lines[-12:])
@@ -142,5 +145,5 @@ def test_a_fault_at_any_time_ends_on_the_ground(rig: FlightRig, fault: str, repe
     assert report.end in (End.LANDED, End.TAKEN_OVER, End.UNHEARD), said
     assert report.completed or report.message, said
     until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, f"on the ground, motors off: {said}")
-    if fault not in MOTORS_OFF_ALOFT:
+    if fault not in MOTORS_OFF_ALOFT and not (at_the_door and fault in BLIND):
         assert not rig.collided, said
