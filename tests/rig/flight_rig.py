@@ -27,6 +27,9 @@ from doorman.scenario import Scenario
 PATIENCE = 60.0
 """Longest wait for something that takes far less [s]."""
 
+LONGEST = 100.0
+"""Longest that a session takes to end: it waits a minute for motors that nobody reports to have stopped [s]."""
+
 
 def free_port() -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -130,7 +133,7 @@ class Flight:
         return self
 
     def end(self) -> FlightReport:
-        self._thread.join(PATIENCE)
+        self._thread.join(LONGEST)
         assert self._report is not None, f"the session does not end: {self.session.phase}, {self.session.journal.lines}"
         return self._report
 
