@@ -110,10 +110,13 @@ class GuardedFlight:
                 self.say("land")
                 autopilot.land()
         self.say("wait for the motors to stop")
-        deadline = time.monotonic() + _LANDING_PATIENCE
-        while (end := self._end()) is End.STILL_ARMED and time.monotonic() < deadline:
-            self.links.let_go()
-            time.sleep(0.05)
+        begin = time.monotonic()
+        while (end := self._end()) is not End.NOT_FLOWN:
+            self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
+            waited = time.monotonic() - begin
+            if waited > (_LANDING_PATIENCE if end is End.STILL_ARMED else _RELEASE_TIME):
+                break
+            time.sleep(0.02)
         return end
 
     def _end(self) -> End:
