@@ -18,13 +18,14 @@ class Doorway:
 
     Args:
         model: Model of the scenario.
+        margin: From the jambs, the planner's if not given [m].
     """
 
-    def __init__(self, model: Model) -> None:
-        room = model.vehicle.radius + model.scenario.planner.margin
+    def __init__(self, model: Model, margin: float | None = None) -> None:
+        room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)
         hinge = float(model.door.hinge_position[1])
         self.lowest, self.highest = hinge + room, hinge + model.door.width - room
-        """Bounds of y, the planner's margin from the jambs [m]."""
+        """Bounds of y that keep the margin [m]."""
 
     def inside(self, place: Array, planned: Array, position: Array) -> Array:
         """A place no nearer to a jamb than the plan is, or may be; a vehicle that is nearer is sent back as far beyond.

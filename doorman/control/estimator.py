@@ -117,12 +117,13 @@ class Estimator:
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
         near = self._near(tip_angle)
-        if tie is Tie.FREE or (tie is Tie.PUSHING and not near and not self.contact.touching):
+        may_touch = near or self.contact.touching
+        if tie is Tie.FREE or (tie is Tie.PUSHING and not may_touch):
             self._wind = self._wind + min(self._rate * time_step, 1.0) * (vehicle.outer_force - self._wind)
         tip_force = self._wind - vehicle.outer_force
         normal = door_normal(self.door.angle)
         normal_force = float(normal @ tip_force)
-        force_felt = normal_force if near or self.contact.touching else 0.0
+        force_felt = normal_force if may_touch else 0.0
         touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(force_felt, time_step))
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)
         door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)

@@ -36,7 +36,6 @@ class AtTheLeaf:
         self._speed = model.scenario.mission.touch_speed
         self._yaw = float(model.start_state[2])
         self._offset = (0.0, 0.0)
-        self._came_from: Array | None = None
         self._was_fast = False
         self._slow_from = 0.0
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.doorway import Doorway
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.door import door_normal
 from doorman.model import Model
@@ -89,10 +90,9 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     Returns:
         Targets of O_B, each of shape (3,), world frame [m].
     """
-    radius, hinge = model.vehicle.radius, model.door.hinge_position
-    lowest, highest = hinge[1] + radius + _ROOM, hinge[1] + model.door.width - radius - _ROOM
-    middle = 0.5 * (lowest + highest)
-    lowest, highest = min(lowest, middle), max(highest, middle)
+    radius, hinge, doorway = model.vehicle.radius, model.door.hinge_position, Doorway(model, margin=_ROOM)
+    middle = 0.5 * (doorway.lowest + doorway.highest)
+    lowest, highest = min(doorway.lowest, middle), max(doorway.highest, middle)
     outside = hinge[0] - radius - model.scenario.mission.hover_distance
     back = position - _BACK * door_normal(door_angle)
     if position[0] > hinge[0] - radius:  # some of the disc is in the doorway

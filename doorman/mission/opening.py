@@ -18,6 +18,7 @@ from doorman.ocp.push_planning import push_state
 Array = NDArray[np.float64]
 
 _NEAR = math.radians(2.0)
+"""A door that swings about the goal and no farther is near enough after a while [rad]."""
 _AT_GOAL = math.radians(0.9)
 _SLOW = 0.005
 """A gripped door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
@@ -25,7 +26,7 @@ _SETTLING = 4.0
 """Hold times after which it is."""
 _CLOSE = math.radians(0.8)
 """A pushed door that stands this near to the goal is held: to move it on would take a jerk that friction turns into more."""
-_LEFT = math.radians(1.5)
+STILL_OPEN = math.radians(1.5)
 """A held door that is farther off is pushed again, if it is not open enough."""
 _STANDS = 0.01
 """A door whose average rate is smaller stands [rad/s]."""
@@ -89,7 +90,7 @@ class Opening:
         self._nudges = model.scenario.control.door_observer_rate > 0.0
         self._pressing = 0.0
         self._stiction = 0.0
-        self._resisted = 0.0
+        self._counted_on = 0.0
         self.resistance = 0.0
         """Torque against opening while the door swung last [N m]."""
         self._most = model.scenario.control.max_door_disturbance
@@ -148,10 +149,10 @@ class Opening:
         if self._push is None:
             return estimate.door_disturbance
         if abs(estimate.door_rate) > _STICKS:
-            self._resisted = estimate.door_disturbance
+            self._counted_on = estimate.door_disturbance
         else:
-            self._resisted = min(self._resisted, estimate.door_disturbance)
-        return self._resisted
+            self._counted_on = min(self._counted_on, estimate.door_disturbance)
+        return self._counted_on
 
     def _lean(self, estimate: Estimate) -> float:
         """How much nearer to the leaf a vehicle comes that leans into the wind about its tip [m]."""
@@ -198,7 +199,7 @@ class Opening:
             self._nearest, self._progress_at = abs(off), now
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
         slow = abs(off) < _AT_GOAL and abs(self._rate) < _SLOW
-        held = self._held is not None and off < _LEFT and abs(self._rate) < _STANDS
+        held = self._held is not None and off < STILL_OPEN and abs(self._rate) < _STANDS
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None
         near = abs(off) < _NEAR
@@ -207,7 +208,7 @@ class Opening:
 
     def _holds(self, off: float, estimate: Estimate) -> bool:
         """Whether the door is to be held where it is."""
-        if self._held is not None and off > _LEFT:
+        if self._held is not None and off > STILL_OPEN:
             self._held = None
             self._schedule.forget()
         elif self._held is None and (off < 0.0 or (off < _CLOSE and abs(self._rate) < _STANDS)):

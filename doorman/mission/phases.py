@@ -20,7 +20,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.motion import Glide, arm_rates_to, way_out
-from doorman.mission.opening import Opening
+from doorman.mission.opening import STILL_OPEN, Opening
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
 
@@ -38,10 +38,8 @@ _LEAST_RESISTANCE = 0.15
 """A door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
-_STILL_OPEN = math.radians(1.5)
-"""A held door that is farther off the goal is pushed again before the mission ends,"""
 _PATIENCE = 5.0
-"""for so many hold times."""
+"""Hold times for which a held door that is not open enough is pushed again before the mission ends."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -267,7 +265,7 @@ class Sequence:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
         assert self._entered is not None
         held, off = estimate.time - self._entered, abs(estimate.door_angle - float(self._model.goal_state[3]))
-        if held >= self._settings.hold_open * (1.0 if off < _STILL_OPEN else _PATIENCE):
+        if held >= self._settings.hold_open * (1.0 if off < STILL_OPEN else _PATIENCE):
             self._enter(Phase.DONE, estimate, "")
         return self._opening.step(estimate, body_rates)
 

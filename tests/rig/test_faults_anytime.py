@@ -24,23 +24,23 @@ LATEST = 16.0
 Injection = Callable[[FlightRig, Flight], object]
 
 
-def put(**values: object) -> Injection:
-    """Set attributes of the rig; `__` stands for a dot."""
-
-    def inject(rig: FlightRig, _: Flight) -> None:
-        for path, value in values.items():
-            rig.far.set("rig." + path.replace("__", "."), value)
-
-    return inject
+def put(path: str, value: object) -> Injection:
+    """Set an attribute of the rig."""
+    return lambda rig, _: rig.far.set(path, value)
 
 
 def call(path: str, *arguments: object) -> Injection:
     return lambda rig, _: rig.far.call(path, *arguments)
 
 
-def lines(**values: object) -> Injection:
-    """Faults of the MAVLink line in both directions."""
-    return put(**{f"autopilot__{way}__{name}": one for way in ("incoming", "outgoing") for name, one in values.items()})
+def line(name: str, value: object) -> Injection:
+    """A fault of the MAVLink line in both directions."""
+
+    def inject(rig: FlightRig, _: Flight) -> None:
+        for way in ("incoming", "outgoing"):
+            rig.far.set(f"rig.autopilot.{way}.{name}", value)
+
+    return inject
 
 
 def fail(_: FlightRig, flight: Flight) -> None:
@@ -78,33 +78,33 @@ def spoil_planner(what: str) -> Injection:
 
 
 FAULTS: dict[str, Injection] = {
-    "mocap silent": put(mocap__faults__silent=True),
-    "mocap frozen": put(mocap__faults__frozen=True),
-    "mocap zeroed": put(mocap__faults__zeroed=True),
-    "mocap jumps": put(mocap__faults__jump=(0.5, 0.3, 0.0)),
-    "mocap late": put(mocap__faults__delay=0.3),
-    "mocap loses half": put(mocap__faults__loss=0.5),
-    "mocap without numbers": put(mocap__faults__not_finite=True),
-    "mocap outliers": put(mocap__faults__outliers=0.2),
-    "link cut": lines(cut=True),
-    "link loses a third": lines(loss=0.3),
-    "link duplicates": lines(duplicate=0.5),
-    "link reorders": lines(reorder=0.3),
-    "link corrupts": lines(corrupt=0.3),
+    "mocap silent": put("rig.mocap.faults.silent", True),
+    "mocap frozen": put("rig.mocap.faults.frozen", True),
+    "mocap zeroed": put("rig.mocap.faults.zeroed", True),
+    "mocap jumps": put("rig.mocap.faults.jump", (0.5, 0.3, 0.0)),
+    "mocap late": put("rig.mocap.faults.delay", 0.3),
+    "mocap loses half": put("rig.mocap.faults.loss", 0.5),
+    "mocap without numbers": put("rig.mocap.faults.not_finite", True),
+    "mocap outliers": put("rig.mocap.faults.outliers", 0.2),
+    "link cut": line("cut", True),
+    "link loses a third": line("loss", 0.3),
+    "link duplicates": line("duplicate", 0.5),
+    "link reorders": line("reorder", 0.3),
+    "link corrupts": line("corrupt", 0.3),
     "heartbeats end": call("rig.autopilot.stop_heartbeats", True),
     "pilot takes over": call("rig.autopilot.pilot_mode", "position"),
     "pilot stops the motors": call("rig.autopilot.kill_switch"),
     "autopilot reboots": call("rig.autopilot.reboot"),
     "autopilot loses its estimate": call("rig.autopilot.fail_estimator"),
     "autopilot's clock jumps": call("rig.autopilot.jump_clock", 30.0),
-    "battery low": put(autopilot__battery__remaining=0.17),
-    "battery empty": put(autopilot__battery__remaining=0.05),
+    "battery low": put("rig.autopilot.battery.remaining", 0.17),
+    "battery empty": put("rig.autopilot.battery.remaining", 0.05),
     "servo overloaded": call("set_register", 2, "hardware error status", OVERLOAD),
     "servo too hot": call("set_register", 3, "hardware error status", OVERHEATING),
     "servo of another model": call("set_register", 1, "model number", 1060),
     "servo missing": lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2),
-    "servo bus noisy": put(servos__faults__noise=0.3),
-    "servo bus corrupt": put(servos__faults__corrupt=0.5),
+    "servo bus noisy": put("rig.servos.faults.noise", 0.3),
+    "servo bus corrupt": put("rig.servos.faults.corrupt", 0.5),
     "servos unplugged": call("rig.servos.unplug"),
     "mission raises": fail,
     "controller hangs": hang(4.0),
