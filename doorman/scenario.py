@@ -224,12 +224,20 @@ class EstimationSection(_Section):
     """Of the door's angle at the start [rad]."""
     angle_noise: Positive = 0.005
     """Of the angle that the tip measures [rad]."""
-    push_noise: Positive = 0.8
-    """Density of the push's noise [N s^½]."""
-    torque_deviation: NonNegative = 0.3
-    """Of torques in the hinge that come and go [N m],"""
-    torque_time: Positive = 30.0
-    """with this correlation time [s]."""
+    push_noise: Positive = 0.5
+    """Density of the push's noise in still air [N s^½],"""
+    push_noise_in_wind: NonNegative = 0.2
+    """and how it grows with the wind on the vehicle [s^½]."""
+    torque_deviation: NonNegative = 0.05
+    """Of torques in the hinge that come and go, in still air [N m],"""
+    torque_deviation_in_wind: NonNegative = 0.15
+    """and how it grows with the wind on the vehicle [m];"""
+    torque_time: Positive = 2.0
+    """their correlation time [s]."""
+    leaf_wind: tuple[NonNegative, Positive] = (1.0, 0.5)
+    """On the leaf, in the direction of the wind on the vehicle, where there is any [N]."""
+    leaf_wind_deviation: Positive = 0.25
+    """Of the wind on the leaf in every direction [N]."""
     damping: tuple[NonNegative, Positive] = (0.7, 0.7)
     """b [N m s/rad]."""
     friction: tuple[NonNegative, Positive] = (0.8, 0.6)

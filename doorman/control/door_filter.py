@@ -1,14 +1,18 @@
 r"""Filter of the door: angle, rate and the hinge's parameters, from the tip where it touches and from the model where not.
 
-States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D]`. With the push F_n of the rotors and
+States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D, f_x, f_y]`. With the push F_n of the rotors and
 :math:`I = I_D + m_A D_V^2` in contact, without a push and :math:`I = I_D` out of it,
 
-.. math:: I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) - w
+.. math::
 
-w is a torque that comes and goes (wind on the leaf, what the model leaves out): a first-order Markov process. An extended
-Kalman filter measures the tip's angle. A door that stands still says nothing of its parameters but that its friction
-suffices: they rest until it moves. Their standard deviations are what the motion has taught; damping, friction and closer
-stay correlated where the door has only seen one speed.
+   I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) - w
+   - \tfrac{1}{2} D_W (f_x \sin\alpha - f_y \cos\alpha)
+
+w is a torque that comes and goes (gusts, what the model leaves out): a first-order Markov process. f is the mean wind on the
+leaf, which would pass for friction or a closer but for how it changes with the angle; it is expected to blow as the
+vehicle feels it before the touch. An extended Kalman filter measures the tip's angle. A door that stands still says nothing
+of its parameters but that its friction suffices: they rest until it moves. Their standard deviations are what the motion has
+taught; damping, friction and closer stay correlated where the door has only seen one speed.
 """
 
 from __future__ import annotations
@@ -24,12 +28,15 @@ from doorman.scenario import EstimationSection
 
 Array = NDArray[np.float64]
 
-ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA = range(7)
+ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = range(9)
+_STATES = 9
 _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
 _STUCK_RATE = 8.0
 """Bandwidth with which a standing door's angle is followed [rad/s]."""
 _LEAST_INERTIA_SHARE = 0.2
+_FELT = 0.1
+"""Wind that says where it comes from [N]."""
 
 
 @dataclass(frozen=True)
@@ -61,17 +68,21 @@ class DoorFilter:
         self._lever = model.coupling.distance_from_hinge
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
         self._rest = float(model.start_state[3])
+        self._half_width = 0.5 * model.door.width
         self._least_inertia = _LEAST_INERTIA_SHARE * model.door.inertia
         inertia = model.door.inertia
         prior = (
             (self._rest, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation), settings.damping,
             settings.friction, settings.stiffness, (inertia, settings.inertia_deviation * inertia),
+            (0.0, settings.leaf_wind_deviation), (0.0, settings.leaf_wind_deviation),
         )  # fmt: skip
         self.state = np.array([mean for mean, _ in prior])
-        """z, shape (7,)."""
+        """z, shape (9,)."""
         self.covariance = np.diag([deviation**2 for _, deviation in prior])
-        """Shape (7, 7)."""
+        """Shape (9, 9)."""
         self._seen = -math.inf
+        self._touched = False
+        self._push_noise, self._torque_deviation = settings.push_noise, settings.torque_deviation
 
     @property
     def angle(self) -> float:
@@ -109,6 +120,7 @@ class DoorFilter:
         time_step: float,
         *,
         learning: bool = True,
+        wind: Array | None = None,
     ) -> None:
         """Advance by one period.
 
@@ -121,9 +133,13 @@ class DoorFilter:
             time_step: Since the last call [s].
             learning: Whether the hinge's parameters may be learnt: not while the vehicle's own motion relative to its tip takes
                 a part of the push that is not known.
+            wind: On the vehicle before the first touch, shape (3,), world frame [N]; still air if not given.
         """
         if not time_step > 0.0:
             return
+        if touching and not self._touched:
+            self._touched = True
+            self._expect(np.zeros(2) if wind is None else wind[:2])
         if touching and abs(self.rate) < _MOVING:
             self._track(tip_angle, time_step)
             return
@@ -144,6 +160,18 @@ class DoorFilter:
             self.state[ANGLE] = tip_angle
             self.state[RATE] = min(self.state[RATE], 0.0)
 
+    def _expect(self, wind: Array) -> None:
+        """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""
+        settings, strength = self._settings, float(np.linalg.norm(wind))
+        self._push_noise += settings.push_noise_in_wind * strength
+        self._torque_deviation += settings.torque_deviation_in_wind * strength
+        self.covariance[TORQUE, TORQUE] = self._torque_deviation**2
+        if strength > 0.0:
+            mean, deviation = settings.leaf_wind
+            along = min(strength / _FELT, 1.0) / strength * wind
+            self.state[WIND_X:] = mean * along
+            self.covariance[WIND_X:, WIND_X:] += deviation**2 * np.outer(along, along)
+
     def _holds(self) -> bool:
         """Whether friction holds a free door that stands."""
         return bool(self.state[FRICTION] > abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))
@@ -158,9 +186,11 @@ class DoorFilter:
         z, settings = self.state, self._settings
         inertia = z[INERTIA] + (self._vehicle_inertia if touching else 0.0)
         slip = math.tanh(z[RATE] / (0.5 * _MOVING))
+        wind = self._half_width * np.array([math.sin(z[ANGLE]), -math.cos(z[ANGLE])])
         torque = z[DAMPING] * z[RATE] + z[FRICTION] * slip + z[STIFFNESS] * (z[ANGLE] - self._rest) + z[TORQUE]
+        torque += float(wind @ z[WIND_X:])
         acceleration = -(self._lever * push + torque) / inertia
-        change = np.eye(7)
+        change = np.eye(_STATES)
         change[ANGLE, RATE] = time_step
         change[RATE, ANGLE] = -time_step * z[STIFFNESS] / inertia
         stiff = z[FRICTION] * (1.0 - slip * slip) / (0.5 * _MOVING)
@@ -170,6 +200,7 @@ class DoorFilter:
         change[RATE, FRICTION] = -time_step * slip / inertia
         change[RATE, STIFFNESS] = -time_step * (z[ANGLE] - self._rest) / inertia
         change[RATE, INERTIA] = -time_step * acceleration / inertia
+        change[RATE, WIND_X:] = -time_step * wind / inertia
         fade = math.exp(-time_step / settings.torque_time)
         change[TORQUE, TORQUE] = fade
         z[ANGLE] += time_step * z[RATE]
@@ -179,21 +210,21 @@ class DoorFilter:
         z[RATE] = rate
         z[TORQUE] *= fade
         covariance = change @ self.covariance @ change.T
-        covariance[RATE, RATE] += time_step * (settings.push_noise * self._lever / inertia) ** 2
-        covariance[TORQUE, TORQUE] += (1.0 - fade**2) * settings.torque_deviation**2
+        covariance[RATE, RATE] += time_step * (self._push_noise * self._lever / inertia) ** 2
+        covariance[TORQUE, TORQUE] += (1.0 - fade**2) * self._torque_deviation**2
         self.covariance = covariance
 
     def _correct(self, tip_angle: float, age: float, learning: bool) -> None:
         """Measure the angle as it was `age` ago."""
-        row, noise = np.zeros(7), self._settings.angle_noise**2
+        row, noise = np.zeros(_STATES), self._settings.angle_noise**2
         row[ANGLE], row[RATE] = 1.0, -age
         spread = self.covariance @ row
         gain = spread / (row @ spread + noise)
         if not learning:
-            gain[DAMPING:] = 0.0
+            gain[DAMPING : INERTIA + 1] = 0.0
         self.state += gain * (tip_angle - row @ self.state)
         self.state[DAMPING:INERTIA] = np.maximum(self.state[DAMPING:INERTIA], 0.0)
         self.state[INERTIA] = max(self.state[INERTIA], self._least_inertia)
-        left = np.eye(7) - np.outer(gain, row)  # Joseph's form: right for a gain that is not the best
+        left = np.eye(_STATES) - np.outer(gain, row)  # Joseph's form: right for a gain that is not the best
         covariance = left @ self.covariance @ left.T + noise * np.outer(gain, gain)
         self.covariance = 0.5 * (covariance + covariance.T)

@@ -161,7 +161,7 @@ class Estimator:
         acting, gripped = force + self._wind, tie is Tie.GRIPPED
         push = float(door_normal(self.door.angle) @ acting)
         seen, now, learning = measurement.pose_time, measurement.time, not gripped or abs(tip[1]) < _SLOW
-        self.door.update(push, touching, tip[0], seen, now, time_step, learning=learning)
+        self.door.update(push, touching, tip[0], seen, now, time_step, learning=learning, wind=self._wind)
         if touching:
             angle, rate = tip if gripped else (self.door.angle, self.door.rate)
             self._hinge_torque.update(angle, rate, acting, time_step)

@@ -77,11 +77,16 @@ def test_contact_state_has_hysteresis_in_force_and_time() -> None:
 class Swing:
     """A true door, pushed at the tip, integrated finely; its tip is measured with noise."""
 
-    def __init__(self, model: Model, **hinge: float) -> None:
+    def __init__(self, model: Model, wind: tuple[float, float] = (0.0, 0.0), **hinge: float) -> None:
+        self.wind, self.half_width = wind, 0.5 * model.door.width
         self.lever = model.coupling.distance_from_hinge
         self.vehicle = model.vehicle.mass * self.lever**2
         self.angle, self.rate, self.rest = math.pi / 2, 0.0, math.pi / 2
         self.hinge = hinge
+
+    @property
+    def wind_torque(self) -> float:
+        return self.half_width * (self.wind[1] * math.cos(self.angle) - self.wind[0] * math.sin(self.angle))
 
     def step(self, push: float, touching: bool) -> None:
         hinge = self.hinge
@@ -89,6 +94,7 @@ class Swing:
         for _ in range(10):
             drive = -self.lever * push * touching - hinge["stiffness"] * (self.angle - self.rest)
             drive -= hinge["damping"] * self.rate
+            drive += self.wind_torque
             if self.rate == 0.0 and abs(drive) <= hinge["friction"]:
                 continue
             sign = math.copysign(1.0, self.rate if self.rate != 0.0 else drive)
@@ -97,18 +103,23 @@ class Swing:
             self.angle += 0.1 * TICK * self.rate
 
 
-def filtered(model: Model, swing: Swing, seed: int, lost_after: float = math.inf) -> DoorFilter:
-    """Filter after a push that changes, 8 s long; the tip leaves the leaf for good after a while."""
+def filtered(
+    model: Model, swing: Swing, seed: int, lost_after: float = math.inf, felt: tuple[float, float] = (0.0, 0.0)
+) -> DoorFilter:
+    """Filter after a push that changes, 8 s long; the tip leaves the leaf for good after a while.
+
+    The vehicle feels a wind before the touch.
+    """
     door, generator = DoorFilter(model, EstimationSection()), np.random.default_rng(seed)
     strength = (swing.hinge["friction"] + swing.hinge["damping"] * 0.1) / swing.lever
     for tick in range(round(min(8.0, lost_after + 2.0) / TICK)):
         now = tick * TICK
         touching = now < lost_after
         push = strength + (0.7 if now % 4.0 < 2.0 else -0.4 * strength)
-        push += swing.hinge["stiffness"] * (swing.rest - swing.angle) / swing.lever
+        push += (swing.hinge["stiffness"] * (swing.rest - swing.angle) + swing.wind_torque) / swing.lever
         swing.step(push, touching)
         noise = generator.standard_normal(2) * (0.1, 0.003)
-        door.update(push + noise[0], touching, swing.angle + noise[1], now, now, TICK)
+        door.update(push + noise[0], touching, swing.angle + noise[1], now, now, TICK, wind=np.array([*felt, 0.0]))
     return door
 
 
@@ -142,6 +153,24 @@ def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
     assert after.friction_deviation < 0.6 * before.friction_deviation
     assert after.inertia_deviation < 0.9 * before.inertia_deviation
     assert after.friction == pytest.approx(0.5, abs=0.3)
+
+
+def test_wind_on_the_leaf_does_not_pass_for_friction_where_the_vehicle_feels_it(model: Model) -> None:
+    def off(sign: float, felt: float) -> tuple[float, float]:
+        swing = Swing(model, (0.8 * sign, -0.6 * sign), inertia=6.0, damping=0.5, friction=1.2, stiffness=0.0)
+        found = filtered(model, swing, 3, felt=(felt * swing.wind[0], felt * swing.wind[1])).hinge()
+        return abs(found.friction + found.stiffness * (swing.rest - swing.angle) - 1.2), found.torque_deviation
+
+    for sign in (-1.0, 1.0):
+        error, deviation = off(sign, felt=0.7)
+        assert error < deviation
+        assert error < 0.5 * off(sign, felt=0.0)[0]
+
+
+def test_wind_makes_the_filter_less_sure(model: Model) -> None:
+    hinges = [filtered(model, Swing(model, **HINGES[0]), 1, felt=felt).hinge() for felt in ((0.0, 0.0), (1.5, 0.0))]
+    assert hinges[1].friction_deviation > 1.1 * hinges[0].friction_deviation
+    assert hinges[1].torque_deviation > 1.1 * hinges[0].torque_deviation
 
 
 def test_a_door_that_was_lost_is_followed_by_the_model(model: Model) -> None:
