@@ -32,7 +32,7 @@ CHOSEN := -m "not compiles"
 test: lint
 	$(BIN)/doorman warmup paper & other=$$!; $(BIN)/doorman warmup push && wait $$other
 	$(BIN)/python -m pytest $(ALONE) || $(BIN)/python -m pytest --last-failed $(ALONE)
-	$(BIN)/python -m pytest -n 2 --dist loadfile $(CHOSEN) $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
 
 # With the tests that compile kernels for further arms and problems: 10 minutes more.
 test-all: CHOSEN :=

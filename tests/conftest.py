@@ -13,6 +13,15 @@ from doorman.scenario import Scenario
 settings.register_profile("doorman", derandomize=True, deadline=None, database=None)
 settings.load_profile("doorman")
 
+LONG = ("test_sphinx", "test_docs", "test_startup", "test_cli", "test_lagrangian_planning", "test_phases", "test_browser",
+        "test_feasibility", "test_state_figure", "test_flights")  # fmt: skip
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files that take long come first, longest first: two processes then end together."""
+    places = {name: place for place, name in enumerate(LONG)}
+    items.sort(key=lambda item: places.get(item.path.stem, len(LONG)))
+
 
 @pytest.fixture(scope="session")
 def scenario() -> Scenario:

@@ -120,17 +120,13 @@ def test_help_and_version_load_no_numerics(arguments, tmp_path):
 # ---------------------------------------------------------------- compilation
 
 
-@pytest.fixture(scope="module")
-def warm(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, int | str], Path]:
-    """Figures of `doorman warmup paper` with an empty cache, and the directory that the cache is in."""
-    cache = tmp_path_factory.mktemp("cache")
-    code = "import sys" + COMMAND.format(arguments=["warmup", "paper", "--json"])
-    return json.loads(output(code, cache, NUMBA_CACHE_DIR=str(cache))), cache
+WARM_UP = "import sys" + COMMAND.format(arguments=["warmup", "paper", "--json"])
 
 
-def test_a_warm_up_fills_the_cache(warm):
-    figures, cache = warm
-    (directory,) = cache.iterdir()
+@pytest.mark.compiles
+def test_a_warm_up_fills_the_cache(tmp_path):
+    figures = json.loads(output(WARM_UP, tmp_path, NUMBA_CACHE_DIR=str(tmp_path)))
+    (directory,) = tmp_path.iterdir()
     kernels = list(directory.rglob("*.nbc"))
     assert figures["compiled"] > 0
     assert figures["cache_directory"] == str(directory)
@@ -138,9 +134,15 @@ def test_a_warm_up_fills_the_cache(warm):
     assert figures["cache_bytes"] > sum(kernel.stat().st_size for kernel in kernels) > 0
 
 
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The kernels are those of `doorman warmup paper`."""
+    output(WARM_UP, tmp_path_factory.mktemp("warm"))
+
+
 @pytest.mark.parametrize("code", [PLAN, FLIGHT, CHECK, WARMUP], ids=["plan", "flight", "check", "another warm-up"])
 def test_nothing_is_compiled_after_a_warm_up(code, warm, tmp_path):
-    printed = output(COMPILED.format(code=code), tmp_path, NUMBA_CACHE_DIR=str(warm[1]))
+    printed = output(COMPILED.format(code=code), tmp_path)
     figures = json.loads(printed.splitlines()[-1])
     assert figures["compiled"] == []
     assert figures["counted"] == 0
@@ -150,7 +152,7 @@ def test_nothing_is_compiled_after_a_warm_up(code, warm, tmp_path):
 def test_a_plan_from_the_cache_leaves_the_compiler_unloaded(warm, tmp_path):
     """Half a second of imports that only compiling needs."""
     names = {"numba.np.linalg", "numba.np.npyimpl", "numba.typed.typeddict", "numba.core.dispatcher"}
-    printed = output(LOADED.format(code=f"\n{PLAN}", names=names), tmp_path, NUMBA_CACHE_DIR=str(warm[1]))
+    printed = output(LOADED.format(code=f"\n{PLAN}", names=names), tmp_path)
     assert set(printed.splitlines()[-1].split()) == {"numba.core.dispatcher"}
 
 
