@@ -93,7 +93,7 @@ class PushController:
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
         place = setpoint.position + self._slip(estimate, time_step)
         place = self._turned(place, yaw - setpoint.yaw, estimate.door_angle)
-        place = self._doorway.inside(place, setpoint.position, estimate.position)
+        place = self._doorway.inside(place, setpoint.position, estimate.position, estimate.velocity)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)

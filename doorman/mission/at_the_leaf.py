@@ -64,13 +64,21 @@ class AtTheLeaf:
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
         place = place + self._offset[0] * leaf_direction(estimate.door_angle)
         place[2] += self._offset[1]
-        place = self._doorway.inside(
-            place, place if self._offset == (0.0, 0.0) else estimate.position, estimate.position
-        )
+        planned = place if self._offset == (0.0, 0.0) else estimate.position
+        place = self._doorway.inside(place, planned, estimate.position, estimate.velocity)
         rest, rates = np.zeros(3), np.zeros(self._n_arm)
         wind = float(normal @ estimate.wind)
         reaction = push * normal if estimate.touching else rest
         return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
+
+    def rest(self, estimate: Estimate, push: float) -> Setpoint:
+        """Push so gently that a small error of the force would take the tip away: that is braked.
+
+        Args:
+            estimate: What is known now.
+            push: F_n [N].
+        """
+        return self.push(estimate, push + min(max(-_SPEED_GAIN * estimate.tip_speed, 0.0), _LARGEST_PUSH))
 
     def move(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the normal.

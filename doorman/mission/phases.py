@@ -285,8 +285,10 @@ class Sequence:
             if estimate.door_angle > self._let_go_at + _COMES_BACK:
                 self._opening.resume(estimate.time, pressed)
                 self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
+            elif not estimate.near:  # the tip has left the leaf, and the door stands without it
+                self._enter(Phase.RETREAT, estimate, "")
             eased = min(spent / _EASING, 1.0)
-            return self._leaf.push(estimate, (1.0 - eased) * pressed + eased * _RESTING)
+            return self._leaf.rest(estimate, (1.0 - eased) * pressed + eased * _RESTING)
         if tries:
             spent, pressed = spent - _EASING - _WATCHING, _RESTING
         share = min(spent / _LETTING_GO, 1.0)

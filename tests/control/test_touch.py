@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
+from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
 from doorman.ocp.push_planning import push_state
@@ -107,6 +110,24 @@ def test_a_vehicle_nearer_to_a_jamb_than_it_may_be_is_sent_back(
     assert doorway.lowest < beyond[1] < doorway.highest - 0.1
     before = settled(model, converter, plan, np.array([0.0, doorway.lowest - y - 0.1, 0.0]))
     assert doorway.lowest + 0.1 < before[1] < doorway.highest
+
+
+def test_a_vehicle_that_drifts_towards_a_jamb_is_sent_back_before_it_is_too_near(model: Model) -> None:
+    doorway, drift = Doorway(model), np.array([0.0, 0.1, 0.0])
+    for bound, outwards in ((doorway.highest, drift), (doorway.lowest, -drift)):
+        place = np.array([0.0, bound, 1.3]) - 0.1 * outwards
+        assert doorway.inside(place, place, place, outwards)[1] * outwards[1] < place[1] * outwards[1]
+        np.testing.assert_array_equal(doorway.inside(place, place, place, -outwards), place)
+
+
+def test_a_tip_that_rests_on_the_leaf_is_kept_from_leaving_and_not_from_pressing(
+    model: Model, converter: StateConverter
+) -> None:
+    leaf, last = AtTheLeaf(model, converter), hovering(model, 0.0, 1.0, 1.0)[-1]
+    leaf.begin(0.0)
+    still, leaving, pressing = (leaf.rest(replace(last, tip_speed=speed), 0.1).push for speed in (0.0, -0.05, 0.05))
+    assert still is not None and leaving is not None
+    assert still == pressing < leaving
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
