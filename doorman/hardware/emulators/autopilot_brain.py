@@ -14,6 +14,10 @@ from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""
+_STANDING = 0.1
+"""A landing that sinks more slowly has stopped [m/s],"""
+_STUCK = 1.0
+"""after this time [s]."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,7 @@ class Brain(ABC):
         self.around: Surroundings | None = None
         self._hold: Demand | None = None
         self._grounded_since: float | None = None
+        self._stuck_since: float | None = None
         self._armed_at = 0.0
 
     # ------------------------------------------------------------ requests
@@ -197,13 +202,23 @@ class Brain(ABC):
     def _watch_ground(self, around: Surroundings) -> None:
         """Landed while on the ground and not about to leave it; long enough while landing, it disarms."""
         idle = self.demand.task in (Task.IDLE, Task.LAND)
-        self.landed = around.on_ground and (idle or not self.armed or self.landed)
+        on_ground = around.on_ground or self._stuck(around)
+        self.landed = on_ground and (idle or not self.armed or self.landed)
         if not (self.armed and self.landed and self.demand.task is Task.LAND):
             self._grounded_since = None
             return
         self._grounded_since = around.now if self._grounded_since is None else self._grounded_since
         if around.now - self._grounded_since > self.disarm_delay:
             self._disarm()
+
+    def _stuck(self, around: Surroundings) -> bool:
+        """Whether a landing has stopped on something, as land detectors find it: told to descend, it does not."""
+        sinks = abs(float(around.estimate.velocity[2])) > _STANDING
+        if not self.armed or self.demand.task is not Task.LAND or sinks:
+            self._stuck_since = None
+            return False
+        self._stuck_since = around.now if self._stuck_since is None else self._stuck_since
+        return around.now - self._stuck_since > _STUCK
 
     @property
     def taking_off(self) -> bool:

@@ -37,6 +37,7 @@ class Sandbox:
         self.brain = brain
         self.now = 30.0
         self.position = np.array([0.0, 0.0, 0.0])
+        self.velocity = np.zeros(3)
         self.valid = True
         self.station_age = 0.1
         self.step(0.0)
@@ -48,7 +49,7 @@ class Sandbox:
             if stream is not None:
                 stream()
             on_ground = bool(self.position[2] <= 0.01)
-            estimate = Estimate(self.position.copy(), NO, LEVEL, NO, self.valid)
+            estimate = Estimate(self.position.copy(), self.velocity.copy(), LEVEL, NO, self.valid)
             demand = self.brain.update(Surroundings(self.now, estimate, on_ground, self.station_age))
             if self.now >= end - 1e-9:
                 return demand
@@ -300,12 +301,29 @@ def test_a_landing_ends_disarmed_on_the_ground(request, fixture):
     sandbox = request.getfixturevalue(fixture)
     sandbox.brain.request_arming(True, False)
     sandbox.brain.landed = False
-    sandbox.position[2] = 1.0
+    sandbox.position[2], sandbox.velocity[2] = 1.0, -0.6
     sandbox.brain.request_land()
     assert sandbox.step(5.0).task is Task.LAND and sandbox.brain.armed
     assert sandbox.brain.request_arming(False, False) == sandbox.brain.refused_result, "not in the air"
-    sandbox.position[2] = 0.0
+    sandbox.position[2], sandbox.velocity[2] = 0.0, 0.0
     sandbox.step(3.0)
+    assert not sandbox.brain.armed
+
+
+@pytest.mark.parametrize("fixture", ["vehicle_px4", "vehicle_ardupilot"])
+def test_a_landing_that_something_stops_is_over(request, fixture):
+    sandbox = request.getfixturevalue(fixture)
+    sandbox.brain.request_arming(True, False)
+    sandbox.brain.landed = False
+    sandbox.position[2], sandbox.velocity[2] = 1.0, 0.0
+    sandbox.brain.request_land()
+    sandbox.step(0.8)
+    assert sandbox.brain.armed and not sandbox.brain.landed, "it has not begun to sink"
+    sandbox.velocity[2] = -0.6
+    sandbox.step(3.0)
+    assert sandbox.brain.armed and not sandbox.brain.landed
+    sandbox.velocity[2] = -0.02
+    sandbox.step(4.0)
     assert not sandbox.brain.armed
 
 
