@@ -206,7 +206,11 @@ class ContactStateSection(_Section):
     touched_above: Positive = 0.35
     """Estimated normal force above which it touches [N],"""
     touched_after: NonNegative = 0.06
-    """for so long [s]."""
+    """for so long [s],"""
+    certain_above: Positive = 0.2
+    """or, without delay, above this [N]"""
+    certain_deviations: Positive = 5.0
+    """and above so many standard deviations of the same estimate in free flight."""
     lost_below: NonNegative = 0.08
     """Estimated normal force below which contact is lost [N],"""
     lost_after: NonNegative = 0.05

@@ -1,8 +1,18 @@
-"""Contact state from the estimated force of the tip, with hysteresis in force and in time."""
+"""Contact state from the estimated force of the tip, with hysteresis in force and in time.
+
+How noisy the estimate is shows in free flight: a force that noise cannot explain counts at once.
+"""
 
 from __future__ import annotations
 
+import math
+
 from doorman.scenario import ContactStateSection
+
+_NOISE_AT_FIRST = 0.3
+"""Deviation of the force that is assumed before it has been seen [N]."""
+_NOISE_TIME = 0.7
+"""In which it is learnt [s]."""
 
 
 class ContactMonitor:
@@ -15,8 +25,18 @@ class ContactMonitor:
     def __init__(self, settings: ContactStateSection) -> None:
         self._settings = settings
         self._for = 0.0
+        self._variance = _NOISE_AT_FIRST**2
         self.touching = False
         """The contact state."""
+
+    def listen(self, normal_force: float, time_step: float) -> None:
+        """Take in one period of free flight: all of the force is noise.
+
+        Args:
+            normal_force: Estimated λ_n [N].
+            time_step: Since the last call [s].
+        """
+        self._variance += min(time_step / _NOISE_TIME, 1.0) * (normal_force**2 - self._variance)
 
     def update(self, normal_force: float, time_step: float) -> bool:
         """Take in one period.
@@ -32,9 +52,11 @@ class ContactMonitor:
         if self.touching:
             disagrees, needed = normal_force < settings.lost_below, settings.lost_after
         else:
-            disagrees, needed = normal_force > settings.touched_above, settings.touched_after
+            certain = max(settings.certain_above, settings.certain_deviations * math.sqrt(self._variance))
+            disagrees = normal_force > min(settings.touched_above, certain)
+            needed = 0.0 if normal_force > certain else settings.touched_after
         self._for = self._for + time_step if disagrees else max(0.0, self._for - time_step)
-        if self._for >= needed - 1e-9:
+        if disagrees and self._for >= needed - 1e-9:
             self.declare(not self.touching)
         return self.touching
 

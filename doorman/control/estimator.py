@@ -123,6 +123,8 @@ class Estimator:
         tip_force = self._wind - vehicle.outer_force
         normal = door_normal(self.door.angle)
         normal_force = float(normal @ tip_force)
+        if tie is not Tie.GRIPPED and not may_touch:
+            self.contact.listen(normal_force, time_step)
         force_felt = normal_force if may_touch else 0.0
         touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(force_felt, time_step))
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)

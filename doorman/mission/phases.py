@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 _STEADY = 1.0
 """For which the vehicle must hover still before the approach [s]."""
-_PRESSING = 0.4
+_PRESSING = 0.5
 """From the touch to the opening [s]."""
 _MISSING = math.radians(15.0)
 """A tip that gets so far beyond the leaf's place before it touches anything gives up [rad]."""

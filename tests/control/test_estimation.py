@@ -74,6 +74,21 @@ def test_contact_state_has_hysteresis_in_force_and_time() -> None:
     assert not lost[-1] and lost.index(False) * TICK <= 0.1
 
 
+def test_a_force_that_noise_cannot_explain_counts_at_once(rng: np.random.Generator) -> None:
+    settings = ContactStateSection()
+    calm, noisy = ContactMonitor(settings), ContactMonitor(settings)
+    for _ in range(2000):
+        calm.listen(0.02 * rng.standard_normal(), TICK)
+        noisy.listen(0.2 * rng.standard_normal(), TICK)
+    above = 1.1 * settings.certain_above
+    assert not calm.update(0.9 * settings.certain_above, TICK)
+    assert calm.update(above, TICK)
+    assert not noisy.update(above, TICK)
+    assert [noisy.update(1.1 * settings.touched_above, TICK) for _ in range(20)].index(True) * TICK == pytest.approx(
+        settings.touched_after, abs=2 * TICK
+    )
+
+
 class Swing:
     """A true door, pushed at the tip, integrated finely; its tip is measured with noise."""
 
