@@ -7,7 +7,7 @@ import time
 from doorman.ocp import augmented_lagrangian, guess
 from doorman.ocp import backward as backward_pass
 from doorman.ocp.solution import PlanStatus
-from doorman.ocp.solver import Solver
+from doorman.ocp.solver import Array, Solver
 from doorman.ocp.sweep import terminal_value
 from doorman.ocp.workspace import RESULT
 
@@ -21,14 +21,20 @@ class Cddp(Solver):
     The first guess is rolled out inside the constraints; from then on every iterate is feasible, so that any may be the last.
     """
 
-    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+    def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        if not self._begin(state):
+            return PlanStatus.INVALID_STATE, 0
         if not self._start():
             return PlanStatus.DIVERGED, 0
         return self._descend(max_iterations, deadline)
 
     def _start(self) -> bool:
-        """Roll the guess out; False if it is not finite."""
-        if not self._roll_out(0.0):
+        """Roll the nominal trajectory out; False if that is not finite."""
+        return self._take(self._roll_out(0.0))
+
+    def _take(self, finite: bool) -> bool:
+        """Take a rollout for the nominal trajectory, unless it is not finite."""
+        if not finite:
             augmented_lagrangian.linearize(self._model, self._memory)
             augmented_lagrangian.measure_nominal(self._memory)
             return False
