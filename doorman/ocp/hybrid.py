@@ -20,6 +20,9 @@ from doorman.ocp.workspace import RESULT
 
 Array = NDArray[np.float64]
 
+_NO_TIME = 1e-9
+"""A budget that is used up [s]."""
+
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
 
@@ -106,6 +109,10 @@ class Hybrid(Cddp):
         """Nominal trajectory back to the one that was kept, measured."""
         np.copyto(self._work.nominal.states, self._work.first.states)
         np.copyto(self._work.nominal.inputs, self._work.first.inputs)
+        self._measure_again()
+
+    def _measure_again(self) -> None:
+        """Measure the nominal trajectory."""
         kernels.linearize(self._model, self._memory)
         kernels.measure_nominal(self._memory)
         self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
@@ -122,21 +129,33 @@ class Hybrid(Cddp):
 
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
-        return 0 <= self._last_violated() < self._problem.horizon
+        return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
 
-    def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
+    def aim_anew(
+        self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
+    ) -> tuple[PlanStatus, int]:
         """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
-        The better of the two trajectories stays in the solver's memory.
+        The better of the two trajectories stays in the solver's memory; or that of `follow`, where neither is usable.
 
         Args:
             state: First state, shape (nx,), contiguous.
+            followed: What `follow` returned.
             max_iterations: Largest number of iterations.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: See `solve` [s].
 
         Returns:
             How it ended, and the number of iterations that led there.
         """
+        before = self.trajectory() if followed.usable else None
+        status, iterations = self._aim(state, max_iterations, time_limit)
+        if before is None or status.usable:
+            return status, iterations
+        self._put_back(*before)
+        return followed, iterations
+
+    def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
+        """The same without a trajectory to fall back on."""
         deadline = time.monotonic() + time_limit
         share = max(max_iterations // 2, 1)
         first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
@@ -147,7 +166,16 @@ class Hybrid(Cddp):
         second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
         if second.usable or not first.flyable or second is first:
             return second, more
-        return self.run(state, kept, max_iterations=1)
+        return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
+
+    def _put_back(self, states: Array, inputs: Array) -> None:
+        """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
+        for array in self._work.multipliers:
+            array[:] = 0.0
+        self._work.policy.gains[:] = 0.0
+        np.copyto(self._work.nominal.states, states)
+        np.copyto(self._work.nominal.inputs, inputs)
+        self._measure_again()
 
     def follow(
         self,
@@ -165,7 +193,8 @@ class Hybrid(Cddp):
             shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
             limit: Steps within which that is looked for.
             max_iterations: Iterations.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as
+                the longest so far. ProxQP is asked in its first half only: aiming anew mostly takes less time [s].
             extra_iterations: Further ones where the step was large.
 
         Returns:
@@ -173,7 +202,8 @@ class Hybrid(Cddp):
         """
         started = time.monotonic()
         work, options = self._work, self.options
-        deadline, guessing = started + time_limit, options.guess_active_sets
+        deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
+        guessing = options.guess_active_sets
         np.copyto(self._last_inputs, work.nominal.inputs)
         code = follow(
             self._model, self._memory, state, shift, limit, max_iterations, extra_iterations, deadline, guessing

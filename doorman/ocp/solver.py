@@ -55,7 +55,7 @@ class Solver(ABC):
         self._memory = held(self._work)
         self._model = Handle(problem.model)
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
-        self._rollout_time = 0.0
+        self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
         self._given = False, False, False
         """Whether inputs, states and multipliers of the first guess are given."""
         self.quadratic_programs = 0
@@ -90,7 +90,8 @@ class Solver(ABC):
             states: Guess, shape (N + 1, nx), which need not satisfy the dynamics; if not given, the inputs are rolled out.
             multipliers: Guess, as of an earlier solution; zero if not given.
             max_iterations: Largest number of iterations; one linearises and sweeps.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: No iteration begins that would not be over by then, if it takes as long as the longest so far; then
+                ProxQP is not asked any more [s].
 
         Returns:
             The solution; its status says whether it may be used.
@@ -120,13 +121,13 @@ class Solver(ABC):
         Returns:
             How it ended, and the number of iterations.
         """
-        deadline = time.monotonic() + time_limit
+        self._deadline = deadline = time.monotonic() + time_limit
         if not (max_iterations >= 1 and time_limit > 0.0):
             raise DimensionError(
                 "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
                 allowed=">= 1 iteration and > 0 s",
             )  # fmt: skip
-        self._rollout_time = 0.0
+        self._rollout_time, self._gave_up = 0.0, False
         self._forget_failures()
         self._set_guess(inputs, states, multipliers)
         status, iterations = self._solve(state, max_iterations, deadline)
@@ -214,10 +215,17 @@ class Solver(ABC):
         """Go on with a rollout that stopped at a node whose correction is left to ProxQP; False if it is not finite."""
         code = node
         while code >= 0:
-            self.quadratic_programs += 1
-            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._qp.solve(self._work.program) else -1
+            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._solve_program() else -1
             code = rollout.roll_out(self._model, self._memory, code, scale, self.options.guess_active_sets, corrections)
         return bool(code == rollout.DONE)
+
+    def _solve_program(self) -> bool:
+        """Leave a node's program to ProxQP; False if that finds no solution, or time is over."""
+        if time.monotonic() >= self._deadline:
+            self._gave_up = True
+            return False
+        self.quadratic_programs += 1
+        return self._qp.solve(self._work.program)
 
     def _accept(self) -> None:
         """The trial trajectory becomes the nominal one."""
@@ -236,7 +244,8 @@ class Solver(ABC):
         if result[RESULT.DEFECT] > feasibility:
             return PlanStatus.INFEASIBLE
         if result[RESULT.VIOLATION] > feasibility:
-            return PlanStatus.RECOVERING if self._last_violated() < self._problem.horizon else PlanStatus.INFEASIBLE
+            returns = not self._gave_up and self._last_violated() < self._problem.horizon
+            return PlanStatus.RECOVERING if returns else PlanStatus.INFEASIBLE
         return status
 
     def _solution(self, status: PlanStatus, iterations: int, total: float) -> Solution:
