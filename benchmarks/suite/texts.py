@@ -51,11 +51,13 @@ of dependent roots and divisions, loads, stores and shuffles are not counted: no
 PUSH = """Replans of the scenario `push`, whose tip can only push: friction cone, slip, edge, door rate, stopping and all limits
 at every node; of the scenario `paper` with its limits; and of the paper's problem with six inequalities at a node. Each flies
 closed loops of its own plans, without noise and with that from above; they take turns. Whole calls by the clock on the wall.
-*Late*: longer than the 10 ms of a planner at 100 Hz."""
+*Late*: longer than the 10 ms of a planner at 100 Hz; every call is given 8 ms (`time_limit`). *Not flyable*: nothing that holds
+was found by then, and the plan says so."""
 
 FRESH = """From the start of the interpreter to the first plan of the scenario `paper`, kernels compiled before; the worst
 of several processes."""
 
 REAL_TIME = """The scenario `paper` with its margin and limits. Planner at 1 kHz in one process and on one core; plant and
-controller in another, on another core. A plan that is not there when the next one is due, for whatever reason, is a missed
-deadline. *Missed though fast*: the plan itself took less than half the period, so that the system held it up."""
+controller in another, on another core. Every call is given 0.7 ms (`time_limit`). A plan that is not there when the next one
+is due, for whatever reason, is a missed deadline. *Missed though fast*: the plan itself took less than half the period, so
+that the system held it up."""

@@ -7,7 +7,7 @@ import time
 from doorman.ocp import augmented_lagrangian as kernels
 from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.solution import PlanStatus
-from doorman.ocp.solver import FAST_ITERATIONS, Solver
+from doorman.ocp.solver import FAST_ITERATIONS, Array, Solver
 from doorman.ocp.workspace import RESULT
 
 _STATUS = {
@@ -25,9 +25,10 @@ class AugmentedLagrangian(Solver):
     and violations, and a status that forbids its use.
     """
 
-    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+    def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        if not self._begin(state):
+            return PlanStatus.INVALID_STATE, 0
         result = self._work.result
-        self._keep_guess()
         code = kernels.iterate(self._model, self._memory, min(max_iterations, FAST_ITERATIONS), deadline)
         iterations, penalty = int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
         self._measure()

@@ -292,13 +292,15 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
         model: The problem's model.
         work: Workspace; its nominal trajectory need not satisfy the dynamics, but those of the integrators.
         max_iterations: Largest number of linearisations; after the last one the full step is taken without a check.
-        deadline: On the clock of `doorman.numba_types.lanes.clock`; no iteration begins after it [s].
+        deadline: On the clock of `doorman.numba_types.lanes.clock`; no iteration but the first begins that would not be over
+            by then, if it takes as long as the longest so far [s].
 
     Returns:
         CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The policy is that around the last step.
     """
     result, regularization, penalty = work.result, 0.0, work.settings.penalty
     tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
+    before, slowest = clock(), 0.0
     result[RESULT.ITERATIONS] = 0.0
     result[RESULT.ENTRIES] = 0.0
     result[RESULT.PRICED_OUT] = 0.0
@@ -317,7 +319,9 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
         if settled < 0 or not result[RESULT.CHANGE] < 1e12:
             return FAILED
         converged = settled == 1 and regularization == 0.0 and is_small(work, tolerance)
-        if converged or iteration + 1 == max_iterations or clock() > deadline:
+        now = clock()
+        before, slowest = now, max(slowest, now - before)
+        if converged or iteration + 1 == max_iterations or now + slowest > deadline:
             save(work)
             move(work, 1.0)
             take_multipliers(work, 1.0)

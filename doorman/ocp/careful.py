@@ -178,7 +178,7 @@ def iterate_carefully(
         penalty: 1/μ to begin with.
         feasibility: Largest defect and violation of a converged trajectory.
         max_iterations: Largest number of linearisations and sweeps.
-        deadline: No iteration begins after it [s].
+        deadline: See `augmented_lagrangian.iterate`.
 
     Returns:
         CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The nominal trajectory is the last that was accepted; the policy is
@@ -186,11 +186,14 @@ def iterate_carefully(
     """
     result, tolerance = work.result, work.settings.tolerance
     settle, regularization, last_violation = _FIRST_SETTLED, 0.0, np.inf
+    begun, slowest = clock(), 0.0
     result[RESULT.ITERATIONS] = 0.0
     result[RESULT.PRICED_OUT] = 0.0
     linearize(model, work)
     for iteration in range(max_iterations):
-        if iteration > 0 and clock() > deadline:
+        now = clock()
+        begun, slowest = now, max(slowest, now - begun)
+        if iteration > 0 and now + slowest > deadline:
             return OUT_OF_ITERATIONS
         result[RESULT.ITERATIONS] = iteration + 1.0
         measure_nominal(work)

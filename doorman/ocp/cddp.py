@@ -7,7 +7,7 @@ import time
 from doorman.ocp import augmented_lagrangian, guess
 from doorman.ocp import backward as backward_pass
 from doorman.ocp.solution import PlanStatus
-from doorman.ocp.solver import Solver
+from doorman.ocp.solver import Array, Solver
 from doorman.ocp.sweep import terminal_value
 from doorman.ocp.workspace import RESULT
 
@@ -21,14 +21,20 @@ class Cddp(Solver):
     The first guess is rolled out inside the constraints; from then on every iterate is feasible, so that any may be the last.
     """
 
-    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+    def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        if not self._begin(state):
+            return PlanStatus.INVALID_STATE, 0
         if not self._start():
             return PlanStatus.DIVERGED, 0
         return self._descend(max_iterations, deadline)
 
     def _start(self) -> bool:
-        """Roll the guess out; False if it is not finite."""
-        if not self._roll_out(0.0):
+        """Roll the nominal trajectory out; False if that is not finite."""
+        return self._take(self._roll_out(0.0))
+
+    def _take(self, finite: bool) -> bool:
+        """Take a rollout for the nominal trajectory, unless it is not finite."""
+        if not finite:
             augmented_lagrangian.linearize(self._model, self._memory)
             augmented_lagrangian.measure_nominal(self._memory)
             return False
@@ -41,18 +47,21 @@ class Cddp(Solver):
         cost, iterations = float(result[RESULT.COST]), 0
         while iterations < max_iterations and time.monotonic() < deadline:
             iterations += 1
-            regularization, stepped, settled, converged = 0.0, False, False, False
+            regularization, stepped, settled, converged, late = 0.0, False, False, False, False
             augmented_lagrangian.linearize(self._model, self._memory)
-            while not (stepped or settled) and regularization <= options.largest_regularization:
+            while not (stepped or settled or late) and regularization <= options.largest_regularization:
                 if self._backward(regularization):
                     decrease = float(result[RESULT.DECREASE])
                     settled = _LARGEST_RISE <= decrease / (1.0 + abs(cost)) <= options.tolerance
                     converged |= settled and regularization == 0.0  # regularisation makes any prediction small
                     stepped = self._line_search(cost, decrease)
+                late = time.monotonic() >= deadline
                 regularization = max(options.first_regularization, 10.0 * regularization)
             if stepped:
                 self._accept()
                 cost = float(result[RESULT.COST])
+            if late:
+                break
             if settled or not stepped:
                 self._measure_nominal(cost)
                 return (PlanStatus.CONVERGED if converged else PlanStatus.STALLED), iterations
@@ -69,7 +78,7 @@ class Cddp(Solver):
         options, result = self.options, self._work.result
         noise, decrease, before = 1e-13 * (1.0 + abs(cost)), max(decrease, 0.0), self._last_violated()
         scale = 1.0
-        while scale >= options.smallest_step:
+        while scale >= options.smallest_step and time.monotonic() < self._deadline:
             if self._roll_out(scale):
                 feasible = result[RESULT.VIOLATION] <= options.feasibility or before >= 0
                 if feasible and result[RESULT.COST] <= cost - options.sufficient_decrease * scale * decrease + noise:
@@ -89,8 +98,7 @@ class Cddp(Solver):
             )
             if code < 0:
                 return bool(code == backward_pass.DONE)
-            self.quadratic_programs += 1
-            if self._qp.solve(work.program):
+            if self._solve_program():
                 threshold = 1e-9 * (1.0 + float(work.program.multipliers.max()))
                 work.program.active[code] = work.program.multipliers > threshold
             else:

@@ -7,16 +7,13 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import multiply_rows
-from doorman.ocp.augmented_lagrangian import measure, total_cost
-from doorman.ocp.functions import constrain, step
-from doorman.ocp.linear_algebra import copy_rows
+from doorman.ocp.augmented_lagrangian import measure
+from doorman.ocp.functions import step
 from doorman.ocp.workspace import Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
 
 _LARGEST_STATE = 1e6
-_ASTRAY = 2.25
-"""A blind rollout that costs so many times the straight line is no good start; found by measurement on the door problem."""
 
 
 @kernel
@@ -48,78 +45,6 @@ def roll_blindly(model: object, work: Workspace) -> None:
 
 
 @kernel
-def begin(model: object, work: Workspace, state: Array, blind: bool) -> bool:
-    """Start anew with the nominal inputs, cut off at their bounds: no multipliers, no feedback, nothing rolled out.
-
-    Args:
-        model: The problem's model.
-        work: Workspace; its nominal inputs are the guess, and its nominal states unless `blind`.
-        state: First state, shape (nx,).
-        blind: Take the states to which the inputs lead.
-
-    Returns:
-        Whether dynamics and constraints are finite at the start.
-    """
-    nu, inputs, limits, policy = len(work.sizes.inputs), work.nominal.inputs, work.limits, work.policy
-    for k in range(inputs.shape[0]):
-        for i in range(nu if len(work.sizes.input_bounds) > 0 else 0):
-            inputs[k, i] = min(max(inputs[k, i], limits.input_lower[i]), limits.input_upper[i])
-    forget_multipliers(work)
-    policy.gains[:, :, :] = 0.0
-    policy.factors[:, :, :] = 0.0
-    for k in range(inputs.shape[0]):
-        for i in range(nu):
-            policy.factors[k, i, i] = work.weights.input[i]
-    for i in range(state.shape[0]):
-        work.nominal.states[0, i] = state[i]
-    if blind:
-        roll_blindly(model, work)
-    else:
-        settle_integrators(work)
-    finite = starts_finite(model, work)
-    forget_trial(work)
-    return finite
-
-
-@kernel
-def starts_finite(model: object, work: Workspace) -> bool:
-    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one."""
-    state, ahead, rows = work.nominal.states[0], work.trial.states[1], work.trial.rows[0]
-    step(model, state, work.nominal.inputs[0], ahead)
-    total = 0.0
-    for i in range(ahead.shape[0]):
-        total += abs(ahead[i])
-    if len(work.sizes.rows) > 0:
-        constrain(model, state, rows)
-        for i in range(rows.shape[0]):
-            total += abs(rows[i])
-    return bool(total < np.inf)
-
-
-@kernel
-def forget_multipliers(work: Workspace) -> None:
-    """All multipliers zero."""
-    kept = work.multipliers
-    kept.rows[:, :] = 0.0
-    kept.input_rows[:, :] = 0.0
-    kept.end_rows[:] = 0.0
-    kept.states[:, :] = 0.0
-    kept.inputs[:, :] = 0.0
-
-
-@kernel
-def forget_trial(work: Workspace) -> None:
-    """NaN in the trial trajectory: what a failed rollout does not reach must not be taken for its result."""
-    trial = work.trial
-    trial.states[:, :] = np.nan
-    trial.inputs[:, :] = np.nan
-    trial.rows[:, :] = np.nan
-    trial.input_rows[:, :] = np.nan
-    trial.end_rows[:] = np.nan
-    start_trial(work)
-
-
-@kernel
 def aim_straight(work: Workspace) -> None:
     """Nominal states on the straight line from the first one to the goal, integrators at the rate that leads there."""
     nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
@@ -133,23 +58,6 @@ def aim_straight(work: Workspace) -> None:
             rate = (goal[nx - m + i] - states[0, nx - m + i]) / (n * work.weights.time_step)
             inputs[k, nu - m + i] = min(max(rate, limits.input_lower[nu - m + i]), limits.input_upper[nu - m + i])
     settle_integrators(work)
-
-
-@kernel
-def choose_guess(model: object, work: Workspace) -> bool:
-    """Leave the blind rollout, or take the straight line where the rollout costs far more; whether it did.
-
-    A long blind rollout goes astray; a short one satisfies the dynamics, which is worth more than its cost.
-    """
-    blind = total_cost(model, work, work.nominal)
-    copy_rows(work.nominal.states, work.saved.states)
-    copy_rows(work.nominal.inputs, work.saved.inputs)
-    aim_straight(work)
-    if blind > _ASTRAY * total_cost(model, work, work.nominal):
-        return True
-    copy_rows(work.saved.states, work.nominal.states)
-    copy_rows(work.saved.inputs, work.nominal.inputs)
-    return False
 
 
 @kernel

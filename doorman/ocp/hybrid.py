@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp import augmented_lagrangian as kernels
-from doorman.ocp import guess, real_time, rollout, sweep
+from doorman.ocp import cold_start, guess, real_time, rollout, sweep
 from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.cddp import Cddp
 from doorman.ocp.real_time import EXTRA_ITERATIONS, follow
@@ -19,6 +19,9 @@ from doorman.ocp.solver import FAST_ITERATIONS, read_only
 from doorman.ocp.workspace import RESULT
 
 Array = NDArray[np.float64]
+
+_NO_TIME = 1e-9
+"""A budget that is used up [s]."""
 
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
@@ -32,25 +35,22 @@ class Hybrid(Cddp):
     that costs something else, CDDP goes on from there, and careful iterations again from where CDDP stalls.
     """
 
-    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+    def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         result = self._work.result
-        self._keep_guess()
-        straight = self._no_guess and bool(guess.choose_guess(self._model, self._memory))
-        code = self._iterate(min(max_iterations, FAST_ITERATIONS), deadline)
-        iterations, penalty = int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
-        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
-            self._guess_otherwise(straight)
-            code = self._iterate(min(max_iterations - iterations, FAST_ITERATIONS), deadline)
-            iterations, penalty = iterations + int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
-        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
-            self._guess_again()
-            penalty = FIRST_PENALTY
-            code = self._iterate_carefully(penalty, max_iterations - iterations, deadline)
-            iterations += int(result[RESULT.ITERATIONS])
-        expected = kernels.nominal_cost(self._model, self._memory)
-        if not self._start():
+        code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
+        if code == cold_start.INVALID_START:
+            return PlanStatus.INVALID_STATE, 0
+        iterations, converged = int(result[RESULT.ITERATIONS]), code != cold_start.NOT_CONVERGED
+        if converged:
+            self._rollout_time += float(result[RESULT.ROLLOUT_TIME])
+            finite = code == rollout.DONE or self._take(code >= 0 and self._resume(code))
+        else:
+            iterations, converged = self._attempt_otherwise(iterations, max_iterations, deadline)
+            result[RESULT.EXPECTED] = kernels.nominal_cost(self._model, self._memory)
+            finite = self._start()
+        if not finite:
             return PlanStatus.DIVERGED, iterations
-        if code == kernels.CONVERGED and (self._agrees(expected) or self._returns()):
+        if converged and (self._agrees() or self._returns()):
             return PlanStatus.CONVERGED, iterations
         if iterations >= max_iterations or time.monotonic() >= deadline:
             return PlanStatus.ITERATION_LIMIT, iterations
@@ -59,68 +59,103 @@ class Hybrid(Cddp):
         priced_out = result[RESULT.PRICED_OUT] > 0.0  # another optimum, which lies outside the constraints
         stalled = status is PlanStatus.STALLED and not priced_out
         if stalled and iterations < max_iterations and time.monotonic() < deadline:
-            status, more = self._refine(penalty, max_iterations - iterations, deadline)
+            status, more = self._refine(max_iterations - iterations, deadline)
             iterations += more
         return status, iterations
 
-    def _agrees(self, expected: float) -> bool:
-        """Whether the rollout of the augmented Lagrangian's solution costs what that does."""
-        return bool(abs(self._work.result[RESULT.COST] - expected) <= _AGREEMENT * (1.0 + abs(expected)))
+    def _attempt(self, state: Array, max_iterations: int, deadline: float) -> int:
+        """Begin, fast iterations from the first guess, and where they converge the rollout: the code of `cold_start.solve`."""
+        guessing = self.options.guess_active_sets
+        return int(cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline, guessing))
 
-    def _refine(self, penalty: float, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+    def _attempt_otherwise(self, iterations: int, max_iterations: int, deadline: float) -> tuple[int, bool]:
+        """Fast iterations from another guess, then careful ones from the first: iterations in all, and whether converged."""
+        result, code = self._work.result, kernels.OUT_OF_ITERATIONS
+        deadline -= float(result[RESULT.ROLLOUT_TIME])
+        if iterations < max_iterations and time.monotonic() < deadline:
+            self._guess_otherwise()
+            most = min(max_iterations - iterations, FAST_ITERATIONS)
+            code = int(kernels.iterate(self._model, self._memory, most, deadline))
+            iterations += int(result[RESULT.ITERATIONS])
+        if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
+            self._guess_again()
+            result[RESULT.PENALTY] = FIRST_PENALTY
+            code = self._iterate_carefully(FIRST_PENALTY, max_iterations - iterations, deadline)
+            iterations += int(result[RESULT.ITERATIONS])
+        return iterations, code == kernels.CONVERGED
+
+    def _agrees(self) -> bool:
+        """Whether the rollout of the augmented Lagrangian's solution costs what that does."""
+        cost, expected = float(self._work.result[RESULT.COST]), float(self._work.result[RESULT.EXPECTED])
+        return bool(abs(cost - expected) <= _AGREEMENT * (1.0 + abs(expected)))
+
+    def _refine(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         """Careful iterations from where CDDP has stalled, and their rollout: status and number of iterations.
 
         CDDP stalls where rows need the inputs of several nodes. What does not come of this leaves everything as it was.
         """
-        result = self._work.result
-        self._keep_guess()
-        code = self._iterate_carefully(penalty, max_iterations, deadline)
+        work, result = self._work, self._work.result
+        np.copyto(work.first.states, work.nominal.states)
+        np.copyto(work.first.inputs, work.nominal.inputs)
+        code = self._iterate_carefully(float(result[RESULT.PENALTY]), max_iterations, deadline)
         iterations = int(result[RESULT.ITERATIONS])
-        expected = kernels.nominal_cost(self._model, self._memory)
-        if self._start() and code == kernels.CONVERGED and (self._agrees(expected) or self._returns()):
+        result[RESULT.EXPECTED] = kernels.nominal_cost(self._model, self._memory)
+        if self._start() and code == kernels.CONVERGED and (self._agrees() or self._returns()):
             return PlanStatus.CONVERGED, iterations
         self._restore()
         return PlanStatus.STALLED, iterations
 
     def _restore(self) -> None:
         """Nominal trajectory back to the one that was kept, measured."""
-        np.copyto(self._work.nominal.states, self._given[0])
-        np.copyto(self._work.nominal.inputs, self._given[1])
+        np.copyto(self._work.nominal.states, self._work.first.states)
+        np.copyto(self._work.nominal.inputs, self._work.first.inputs)
+        self._measure_again()
+
+    def _measure_again(self) -> None:
+        """Measure the nominal trajectory."""
         kernels.linearize(self._model, self._memory)
         kernels.measure_nominal(self._memory)
         self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
 
-    def _iterate(self, max_iterations: int, deadline: float) -> int:
-        """Augmented Lagrangian iterations from the nominal trajectory."""
-        return int(kernels.iterate(self._model, self._memory, max_iterations, deadline))
-
-    def _guess_otherwise(self, straight: bool) -> None:
+    def _guess_otherwise(self) -> None:
         """Begin again: with a blind rollout after a straight line, else with a straight line."""
         for array in self._work.multipliers:
             array[:] = 0.0
         self._work.nominal.inputs[:] = self._problem.cost.input_goal
-        if straight:
+        if self._work.result[RESULT.STRAIGHT] > 0.0:
             guess.roll_blindly(self._model, self._memory)
         else:
             guess.aim_straight(self._memory)
 
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
-        return 0 <= self._last_violated() < self._problem.horizon
+        return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
 
-    def aim_anew(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
+    def aim_anew(
+        self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
+    ) -> tuple[PlanStatus, int]:
         """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
-        The better of the two trajectories stays in the solver's memory.
+        The better of the two trajectories stays in the solver's memory; or that of `follow`, where neither is usable.
 
         Args:
             state: First state, shape (nx,), contiguous.
+            followed: What `follow` returned.
             max_iterations: Largest number of iterations.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: See `solve` [s].
 
         Returns:
             How it ended, and the number of iterations that led there.
         """
+        before = self.trajectory() if followed.usable else None
+        status, iterations = self._aim(state, max_iterations, time_limit)
+        if before is None or status.usable:
+            return status, iterations
+        self._put_back(*before)
+        return followed, iterations
+
+    def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
+        """The same without a trajectory to fall back on."""
         deadline = time.monotonic() + time_limit
         share = max(max_iterations // 2, 1)
         first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
@@ -131,7 +166,16 @@ class Hybrid(Cddp):
         second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
         if second.usable or not first.flyable or second is first:
             return second, more
-        return self.run(state, kept, max_iterations=1)
+        return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
+
+    def _put_back(self, states: Array, inputs: Array) -> None:
+        """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
+        for array in self._work.multipliers:
+            array[:] = 0.0
+        self._work.policy.gains[:] = 0.0
+        np.copyto(self._work.nominal.states, states)
+        np.copyto(self._work.nominal.inputs, inputs)
+        self._measure_again()
 
     def follow(
         self,
@@ -149,7 +193,8 @@ class Hybrid(Cddp):
             shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
             limit: Steps within which that is looked for.
             max_iterations: Iterations.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as
+                the longest so far. ProxQP is asked in its first half only: aiming anew mostly takes less time [s].
             extra_iterations: Further ones where the step was large.
 
         Returns:
@@ -157,7 +202,8 @@ class Hybrid(Cddp):
         """
         started = time.monotonic()
         work, options = self._work, self.options
-        deadline, guessing = started + time_limit, options.guess_active_sets
+        deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
+        guessing = options.guess_active_sets
         np.copyto(self._last_inputs, work.nominal.inputs)
         code = follow(
             self._model, self._memory, state, shift, limit, max_iterations, extra_iterations, deadline, guessing
@@ -223,11 +269,13 @@ class Hybrid(Cddp):
             "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True),
         }
 
+    def _begin(self, state: Array) -> bool:
+        """The same with one iteration: a kernel that begins and does nothing else is not needed."""
+        return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
+
     def _compile(self) -> None:
         self._last_inputs = self._work.nominal.inputs.copy()
         super()._compile()
         self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
         kernels.iterate(self._model, self._memory, 1, 0.0)
-        guess.choose_guess(self._model, self._memory)
-        guess.accept_trial(self._memory)
         follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)

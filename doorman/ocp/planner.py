@@ -157,7 +157,8 @@ class Planner:
         Args:
             state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
             max_iterations: Largest number of iterations.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: No iteration but the first begins that would not be over by then, if it takes as long as the longest so
+                far; constraints that are hard to hold are given up then [s].
 
         Returns:
             The plan; its status says whether it may be flown.
@@ -183,14 +184,15 @@ class Planner:
         """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
 
         Where there is no previous plan the plan is cold. Where the previous one is no guess any more, as after a jump of the
-        state or of the door's parameters, the planner aims anew within the budget; without one it may miss the deadline.
+        state or of the door's parameters, the planner aims anew within the budget; without one it may miss the deadline. Where
+        nothing usable comes of that, the plan is the previous one bent to the state, if that is usable.
 
         Args:
             state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
             elapsed: Time since the previous plan's state [s]; by default the previous plan is shifted to where it passes
                 nearest to `state` within its first two steps.
             max_iterations: Largest number of iterations; by default `planner.iterations`, and more only to aim anew.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: See `plan`. What is found by then is returned, with a status that says what holds [s].
 
         Returns:
             The plan; its status says whether it may be flown.
@@ -222,7 +224,7 @@ class Planner:
         if (not status.usable or solver.change > _JUMP) and iterations < budget:
             left = time_limit - (time.perf_counter() - started)
             if left > 0.0:
-                status, more = solver.aim_anew(x, budget - iterations, left)
+                status, more = solver.aim_anew(x, status, budget - iterations, left)
                 iterations += more
         return self._plan(status, iterations, started)
 

@@ -18,7 +18,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp import guess
 from doorman.ocp.augmented_lagrangian import direction, linearize, move, save, take_multipliers, total_cost
-from doorman.ocp.rollout import DONE, roll_out
+from doorman.ocp.rollout import take_rollout
 from doorman.ocp.sweep import classify
 from doorman.ocp.workspace import RESULT, Workspace
 
@@ -60,7 +60,8 @@ def follow(
         limit: See there.
         max_iterations: Iterations.
         extra_iterations: Further ones where the step was large.
-        deadline: No iteration but the first begins after it [s].
+        deadline: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as the
+            longest so far [s].
         guessing: See `rollout.roll_out`.
 
     Returns:
@@ -69,19 +70,19 @@ def follow(
     guess.shift_guess(work, state, shift, limit)
     work.result[RESULT.SWEEPS] = 0.0
     done, most = 0, max_iterations + extra_iterations
+    before, slowest = clock(), 0.0
     while done < most and (done < max_iterations or is_rough(model, work, _ENOUGH if done == max_iterations else _FAR)):
-        if done > 0 and clock() > deadline:
+        if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
         if not iterate_once(model, work):
             return NO_SWEEP
         done += 1
+        now = clock()
+        before, slowest = now, max(slowest, now - before)
     work.result[RESULT.ITERATIONS] = done
-    guess.start_trial(work)
     work.result[RESULT.NEAR] = 1.0
-    code = int(roll_out(model, work, -1, 0.0, guessing, 0))
+    code = int(take_rollout(model, work, guessing))
     work.result[RESULT.NEAR] = 0.0
-    if code == DONE:
-        guess.accept_trial(work)
     return code
 
 

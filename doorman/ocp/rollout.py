@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
+from doorman.numba_types.lanes import clock
 from doorman.ocp.augmented_lagrangian import measure, total_cost
 from doorman.ocp.functions import (
     constrain,
@@ -27,6 +28,7 @@ from doorman.ocp.functions import (
     linearize_step,
     step,
 )
+from doorman.ocp.guess import accept_trial, start_trial
 from doorman.ocp.stage_program import export_program, project_row, solve_dual, substitute_step
 from doorman.ocp.workspace import RESULT, Workspace
 
@@ -307,3 +309,24 @@ def roll_out(model: object, work: Workspace, start: int, scale: float, guess: bo
     work.result[RESULT.COST] = total_cost(model, work, work.trial)
     measure(work, work.trial)
     return DONE
+
+
+@kernel
+def take_rollout(model: object, work: Workspace, guessing: bool) -> int:
+    """Roll the nominal trajectory out; a rollout that comes to its end is the nominal trajectory from then on.
+
+    Args:
+        model: The problem's model.
+        work: Workspace after a sweep.
+        guessing: See `roll_out`.
+
+    Returns:
+        The code of `roll_out`.
+    """
+    begun = clock()
+    start_trial(work)
+    code = int(roll_out(model, work, -1, 0.0, guessing, 0))
+    if code == DONE:
+        accept_trial(work)
+    work.result[RESULT.ROLLOUT_TIME] = clock() - begun
+    return code

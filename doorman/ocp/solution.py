@@ -40,12 +40,16 @@ class PlanStatus(Enum):
     @property
     def usable(self) -> bool:
         """Whether dynamics and constraints hold along the whole trajectory."""
-        return self in (PlanStatus.CONVERGED, PlanStatus.ITERATION_LIMIT, PlanStatus.STALLED, PlanStatus.RELAXED)
+        return self in _USABLE
 
     @property
     def flyable(self) -> bool:
         """Whether it may be flown: usable, or the way back to where constraints hold."""
-        return self.usable or self is PlanStatus.RECOVERING
+        return self in _FLYABLE
+
+
+_USABLE = (PlanStatus.CONVERGED, PlanStatus.ITERATION_LIMIT, PlanStatus.STALLED, PlanStatus.RELAXED)
+_FLYABLE = (*_USABLE, PlanStatus.RECOVERING)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import Handle, held
-from doorman.ocp import augmented_lagrangian, functions, guess, rollout
+from doorman.ocp import augmented_lagrangian, cold_start, functions, guess, rollout
 from doorman.ocp.careful import iterate_carefully
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.problem import Problem
@@ -55,9 +55,9 @@ class Solver(ABC):
         self._memory = held(self._work)
         self._model = Handle(problem.model)
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
-        self._rollout_time = 0.0
-        self._no_guess = True
-        self._given = self._work.nominal.states.copy(), self._work.nominal.inputs.copy()
+        self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
+        self._given = False, False, False
+        """Whether inputs, states and multipliers of the first guess are given."""
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
         self._compile()
@@ -90,7 +90,8 @@ class Solver(ABC):
             states: Guess, shape (N + 1, nx), which need not satisfy the dynamics; if not given, the inputs are rolled out.
             multipliers: Guess, as of an earlier solution; zero if not given.
             max_iterations: Largest number of iterations; one linearises and sweeps.
-            time_limit: No iteration begins later than this after the call [s].
+            time_limit: No iteration begins that would not be over by then, if it takes as long as the longest so far; then
+                ProxQP is not asked any more [s].
 
         Returns:
             The solution; its status says whether it may be used.
@@ -120,19 +121,16 @@ class Solver(ABC):
         Returns:
             How it ended, and the number of iterations.
         """
-        deadline = time.monotonic() + time_limit
+        self._deadline = deadline = time.monotonic() + time_limit
         if not (max_iterations >= 1 and time_limit > 0.0):
             raise DimensionError(
                 "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
                 allowed=">= 1 iteration and > 0 s",
             )  # fmt: skip
-        self._rollout_time = 0.0
+        self._rollout_time, self._gave_up = 0.0, False
         self._forget_failures()
-        self._no_guess = inputs is None and states is None
-        if self._set_guess(state, inputs, states, multipliers):
-            status, iterations = self._solve(max_iterations, deadline)
-        else:
-            status, iterations = PlanStatus.INVALID_STATE, 0
+        self._set_guess(inputs, states, multipliers)
+        status, iterations = self._solve(state, max_iterations, deadline)
         self._raise_failure()
         return self._judged(status), iterations
 
@@ -147,8 +145,8 @@ class Solver(ABC):
             self._model.content.raise_failure()
 
     @abstractmethod
-    def _solve(self, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        """Solve from the guess in the workspace: status and number of iterations."""
+    def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        """Solve from a state and the guess in the workspace: status and number of iterations."""
 
     def update_model(self, model: Any) -> None:
         """Take other parameters of the same model, without compiling.
@@ -176,33 +174,27 @@ class Solver(ABC):
         self._work.weights.state_goal[:] = vector(state_goal, self._problem.nx, "state_goal")
         self._goal_is_new = True
 
-    def _set_guess(
-        self, state: Array, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None
-    ) -> bool:
-        """Set everything back to a first guess; whether dynamics and constraints are finite at the start."""
+    def _set_guess(self, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None) -> None:
+        """Put what is given of a first guess into the workspace."""
         work = self._work
-        if inputs is None:
-            work.nominal.inputs[:] = self._problem.cost.input_goal
-        else:
+        self._given = inputs is not None, states is not None, multipliers is not None
+        if inputs is not None:
             _copy_checked("inputs", inputs, work.nominal.inputs)
         if states is not None:
             _copy_checked("states", states, work.nominal.states)
-        finite = guess.begin(self._model, self._memory, state, states is None)
         for name in Multipliers._fields if multipliers is not None else ():
             _copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
-        return bool(finite)
 
-    def _keep_guess(self) -> None:
-        """Remember the guess for another try."""
-        np.copyto(self._given[0], self._work.nominal.states)
-        np.copyto(self._given[1], self._work.nominal.inputs)
+    def _begin(self, state: Array) -> bool:
+        """Start anew from the guess in the workspace; whether dynamics and constraints are finite there."""
+        return bool(cold_start.begin(self._model, self._memory, state, *self._given))
 
     def _guess_again(self) -> None:
-        """Begin again with the guess that was kept."""
+        """Begin again with the first guess."""
         for array in self._work.multipliers:
             array[:] = 0.0
-        np.copyto(self._work.nominal.states, self._given[0])
-        np.copyto(self._work.nominal.inputs, self._given[1])
+        np.copyto(self._work.nominal.states, self._work.first.states)
+        np.copyto(self._work.nominal.inputs, self._work.first.inputs)
 
     def _iterate_carefully(self, penalty: float, max_iterations: int, deadline: float) -> int:
         """Careful iterations from the nominal trajectory and the multipliers; their code."""
@@ -223,10 +215,17 @@ class Solver(ABC):
         """Go on with a rollout that stopped at a node whose correction is left to ProxQP; False if it is not finite."""
         code = node
         while code >= 0:
-            self.quadratic_programs += 1
-            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._qp.solve(self._work.program) else -1
+            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._solve_program() else -1
             code = rollout.roll_out(self._model, self._memory, code, scale, self.options.guess_active_sets, corrections)
         return bool(code == rollout.DONE)
+
+    def _solve_program(self) -> bool:
+        """Leave a node's program to ProxQP; False if that finds no solution, or time is over."""
+        if time.monotonic() >= self._deadline:
+            self._gave_up = True
+            return False
+        self.quadratic_programs += 1
+        return self._qp.solve(self._work.program)
 
     def _accept(self) -> None:
         """The trial trajectory becomes the nominal one."""
@@ -245,7 +244,8 @@ class Solver(ABC):
         if result[RESULT.DEFECT] > feasibility:
             return PlanStatus.INFEASIBLE
         if result[RESULT.VIOLATION] > feasibility:
-            return PlanStatus.RECOVERING if self._last_violated() < self._problem.horizon else PlanStatus.INFEASIBLE
+            returns = not self._gave_up and self._last_violated() < self._problem.horizon
+            return PlanStatus.RECOVERING if returns else PlanStatus.INFEASIBLE
         return status
 
     def _solution(self, status: PlanStatus, iterations: int, total: float) -> Solution:
@@ -271,14 +271,14 @@ class Solver(ABC):
 
     def _compile(self) -> None:
         """Run every kernel once."""
-        self._set_guess(self._problem.cost.state_goal.copy(), None, None, None)
+        self._set_guess(None, None, None)
+        self._begin(self._problem.cost.state_goal.copy())
         guess.aim_straight(self._memory)
         guess.last_violation(self._memory, 0.0)
         augmented_lagrangian.linearize(self._model, self._memory)
         augmented_lagrangian.measure_nominal(self._memory)
         augmented_lagrangian.nominal_cost(self._model, self._memory)
-        guess.start_trial(self._memory)
-        rollout.roll_out(self._model, self._memory, -1, 0.0, True, 0)
+        self._roll_out(0.0)
         self._accept()
 
     def _check_integrators(self) -> None:
@@ -311,5 +311,5 @@ def _copy_checked(field: str, values: ArrayLike, out: Array) -> None:
 def read_only(array: Array) -> Array:
     """A copy that cannot be written to."""
     copy = array.copy()
-    copy.flags.writeable = False
+    copy.setflags(write=False)
     return copy

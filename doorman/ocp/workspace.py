@@ -217,6 +217,8 @@ class Workspace(NamedTuple):
     nominal: Trajectory
     trial: Trajectory
     saved: Trajectory
+    first: Trajectory
+    """First guess, for another try."""
     multipliers: Multipliers
     proposal: Multipliers
     active: ActiveSet
@@ -255,6 +257,7 @@ class Workspace(NamedTuple):
             nominal=trajectory(),
             trial=trajectory(),
             saved=trajectory(),
+            first=trajectory(),
             multipliers=Multipliers(*multipliers(np.float64)),
             proposal=Multipliers(*multipliers(np.float64)),
             active=ActiveSet(*multipliers(np.int8), *(np.zeros(n, dtype=np.int64) for _ in range(2))),
@@ -314,6 +317,12 @@ class Result(NamedTuple):
     """What the last change of the multipliers was worth, in units of the cost."""
     NEAR: int = 18
     """1 while derivatives along the nominal trajectory are good enough for a rollout's first corrections."""
+    STRAIGHT: int = 19
+    """1 if the first guess was the straight line."""
+    EXPECTED: int = 20
+    """J of what the iterations ended with, before it was rolled out."""
+    ROLLOUT_TIME: int = 21
+    """Duration of the last rollout [s]."""
 
 
 RESULT = Result()

@@ -74,6 +74,37 @@ def test_every_budget_ends_with_an_honest_plan() -> None:
     assert hurried.status is not PlanStatus.CONVERGED
 
 
+def test_a_solve_without_time_leaves_constraints_alone_and_says_so() -> None:
+    """No time for ProxQP, to which every program would go: what comes of that violates a row, and is not called a way back."""
+    variant = TASKS["speed"]
+    solver = Hybrid(variant.problem(), SolverOptions(guess_active_sets=False))
+    pushed = np.full((30, 2), 1.0)
+    hurried = solver.solve(variant.start, pushed, max_iterations=1, time_limit=1e-9)
+    assert solver.quadratic_programs == 0
+    assert variant.violation(hurried.states, hurried.inputs) > 1e-6
+    assert hurried.status is PlanStatus.INFEASIBLE
+    patient = solver.solve(variant.start, pushed, max_iterations=1)
+    assert solver.quadratic_programs > 0
+    assert patient.usable
+
+
+def test_aiming_anew_in_vain_leaves_the_trajectory_that_was_usable() -> None:
+    variant = Variant(start=(-0.3, 0.1, 0.0), speed=0.5, force=(-0.7, 0.8))
+    solver = Hybrid(variant.problem())
+    too_fast = np.array([-0.3, 5.0, 0.0])
+    assert not solver.run(too_fast)[0].usable
+    solver.solve(variant.start)
+    followed = solver.follow(np.array(variant.start), 0.0, 1)
+    before, cost = solver.trajectory(), solver.cost
+    assert followed.usable
+    status, _ = solver.aim_anew(too_fast, followed, 4, np.inf)
+    assert status is followed
+    for now, then in zip(solver.trajectory(), before, strict=True):
+        np.testing.assert_array_equal(now, then)
+    assert solver.worst()[0] <= 1e-6
+    assert solver.cost == pytest.approx(cost, rel=1e-12)
+
+
 def test_a_warm_start_with_multipliers_needs_fewer_iterations() -> None:
     variant = TASKS["wall"]
     solver = Hybrid(variant.problem())

@@ -30,6 +30,9 @@ Array = NDArray[np.float64]
 RATE = 1000.0
 """Of the planner [Hz]."""
 
+BUDGET = 7e-4
+"""Of a replan [s]."""
+
 FLIGHT = 10.0
 """Length of a flight [s]."""
 
@@ -115,7 +118,7 @@ def _plan(layout: Layout, core: int, length: float, ready: Event, sender: Any) -
     for tick, deadline in _ticks(length, RATE):
         begun = time.perf_counter()
         measured, state = board.read_state()
-        plan = planner.replan(state)
+        plan = planner.replan(state, time_limit=BUDGET)
         unusable += not plan.usable
         if plan.usable:
             board.write_plan(measured, plan)

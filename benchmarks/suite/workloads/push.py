@@ -24,6 +24,9 @@ STEPS, QUICK_STEPS = 150, 50
 RESISTANCE = 0.8
 """Of the hinge that the push works against [N m]."""
 
+BUDGET = 8e-3
+"""Of a replan [s]."""
+
 FLIGHTS, QUICK_FLIGHTS = 6, 2
 """Without and with noise, each; the planners take turns."""
 
@@ -66,7 +69,7 @@ def _fly(planner: doorman.Planner, steps: int, seed: int, noisy: bool) -> list[d
         state = plan.states[1] + (_noise(len(plan.states[1]), rng) if noisy else 0.0)
         interruptions = resource.getrusage(resource.RUSAGE_SELF).ru_nivcsw
         started = time.perf_counter()
-        plan = planner.replan(state)
+        plan = planner.replan(state, time_limit=BUDGET)
         seconds = time.perf_counter() - started
         rows.append(
             {
