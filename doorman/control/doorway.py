@@ -1,10 +1,14 @@
-"""The doorway: where between the jambs a vehicle may be."""
+"""The doorway: where between the jambs a vehicle may be, and how near to the leaf it is."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.kinematics.door import door_normal
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -26,6 +30,7 @@ class Doorway:
     def __init__(self, model: Model, margin: float | None = None) -> None:
         room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)
         hinge = float(model.door.hinge_position[1])
+        self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
         self.lowest, self.highest = hinge + room, hinge + model.door.width - room
         """Bounds of y that keep the margin [m]."""
 
@@ -48,3 +53,16 @@ class Doorway:
         soon = position[1] + _AHEAD * velocity[1]
         allowed[1] = min(max(place[1], lowest), highest) + _SENT_BACK * (min(max(soon, lowest), highest) - soon)
         return allowed
+
+    def gap(self, position: Array, attitude: Array, door_angle: float) -> float:
+        """Between rotor disc and leaf, wherever the tip is [m].
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            attitude: Φ, shape (3,) [rad].
+            door_angle: α [rad].
+        """
+        normal = door_normal(door_angle)
+        contact = self._door.contact_point(door_angle, self._coupling.distance_from_hinge, self._coupling.height)
+        slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)
+        return float(normal @ (contact - position)) - self._radius * math.sqrt(max(1.0 - slope * slope, 0.0))

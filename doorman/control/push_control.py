@@ -45,6 +45,10 @@ _LEAST_SAG = 0.04
 """A vertical slip is believed beyond this: it keeps a tip from creeping,"""
 _MOST_SAG = 0.1
 """and up to this: to lift a tip that friction holds would take thrust that the push needs [m]."""
+_NARROW = 0.03
+"""Gap between disc and leaf from which on the push is eased [m],"""
+_EASED = 150.0
+"""by so much of it [N/m]."""
 _HEADING_LEAD = 0.3
 """Largest difference of that reference from the heading [rad]."""
 
@@ -106,7 +110,12 @@ class PushController:
         least, most = self._bounds(max(0.0, resistance) / self._lever)
         if self._too_fast(estimate, resistance):
             least, most = self._settings.least_force, max(0.5 * least, self._settings.least_force)
-        return self._with(setpoint, normal, min(max(push, least), most), estimate)
+        return self._with(setpoint, normal, self._eased(min(max(push, least), most), estimate), estimate)
+
+    def _eased(self, push: float, estimate: Estimate) -> float:
+        """A push that lets a vehicle which leans on the leaf with its disc nearly there straighten up again [N]."""
+        gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
+        return max(push - _EASED * max(_NARROW - gap, 0.0), min(push, self._settings.least_force))
 
     def _too_fast(self, estimate: Estimate, resistance: float) -> bool:
         """Whether the door is far from being stopped before the goal by the share of its resistance that plans count on."""

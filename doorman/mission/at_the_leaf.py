@@ -18,6 +18,8 @@ _SPEED_GAIN = 12.0
 """Of the tip's speed in free flight, along the door's normal [N s/m]."""
 _LARGEST_PUSH = 2.0
 """Of that law [N]."""
+_CREEP = 0.01
+"""With which a resting tip that has left the leaf comes back [m/s]."""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 
@@ -72,13 +74,13 @@ class AtTheLeaf:
         return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
 
     def rest(self, estimate: Estimate, push: float) -> Setpoint:
-        """Push so gently that a small error of the force would take the tip away: that is braked.
+        """Push so gently that a small error of the force would take the tip away: that is braked, and the tip comes back.
 
         Args:
             estimate: What is known now.
             push: F_n [N].
         """
-        return self.push(estimate, push + min(max(-_SPEED_GAIN * estimate.tip_speed, 0.0), _LARGEST_PUSH))
+        return self.push(estimate, push + min(max(_SPEED_GAIN * (_CREEP - estimate.tip_speed), 0.0), _LARGEST_PUSH))
 
     def move(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the normal.

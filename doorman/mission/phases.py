@@ -48,7 +48,7 @@ _EASING = 1.5
 """Time in which the push on an opened door fades [s]."""
 _WATCHING = 3.0
 """For which the tip only rests on it then [s]."""
-_RESTING = 0.1
+_RESTING = 0.15
 """Push of a tip that rests on the leaf [N]."""
 _COMES_BACK = math.radians(0.35)
 """A door that has moved back by more meanwhile would not stay."""

@@ -125,9 +125,26 @@ def test_a_tip_that_rests_on_the_leaf_is_kept_from_leaving_and_not_from_pressing
 ) -> None:
     leaf, last = AtTheLeaf(model, converter), hovering(model, 0.0, 1.0, 1.0)[-1]
     leaf.begin(0.0)
-    still, leaving, pressing = (leaf.rest(replace(last, tip_speed=speed), 0.1).push for speed in (0.0, -0.05, 0.05))
-    assert still is not None and leaving is not None
-    assert still == pressing < leaving
+    coming, leaving, pressing = (leaf.rest(replace(last, tip_speed=speed), 0.1).push for speed in (0.02, -0.05, 0.05))
+    assert coming is not None and leaving is not None
+    assert coming == pressing < leaving
+
+
+def test_the_push_is_eased_where_the_disc_is_near_the_leaf(model: Model, converter: StateConverter, plan: Plan) -> None:
+    doorway, last = Doorway(model), at_rest(model, np.zeros(3))
+    normal, attitude = door_normal(last.door_angle), last.state[:3]
+    gap = doorway.gap(last.position, attitude, last.door_angle)
+    level = model.constraints([*attitude, last.door_angle, 0.0, *last.arm_angles])
+    assert gap > 0.03
+    assert gap == pytest.approx(-level[model.constraint_names.index("disc clear of leaf")], abs=1e-6)
+    pushes = []
+    for shift in (0.0, gap - 0.03, gap - 0.01, gap):
+        control = PushController(model, converter)
+        control.begin(1.0)
+        moved = replace(last, position=last.position + shift * normal)
+        pushes.append(control.follow(plan, 0.0, moved, 3.0, TICK).push)
+    assert pushes[0] == pytest.approx(pushes[1], abs=1e-6)
+    assert pushes[1] > pushes[2] >= pushes[3] > 0.0
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
