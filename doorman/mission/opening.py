@@ -55,6 +55,8 @@ _STUCK_IN_SWING = 6.0
 """The same for a pushed door that has swung: somebody holds it, and pushing harder tilts the disc onto the leaf [s]."""
 _SWINGING = 4
 """Steps of progress after which a door has swung."""
+_HEADING_LOST = math.radians(50.0)
+"""A pushing vehicle that is turned so far from the line of headings between start and goal does not find back."""
 _PATIENCE = 12.0
 """Hold times after which a door that swings about the goal is near enough."""
 
@@ -74,6 +76,7 @@ class Opening:
     ) -> None:
         self._converter, self._schedule, self._push = converter, schedule, push
         self._settings, self._hold_time = model.scenario.push, model.scenario.mission.hold_time
+        self._start_state, self._goal_state = model.start_state, model.goal_state
         self._goal, self._lever = float(model.goal_state[3]), model.coupling.distance_from_hinge
         self._weight = model.vehicle.mass * GRAVITY
         self._tip_position = model.vehicle.tip_position
@@ -181,6 +184,9 @@ class Opening:
 
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
+        turned = math.degrees(abs(self._turned(estimate)))
+        if self._push is not None and turned > math.degrees(_HEADING_LOST):
+            return f"the heading is lost: {turned:.0f}° beside where it should be at {math.degrees(estimate.door_angle):.1f}°"
         in_swing = self._push is not None and self._steps_nearer > _SWINGING
         if (
             estimate.time - self._progress_at < (_STUCK_IN_SWING if in_swing else _STUCK)
@@ -191,6 +197,12 @@ class Opening:
             f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
             f"against {max(0.0, -estimate.door_disturbance):.2f} N m"
         )
+
+    def _turned(self, estimate: Estimate) -> float:
+        """Heading beside the line from start to goal [rad]."""
+        start, goal = self._start_state, self._goal_state
+        line = float(start[2] + (estimate.door_angle - start[3]) / (goal[3] - start[3]) * (goal[2] - start[2]))
+        return math.remainder(float(estimate.state[2]) - line, 2.0 * math.pi)
 
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""

@@ -1,4 +1,8 @@
-"""ProxQP on one node's quadratic program: bounded in time, warm-started, with checked data."""
+"""ProxQP on one node's quadratic program: bounded in time, warm-started, with checked data.
+
+The last bits of ProxQP's solution depend on where its memory lies, and so on the process. What is taken of it is therefore the
+set of active rows; the solution that belongs to it is computed anew.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +15,8 @@ from doorman.ocp.workspace import Program
 Array = NDArray[np.float64]
 
 _LIMIT = 1e20
+_ACCURACY = 1e-9
+"""By which rows and multipliers of a solution that is computed anew may be wrong."""
 
 
 class StageQpSolver:
@@ -49,8 +55,29 @@ class StageQpSolver:
         warm = self._ready
         if not self._attempt(program) and not (warm and self._attempt(program)):  # the last solution: a bad start
             return False
-        program.step[:] = self._qp.results.x
-        np.maximum(self._qp.results.z, 0.0, out=program.multipliers)
+        if not self._solve_for_active_rows(program):
+            program.step[:] = self._qp.results.x
+            np.maximum(self._qp.results.z, 0.0, out=program.multipliers)
+        return True
+
+    def _solve_for_active_rows(self, program: Program) -> bool:
+        """Solution with the rows that ProxQP has found active as equations; False if it is none."""
+        n, slack = len(program.gradient), program.constraints + program.jacobian @ self._qp.results.x
+        active = np.flatnonzero(self._qp.results.z > -slack)
+        rows, size = program.jacobian[active], n + len(active)
+        system = np.zeros((size, size))
+        system[:n, :n], system[:n, n:], system[n:, :n] = program.hessian, rows.T, rows
+        try:
+            found = np.linalg.solve(system, -np.concatenate([program.gradient, program.constraints[active]]))
+        except np.linalg.LinAlgError:
+            return False
+        step, multipliers = found[:n], found[n:]
+        holds = (program.constraints + program.jacobian @ step <= _ACCURACY).all() and (multipliers >= -_ACCURACY).all()
+        if not holds or not np.isfinite(found).all():
+            return False
+        program.step[:] = step
+        program.multipliers[:] = 0.0
+        program.multipliers[active] = np.maximum(multipliers, 0.0)
         return True
 
     def _attempt(self, program: Program) -> bool:

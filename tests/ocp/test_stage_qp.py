@@ -38,6 +38,24 @@ def test_the_solution_satisfies_the_conditions(program: Program) -> None:
         assert np.abs(stationarity).max() < 1e-8
 
 
+def test_every_solver_finds_the_same_bits(program: Program, rng: np.random.Generator) -> None:
+    """ProxQP's own last bits depend on where its memory lies."""
+    n, rows, memory = 8, 30, []
+    factor, jacobian = rng.normal(size=(n, n)), rng.normal(size=(rows, n))
+    found = set()
+    for _ in range(12):
+        larger = program._replace(
+            hessian=factor @ factor.T + np.eye(n), gradient=10.0 * np.arange(n) - 30.0, jacobian=jacobian.copy(),
+            constraints=np.full(rows, -0.3), step=np.zeros(n), multipliers=np.zeros(rows),
+        )  # fmt: skip
+        memory.append(np.zeros(rng.integers(1, 200)))
+        solver = solver_of(larger)
+        assert solver.solve(larger)
+        assert np.count_nonzero(larger.multipliers) >= 3
+        found.add(larger.step.tobytes() + larger.multipliers.tobytes())
+    assert len(found) == 1
+
+
 def test_a_row_without_end_does_not_bind(program: Program) -> None:
     program.constraints[0] = -1e300
     assert solver_of(program).solve(program)
