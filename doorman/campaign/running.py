@@ -24,6 +24,8 @@ OnRow = Callable[[Row, int, int], None]
 
 _CONNECTION_TIME = 10.0
 """Longest time to find a cluster [s]."""
+_STATUS_PAGE = "127.0.0.1:0"
+"""Of a local cluster and its workers: without an address Dask listens on port 8787 of every interface, or on another one."""
 
 _cockpits: dict[tuple[str, int], Cockpit] = {}
 """Of this process, by campaign and thread."""
@@ -61,7 +63,7 @@ def run_campaign(
         rows = {run: row for run, row in read_parts(parts).items() if run in flights}
         missing = [flight for run, flight in flights.items() if run not in rows]
         if missing:
-            with _client(min(workers or _cores(), len(missing)), scheduler) as client:
+            with connected(min(workers or _cores(), len(missing)), scheduler) as client:
                 for row in _flown(client, missing):
                     write_part(row, parts)
                     rows[row["run"]] = row
@@ -127,13 +129,18 @@ def close_cockpits(campaign: str) -> None:
 
 
 @contextmanager
-def _client(workers: int, scheduler: str | None) -> Iterator[Client]:
+def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
     """A client of the cluster at an address, or of one made here, whose workers are threads that wait for their pilots."""
     logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is None:
         with (
             LocalCluster(  # type: ignore[no-untyped-call]
-                n_workers=workers, threads_per_worker=1, processes=False, dashboard_address=None, memory_limit=None
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=False,
+                dashboard_address=_STATUS_PAGE,
+                worker_dashboard_address=_STATUS_PAGE,
+                memory_limit=None,
             ) as cluster,
             Client(cluster) as client,  # type: ignore[no-untyped-call]
         ):

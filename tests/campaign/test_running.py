@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 import doorman
 from doorman.campaign import Campaign
 from doorman.campaign.results import OF_THE_CLOCK
-from doorman.campaign.running import durable_rows, run_campaign
+from doorman.campaign.running import connected, durable_rows, run_campaign
 from doorman.cli import app
 from doorman.exceptions import DoormanError
 
@@ -44,6 +44,18 @@ def test_every_run_has_a_row_and_the_table_holds_them(flown):
     for row in rows:
         assert row["success"] is False and row["reason"]  # the flights are too short to open a door
         assert row["error"] is not None or abs(row["final_error_deg"] - 70.0) < 5.0
+
+
+def listening() -> set[str]:
+    """Addresses that this process listens on."""
+    connections = psutil.Process().net_connections("inet")
+    return {connection.laddr.ip for connection in connections if connection.status == psutil.CONN_LISTEN}
+
+
+def test_a_local_cluster_listens_on_loopback_only_and_beside_another():
+    with connected(2, None) as one, connected(1, None) as other:
+        assert one.submit(abs, -1).result() == other.submit(abs, 1).result() == 1
+        assert listening() == {"127.0.0.1"}
 
 
 def test_a_run_that_raises_is_a_row_with_its_error(flown):
@@ -71,7 +83,7 @@ def test_another_cluster_goes_on_with_a_larger_campaign_to_the_same_rows(campaig
     for run in (3, 4):
         (tmp_path / "runs" / f"run-{run:07d}.parquet").unlink()
     seen: list[tuple[int, int, int]] = []
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, memory_limit=None) as cluster:
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0", memory_limit=None) as cluster:
         more = run_campaign(
             campaign, tmp_path, scheduler=cluster.scheduler_address,
             on_row=lambda row, known, total: seen.append((row["run"], known, total)),
