@@ -13,9 +13,12 @@ from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
 from doorman.mission.at_the_leaf import AtTheLeaf
+from doorman.mission.opening import Opening
+from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
 from doorman.ocp.push_planning import push_state
+from doorman.recording import Recorder
 from doorman.scenario import Scenario
 from doorman.signals import Measurement
 
@@ -145,6 +148,21 @@ def test_the_push_is_eased_where_the_disc_is_near_the_leaf(model: Model, convert
         pushes.append(control.follow(plan, 0.0, moved, 3.0, TICK).push)
     assert pushes[0] == pytest.approx(pushes[1], abs=1e-6)
     assert pushes[1] > pushes[2] >= pushes[3] > 0.0
+
+
+def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateConverter) -> None:
+    opening = Opening(
+        model, converter, PlanSchedule(Planner(model), 0, Recorder(None, {})), PushController(model, converter)
+    )
+    last = at_rest(model, np.zeros(3))
+
+    def reason(degrees: float) -> str:
+        state = last.state.copy()
+        state[2] = float(model.start_state[2]) + np.radians(degrees)
+        return opening.stuck(replace(last, state=state))
+
+    assert [reason(degrees) for degrees in (0.0, 48.0, -48.0)] == ["", "", ""]
+    assert all("heading is lost" in reason(degrees) for degrees in (52.0, -52.0, 170.0))
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
