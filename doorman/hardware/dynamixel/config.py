@@ -37,6 +37,8 @@ class ServoConfig:
     """Of the joints, shape (n,) [rad/s]."""
     ids: tuple[int, ...] = (1, 2, 3, 4)
     """Servo of every joint."""
+    independent: tuple[int, ...] = ()
+    """Indices of joints that go on following commands while another one's servo has failed: a gripper must still let go."""
     directions: tuple[int, ...] | None = None
     """+1 where the servo's positive direction (counter-clockwise, seen onto its horn) is the joint's, else −1."""
     zero_positions: tuple[int, ...] | None = None
@@ -140,6 +142,9 @@ class ServoConfig:
     def _check_ids(self) -> None:
         self._require(len(self.ids) >= 1 and len(set(self.ids)) == self.n, "ids", "distinct ids, at least one")
         self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
+        joints = f"distinct indices of joints, 0 … {self.n - 1}"
+        distinct = len(set(self.independent)) == len(self.independent)
+        self._require(distinct and set(self.independent) <= set(range(self.n)), "independent", joints)
         self._require(len(self.models) >= 1, "models", "at least one model number")
         self._require(self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(str(rate) for rate in BAUD_CODES))
 

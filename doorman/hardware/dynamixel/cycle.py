@@ -18,6 +18,7 @@ from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.telemetry import Telemetry
 from doorman.hardware.dynamixel.units import CURRENT_UNIT, VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
 
+_ILL = STOPPING | LATCHED
 _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
 
 
@@ -117,12 +118,17 @@ class ServoCycle:
             self.bus_fault |= ServoFault.COMMAND_STALE
         faults = self._faults()
         self._report(now, faults)
-        holding = any(fault & (STOPPING | LATCHED) for fault in (self.bus_fault, *faults))
-        if holding or command is None:
+        ill = [bool(fault & _ILL) for fault in faults]
+        bus_ill = bool(self.bus_fault & _ILL)
+        holding = bus_ill or any(ill)
+        if bus_ill or command is None:
             counts = self._governor.halt()
         else:
+            independent = self._config.independent
+            stopped = [ill[joint] if joint in independent else holding for joint in range(self._config.n)]
+            rates = [0.0 if stop else rate for stop, rate in zip(stopped, command.rates, strict=True)]
             ages = [now - monitor.time for monitor in self.monitors]
-            counts = self._governor.counts(command.rates, self._angles(), ages)
+            counts = self._governor.counts(rates, self._angles(), ages)
         self._send(counts)
         sample = self.sample(BusState.HOLDING if holding else BusState.FOLLOWING)
         self._revive_one()

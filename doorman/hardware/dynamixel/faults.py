@@ -78,7 +78,7 @@ STOPPING = (
     | ServoFault.UNPLUGGED
     | ServoFault.COMMAND_STALE
 )
-"""Every servo is commanded to zero velocity until they have passed."""
+"""Every servo, except `ServoConfig.independent` ones that are well, is commanded to zero velocity until they have passed."""
 LATCHED = (
     ServoFault.RESTARTED
     | ServoFault.TORQUE_OFF
@@ -89,7 +89,7 @@ LATCHED = (
     | ServoFault.WRONG_MODEL
     | ServoFault.INTERNAL
 )
-"""Every servo is commanded to zero velocity until `ServoBus.recover` succeeds."""
+"""The same until `ServoBus.recover` succeeds."""
 
 
 @dataclass(frozen=True)

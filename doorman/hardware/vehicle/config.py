@@ -102,7 +102,9 @@ def vehicle_config(
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
-            latency=0.006, stale_after=0.05, directions=None if directions is None else tuple(directions),
+            independent=(len(lower) - 1,) if grips else (),
+            latency=0.006, stale_after=0.05,
+            directions=None if directions is None else tuple(directions),
             zero_positions=None if zero_positions is None else tuple(zero_positions),
         ),
         mocap=None if mocap is None else MocapConfig(
