@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import gc
 import math
+import threading
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -165,6 +167,29 @@ def test_a_flight_opens_ticks_records_and_stops(model: Model) -> None:
         assert command.thrust == pytest.approx(float(np.linalg.norm(recording["controller"]["force"][k])))
         np.testing.assert_array_equal(recording["command"]["attitude"][k], command.attitude)
         assert (np.abs(command.arm_rates) <= model.vehicle.rate_limits + 1e-12).all()
+
+
+@pytest.mark.parametrize("real_time", [False, True])
+def test_a_plant_that_goes_on_is_planned_for_in_another_thread(model: Model, real_time: bool) -> None:
+    class ThreadedPlanner(NotedPlanner):
+        def _noted(self, kind, plan):
+            self.told.append(threading.current_thread())
+            return super()._noted(kind, plan)
+
+        def update_door(self, **torques: float) -> None:
+            Planner.update_door(self, **torques)
+
+    def slowly(measurement: Measurement) -> Measurement:
+        time.sleep(TICK)
+        return measurement
+
+    planner, backend = ThreadedPlanner(model), ScriptedBackend(model, slowly)
+    backend.real_time = real_time
+    before = threading.active_count()
+    Mission(model, planner).fly(backend, 0.3)
+    assert len(planner.calls) > 3
+    assert (threading.main_thread() in planner.told) is not real_time
+    assert threading.active_count() == before, "the thread has ended"
 
 
 def test_pitch_is_let_go_gradually_roll_and_yaw_at_once(model: Model) -> None:

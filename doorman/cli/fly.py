@@ -22,8 +22,8 @@ from doorman.cli.overrides import parse_overrides
 from doorman.feasibility import check
 from doorman.flight import Check, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
-from doorman.hardware.vehicle.scheduling import real_time
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.ocp.planner import Planner

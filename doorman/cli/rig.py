@@ -15,7 +15,7 @@ import typer
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot_onboard import Flavour
-from doorman.hardware.vehicle.scheduling import real_time
+from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup

@@ -14,8 +14,8 @@ import numpy as np
 from doorman.feasibility import Report, Severity
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
-from doorman.hardware.vehicle.scheduling import is_real_time
 from doorman.model import Model
 
 _LEAST_RATE = 0.6

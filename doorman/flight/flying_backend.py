@@ -11,8 +11,8 @@ from doorman.flight.guarded import GuardedFlight
 from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import SafetyLimits
+from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
-from doorman.hardware.vehicle.scheduling import real_time
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.ocp.planner import Planner
@@ -30,6 +30,8 @@ class FlyingBackend(Backend):
         limits: Of the supervisor.
         recorder: Gets what the links and the supervisor tell.
     """
+
+    real_time = True
 
     def __init__(
         self,

@@ -12,6 +12,9 @@ from doorman.signals import Measurement as Measurement
 class Backend(ABC):
     """A vehicle with an arm, simulated or real. Constructors touch no device: `open` does, and `with` always stops."""
 
+    real_time: bool = False
+    """Whether the plant goes on while the mission computes: plans are made in a thread of their own then."""
+
     @abstractmethod
     def open(self) -> None:
         """Start the plant or connect the links; `read` may be called from here on.

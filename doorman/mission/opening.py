@@ -55,6 +55,8 @@ _STUCK_IN_SWING = 6.0
 """The same for a pushed door that has swung: somebody holds it, and pushing harder tilts the disc onto the leaf [s]."""
 _SWINGING = 4
 """Steps of progress after which a door has swung."""
+_SILENT = 0.5
+"""A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _HEADING_LOST = math.radians(50.0)
 """A pushing vehicle that is turned so far from the line of headings between start and goal does not find back."""
 _PATIENCE = 12.0
@@ -184,6 +186,8 @@ class Opening:
 
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
+        if (late := self._schedule.overdue(estimate.time)) > _SILENT:
+            return f"the planner is silent for {late:.1f} s"
         turned = math.degrees(abs(self._turned(estimate)))
         if self._push is not None and turned > math.degrees(_HEADING_LOST):
             return f"the heading is lost: {turned:.0f}° beside where it should be at {math.degrees(estimate.door_angle):.1f}°"

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
+from doorman.mission.planning_thread import PlanningThread
 from doorman.ocp.planner import Plan, Planner
 from doorman.ocp.planning_model import planning_model
 from doorman.recording import Recorder
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -20,13 +26,36 @@ class TimedPlan:
     available_at: float
 
 
+@dataclass(frozen=True)
+class _Order:
+    """What is to be planned."""
+
+    time: float
+    state: Array
+    door_disturbance: float
+    margin: float
+    cold: bool
+    epoch: int
+    """Orders from before the schedule forgot are of no use any more."""
+
+
+@dataclass(frozen=True)
+class _Answer:
+    order: _Order
+    plan: Plan
+    normal_force: Array
+
+
 @dataclass
 class PlanSchedule:
     """Plans once per period; hands out the newest one that is old enough to be known.
 
+    Plans are made in `update` itself, and taken into use so many periods later; or, where time does not wait, in a thread of
+    their own while the controller goes on (`running`), and taken into use as soon as they are there.
+
     Args:
         planner: The planner.
-        latency_periods: Periods between the measurement of a state and the use of its plan.
+        latency_periods: Periods between the measurement of a state and the use of its plan, where `update` plans.
         recorder: Where every plan goes.
     """
 
@@ -38,6 +67,8 @@ class PlanSchedule:
     """What `update` returned last."""
     _next: float = 0.0
     _started: bool = False
+    _epoch: int = 0
+    _thread: PlanningThread[_Order, _Answer] | None = None
 
     def __post_init__(self) -> None:
         self._planning = planning_model(self.planner.model)
@@ -47,7 +78,23 @@ class PlanSchedule:
         """Between plans [s]."""
         return 1.0 / self.planner.settings.rate
 
-    def update(self, now: float, state: np.ndarray, door_disturbance: float, lean: float = 0.0) -> TimedPlan | None:
+    @contextmanager
+    def running(self, in_background: bool) -> Iterator[None]:
+        """Plan in a thread of its own meanwhile, or in `update`.
+
+        Args:
+            in_background: Whether in a thread; the planner belongs to it meanwhile.
+        """
+        if not in_background:
+            yield
+            return
+        with PlanningThread(self._carry_out) as self._thread:
+            try:
+                yield
+            finally:
+                self._thread = None
+
+    def update(self, now: float, state: Array, door_disturbance: float, lean: float = 0.0) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
         A plan that is not flyable is recorded and dropped: the last usable one is followed to its end, where it rests.
@@ -60,36 +107,60 @@ class PlanSchedule:
 
         Returns:
             The plan, or None before the first one is known.
+
+        Raises:
+            DoormanError: what the planner raised, in whichever thread.
         """
-        if now >= self._next - 1e-9:
+        thread = self._thread
+        if thread is not None and (answer := thread.take()) is not None:
+            self._take(answer, now)
+        if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            self.planner.update_door(friction=0.0, disturbance=door_disturbance)
-            self.planner.update_margin(self.planner.settings.margin + lean)
-            self._plan(now, state, door_disturbance)
+            margin = self.planner.settings.margin + lean
+            order = _Order(now, state, door_disturbance, margin, not self._started, self._epoch)
+            self._started = True
+            if thread is None:
+                self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
+            else:
+                thread.begin(order, now)
         while self._waiting and self._waiting[0].available_at <= now + 1e-9:
             self.current = self._waiting.pop(0)
         return self.current
+
+    def overdue(self, now: float) -> float:
+        """How long the planner has been at work on a plan that is not there yet [s].
+
+        Args:
+            now: [s].
+        """
+        return 0.0 if self._thread is None else self._thread.at_work(now)
 
     def forget(self) -> None:
         """Begin anew: what was planned before is not to be followed any more."""
         self._waiting.clear()
         self.current = None
         self._started = False
+        self._epoch += 1
 
-    def _plan(self, now: float, state: np.ndarray, door_disturbance: float) -> None:
-        first, self._started = not self._started, True
-        plan = self.planner.plan(state) if first else self.planner.replan(state)
-        available_at = now + (0.0 if first else self.latency_periods * self.period)
-        if plan.flyable:
-            self._waiting.append(TimedPlan(plan, now, available_at))
+    def _carry_out(self, order: _Order) -> _Answer:
+        planner = self.planner
+        planner.update_door(friction=0.0, disturbance=order.door_disturbance)
+        planner.update_margin(order.margin)
+        plan = planner.plan(order.state) if order.cold else planner.replan(order.state)
+        return _Answer(order, plan, planner.normal_forces(plan))
+
+    def _take(self, answer: _Answer, available_at: float) -> None:
+        order, plan = answer.order, answer.plan
+        if plan.flyable and order.epoch == self._epoch:
+            self._waiting.append(TimedPlan(plan, order.time, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)
         self.recorder.write(
             "plan",
-            now,
+            order.time,
             {
-                "cold": first,
-                "door_disturbance": door_disturbance,
-                "margin": self.planner.margin,
+                "cold": order.cold,
+                "door_disturbance": order.door_disturbance,
+                "margin": order.margin,
                 "state": states[0],
                 "states": states,
                 "inputs": inputs,
@@ -99,8 +170,8 @@ class PlanSchedule:
                 "iterations": plan.iterations,
                 "status": plan.status.value,
                 "solve_time": plan.solve_time,
-                "deadline_missed": bool(not first and plan.solve_time > self.period),
+                "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
-                "normal_force": self.planner.normal_forces(plan),
+                "normal_force": answer.normal_force,
             },
         )

@@ -8,7 +8,7 @@ import pytest
 from flight_rig import FlightRig
 
 from doorman.flight import rehearse
-from doorman.hardware.vehicle.scheduling import real_time
+from doorman.hardware.scheduling import real_time
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ from typing import Any, cast
 import numpy as np
 
 from doorman.hardware.emulators.mocap import StreamFaults
-from doorman.hardware.vehicle.scheduling import real_time
+from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup

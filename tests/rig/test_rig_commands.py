@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 
 from doorman.cli import app
 from doorman.flight import Verdict
-from doorman.hardware.vehicle.scheduling import real_time
+from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.rig import Rig, RigSetup

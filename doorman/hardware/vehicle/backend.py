@@ -34,6 +34,8 @@ class VehicleBackend(Backend):
         links: The vehicle's links.
     """
 
+    real_time = True
+
     def __init__(self, model: Model, links: VehicleLinks) -> None:
         if links.config.n_arm != model.n_arm:
             raise BackendError("not the servos of this arm", field="servos.ids", given=links.config.n_arm,

@@ -22,7 +22,11 @@ def table(heading: str) -> list[list[str]]:
 
 
 def names_of_tests() -> set[str]:
-    paths = [*HERE.glob("test_*.py"), *(HERE.parents[1] / "rig").glob("test_*.py")]
+    paths = [
+        *HERE.glob("test_*.py"),
+        *(HERE.parents[1] / "rig").glob("test_*.py"),
+        HERE.parents[1] / "test_planning_thread.py",
+    ]
     trees = (ast.parse(path.read_text(encoding="utf-8")) for path in paths)
     return {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
 

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 
 PRIORITY = 20
 """Of the real-time class, 1 … 99; above ordinary processes, below the kernel's own threads."""
+_BEHIND = 5
+"""By which a thread that gives way is behind the others."""
 SWITCH_INTERVAL = 0.0005
 """After which a Python thread gives way to another that waits; the default of 5 ms is a whole tick [s]."""
 
@@ -36,6 +38,13 @@ def real_time() -> Iterator[bool]:
             _schedule(*before)
         gc.unfreeze()
         sys.setswitchinterval(interval)
+
+
+def give_way() -> None:
+    """Let this thread go after the others of the real-time class, if it is in that; a planner never delays a controller so."""
+    if is_real_time():
+        policy, priority = os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
+        _schedule(policy, max(priority - _BEHIND, 1))
 
 
 def _schedule(policy: int, priority: int) -> tuple[int, int] | None:
