@@ -11,6 +11,7 @@ from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome
 from doorman.hardware.safety import Action, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
+from doorman.mission.motion import way_out
 from doorman.model import Model
 from doorman.recording import Recorder
 
@@ -136,7 +137,7 @@ class GuardedFlight:
         return ours and self.supervisor.action not in (Action.LAND, Action.RELEASE)
 
     def _back_off(self) -> None:
-        """Let go of the door, fly straight back to the hover point without turning, and turn there."""
+        """Let go of the door, fly out of the doorway and to the hover point without turning, and turn there."""
         autopilot, places = self.links.autopilot, self.places
         autopilot.resume()
         autopilot.hold()
@@ -145,6 +146,8 @@ class GuardedFlight:
             self.links.let_go()
             time.sleep(0.02)
         self.links.rest_arm()
-        yaw = float(autopilot.state().attitude[2])
-        if fly_to(autopilot, places.hover, yaw):
+        state = autopilot.state()
+        yaw = float(state.attitude[2])
+        way = (*way_out(self.model, state.position, float(self.model.start_state[3])), places.hover)
+        if all(fly_to(autopilot, place, yaw) for place in way):
             fly_to(autopilot, places.hover, places.yaw)

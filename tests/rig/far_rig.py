@@ -41,6 +41,7 @@ class Served:
         for faults in (rig.autopilot.outgoing, rig.autopilot.incoming, rig.servos.faults):
             vars(faults).update(vars(type(faults)()))
         rig.autopilot.stop_heartbeats(stopped=False)
+        rig.autopilot.fail_estimator(failed=False)
         rig.autopilot.allow_arming()
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
 from far_rig import FarRig
 
 from doorman.flight import FlightReport, FlightSession
@@ -100,12 +101,18 @@ class FlightRig:
         until(lambda: not self.links.servos.recover(5.0), "servos set up again")
         until(lambda: self.links.servos.read().fresh, "fresh servos")
         until(lambda: float(self.links.autopilot.state().position[2]) < 0.3, "on the pad")
+        until(lambda: self.disagreement < 0.05, "cameras and autopilot agree")
         self._collisions = self.far.call("collisions")
 
     @property
     def collided(self) -> bool:
         """Whether anything was touched since it healed."""
         return bool(self.far.call("collisions") > self._collisions)
+
+    @property
+    def disagreement(self) -> float:
+        """Between cameras and autopilot [m]."""
+        return float(np.linalg.norm(self.links.mocap.read().position - self.links.autopilot.state().position))
 
     def flight(self) -> Flight:
         return Flight(self)

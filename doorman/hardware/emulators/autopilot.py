@@ -184,10 +184,10 @@ class EmulatedAutopilot:
         with self._lock:
             self.brain.refusal.active = False
 
-    def fail_estimator(self) -> None:
-        """Lose the position estimate for good."""
+    def fail_estimator(self, failed: bool = True) -> None:
+        """Lose the position estimate until told otherwise."""
         with self._lock:
-            self.estimator.fail()
+            self.estimator.failed = failed
 
     def jump_clock(self, seconds: float) -> None:
         """Let the clock jump without a reboot."""

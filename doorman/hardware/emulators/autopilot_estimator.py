@@ -51,12 +51,9 @@ class Estimator:
         self._history: deque[tuple[float, Array]] = deque()
         self._aided_at = float("-inf")
         self._rejected_since: float | None = None
-        self._failed = False
+        self.failed = False
+        """Whether the position estimate is lost."""
         self._origin_set = True
-
-    def fail(self) -> None:
-        """Lose the position estimate for good."""
-        self._failed = True
 
     def require_origin(self) -> None:
         """Have no position before an origin is given."""
@@ -79,7 +76,7 @@ class Estimator:
             self._error_rate = self._error_rate + dt * self._bias
             self._error = self._error + dt * self._error_rate
         enough = not self.vision or self.accepted_poses >= _POSES_NEEDED
-        valid = enough and now - self._aided_at < self._timeout and not self._failed and self._origin_set
+        valid = enough and now - self._aided_at < self._timeout and not self.failed and self._origin_set
         return Estimate(
             truth.position + self._error,
             truth.velocity + self._error_rate,

@@ -57,7 +57,7 @@ def test_numbers_are_those_of_the_code():
     assert f"surroundings {limits.force:g} N, thrust {100 * limits.thrust_share:g} %" in PAGE
     assert f"autopilot {limits.divergence:g} m apart" in PAGE
     assert f"{limits.command_age:g} s without a\ncommand" in PAGE
-    assert f"charge {100 * limits.low_battery:g} % (ABORT) and {100 * limits.critical_battery:g} % (LAND)" in PAGE
+    assert f"charge {100 * limits.low_battery:g} % (ABORT) and {100 * limits.critical_battery:g} % (RETREAT)" in PAGE
     low, high = (
         [f"{value:g}".replace("-", "−") for value in corner] for corner in (limits.fence_low, limits.fence_high)
     )
