@@ -77,6 +77,19 @@ class Model:
         """Number of rows of h: n + 2 for an arm of n ≥ 2 joints."""
         return len(self.constraint_names)
 
+    def on_the_way(self, door_angle: float) -> Array:
+        """State at rest between start and goal whose heading and arm keep step with the door.
+
+        Args:
+            door_angle: α; beyond start and goal, it is theirs [rad].
+
+        Returns:
+            x, shape (5 + n,).
+        """
+        first, last = self.start_state, self.goal_state
+        done = min(max((first[3] - door_angle) / (first[3] - last[3]), 0.0), 1.0)
+        return np.asarray(last + (1.0 - done) * (first - last))
+
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
 

@@ -258,7 +258,7 @@ class MissionTimeOutsSection(_Section):
 
     hover: Positive = 15.0
     approach: Positive = 20.0
-    touch: Positive = 15.0
+    touch: Positive = 30.0
     open: Positive = 60.0
     recover: Positive = 6.0
     release: Positive = 8.0

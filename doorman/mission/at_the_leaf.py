@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +13,7 @@ from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal, leaf_direction
+from doorman.mission.motion import arm_rates_to
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -20,6 +24,11 @@ _LARGEST_PUSH = 2.0
 """Of that law [N]."""
 _CREEP = 0.01
 """With which a resting tip that has left the leaf comes back [m/s]."""
+_TURN = math.radians(2.0)
+_MOST_TURNS = 20
+"""Headings that are tried while the tip looks for the leaf."""
+_ROOM = 0.02
+"""Distance to leaf and jambs beyond the planner's margin then [m]."""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 
@@ -33,8 +42,9 @@ class AtTheLeaf:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        self._coupling, self._converter, self._n_arm = model.coupling, converter, model.n_arm
+        self._model, self._coupling, self._converter, self._n_arm = model, model.coupling, converter, model.n_arm
         self._doorway = Doorway(model)
+        self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
         self._yaw = float(model.start_state[2])
         self._offset = (0.0, 0.0)
@@ -91,6 +101,24 @@ class AtTheLeaf:
         """
         push = _SPEED_GAIN * (speed - estimate.tip_speed)
         return self.push(estimate, min(max(push, -_LARGEST_PUSH), _LARGEST_PUSH))
+
+    def search(self, estimate: Estimate, speed: float) -> Setpoint:
+        """Move the tip along the swing of a leaf that was not where it should be; heading and arm keep step with its angle.
+
+        The heading stays behind by as much as keeps the disc clear of leaf and jambs.
+
+        Args:
+            estimate: What is known now: the leaf is not before the tip.
+            speed: Of the tip [m/s].
+        """
+        posture = self._model.on_the_way(estimate.door_angle)
+        back = math.copysign(_TURN, float(self._model.start_state[2] - posture[2]))
+        for _ in range(_MOST_TURNS):
+            if self._model.constraints(posture).max() < -self._room:
+                break
+            posture[2] += back
+        self._yaw = float(posture[2])
+        return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

@@ -58,7 +58,7 @@ _SWINGING = 4
 _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _HEADING_LOST = math.radians(50.0)
-"""A pushing vehicle that is turned so far from the line of headings between start and goal does not find back."""
+"""A pushing vehicle that is turned so far from the heading that keeps step with the door does not find back."""
 _PATIENCE = 12.0
 """Hold times after which a door that swings about the goal is near enough."""
 
@@ -78,7 +78,7 @@ class Opening:
     ) -> None:
         self._converter, self._schedule, self._push = converter, schedule, push
         self._settings, self._hold_time = model.scenario.push, model.scenario.mission.hold_time
-        self._start_state, self._goal_state = model.start_state, model.goal_state
+        self._model = model
         self._goal, self._lever = float(model.goal_state[3]), model.coupling.distance_from_hinge
         self._weight = model.vehicle.mass * GRAVITY
         self._tip_position = model.vehicle.tip_position
@@ -203,10 +203,9 @@ class Opening:
         )
 
     def _turned(self, estimate: Estimate) -> float:
-        """Heading beside the line from start to goal [rad]."""
-        start, goal = self._start_state, self._goal_state
-        line = float(start[2] + (estimate.door_angle - start[3]) / (goal[3] - start[3]) * (goal[2] - start[2]))
-        return math.remainder(float(estimate.state[2]) - line, 2.0 * math.pi)
+        """Heading beside the one that keeps step with the door [rad]."""
+        wanted = float(self._model.on_the_way(estimate.door_angle)[2])
+        return math.remainder(float(estimate.state[2]) - wanted, 2.0 * math.pi)
 
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""

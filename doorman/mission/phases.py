@@ -30,8 +30,10 @@ _STEADY = 1.0
 """For which the vehicle must hover still before the approach [s]."""
 _PRESSING = 0.5
 """From the touch to the opening [s]."""
-_MISSING = math.radians(15.0)
-"""A tip that gets so far beyond the leaf's place before it touches anything gives up [rad]."""
+_MISSING = math.radians(5.0)
+"""A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
+_SEARCH_SPEED = 0.08
+"""at this speed [m/s]."""
 _FRICTION_FLOOR = 0.2
 """By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
 _LEAST_RESISTANCE = 0.15
@@ -225,10 +227,10 @@ class Sequence:
             if estimate.time - self._since >= _PRESSING:
                 self._enter(Phase.OPEN, estimate, "")
             return self._leaf.push(estimate, self._settings.touch_force)
+        if estimate.door_angle <= float(self._model.goal_state[3]):
+            self.abort(estimate, f"the leaf has opened by itself: none before {np.degrees(estimate.door_angle):.0f}°")
         if float(self._model.start_state[3]) - estimate.door_angle > _MISSING:
-            self.abort(
-                estimate, f"the leaf is not where it should be: none before {np.degrees(estimate.door_angle):.0f}°"
-            )
+            return self._leaf.search(estimate, _SEARCH_SPEED)
         return self._leaf.move(estimate, self._settings.touch_speed)
 
     def _open(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:

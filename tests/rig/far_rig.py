@@ -29,6 +29,10 @@ class Served:
     rig: Rig
     recorder: Recorder
 
+    def __post_init__(self) -> None:
+        servos = range(1, self.rig.plant.model.n_arm + 2)  # the last one is the gripper's
+        self.models = {servo: self.rig.servos.servo(servo).memory.get("model number") for servo in servos}
+
     def collisions(self) -> int:
         """Ticks with one, over all flights."""
         recording = self.recorder.recording()  # of the truth while the motors run
@@ -45,6 +49,8 @@ class Served:
         rig.autopilot.allow_arming()
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))
+        for servo, number in self.models.items():
+            self.set_register(servo, "model number", number)
         rig.servos.plug_in()
 
     def set_register(self, servo: int, name: str, value: int) -> None:
