@@ -5,13 +5,15 @@ from __future__ import annotations
 import logging
 import os
 import threading
+import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from distributed import Client, Future, LocalCluster, as_completed
+import dask
+from distributed import Client, Future, LocalCluster, wait
 
 from doorman.campaign.cockpit import Cockpit, failed
 from doorman.campaign.folder import RESULTS, claimed
@@ -24,6 +26,12 @@ OnRow = Callable[[Row, int, int], None]
 
 _CONNECTION_TIME = 10.0
 """Longest time to find a cluster [s]."""
+_LOOK = 5.0
+"""How often it is looked whether the cluster has workers [s]."""
+_WORKERLESS = 300.0
+"""A cluster without a worker for so long flies nothing any more [s]."""
+_NEVER_LOST = {"distributed.scheduler.worker-ttl": None}
+"""Workers in this process are not given up for silence: after a suspended night nobody would start others."""
 _STATUS_PAGE = "127.0.0.1:0"
 """Of a local cluster and its workers: without an address Dask listens on port 8787 of every interface, or on another one."""
 
@@ -88,19 +96,40 @@ def _flown(client: Client, flights: list[Flight]) -> Iterator[Row]:
         key = f"flight-{flight.draw.run}-{campaign}"
         futures[client.submit(fly, flight.order(), flight.time_out, campaign, key=key, pure=False)] = flight
     try:
-        for future in as_completed(list(futures)):  # type: ignore[no-untyped-call]
-            flight = futures.pop(future)
-            if future.status == "cancelled":
-                raise DoormanError(
-                    "the cluster has dropped a flight", field="--scheduler", given=f"run {flight.draw.run}"
+        while futures:
+            for future in _done(client, list(futures)):
+                flight = futures.pop(future)
+                if future.status == "cancelled":
+                    raise DoormanError(
+                        "the cluster has dropped a flight", field="--scheduler", given=f"run {flight.draw.run}"
+                    )
+                lost = future.status != "finished"
+                yield row_of(
+                    flight,
+                    failed(f"the worker was lost: {future.exception()!r}") if lost else future.result(),  # type: ignore[no-untyped-call]
                 )
-            lost = future.status != "finished"
-            yield row_of(flight, failed(f"the worker was lost: {future.exception()!r}") if lost else future.result())
-            future.release()
+                future.release()  # type: ignore[no-untyped-call]
     finally:
         client.cancel(list(futures))  # type: ignore[no-untyped-call]
         with suppress(Exception):  # a cluster that is gone has closed them
             client.run(close_cockpits, campaign)
+
+
+def _done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
+    """Wait for one of the flights at least, as long as the cluster has workers."""
+    workers_seen = time.monotonic()
+    while True:
+        try:
+            return list(wait(futures, timeout=_LOOK, return_when="FIRST_COMPLETED").done)  # type: ignore[no-untyped-call]
+        except TimeoutError:
+            now = time.monotonic()
+            if client.scheduler_info()["workers"]:
+                workers_seen = now
+            elif now - workers_seen > _WORKERLESS:
+                raise DoormanError(
+                    f"the cluster has had no worker for {now - workers_seen:.0f} s", field="--scheduler",
+                    allowed="a cluster with workers; the same command goes on where this one ended",
+                ) from None  # fmt: skip
 
 
 def fly(order: dict[str, Any], time_out: float, campaign: str) -> dict[str, Any]:
@@ -134,6 +163,7 @@ def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
     logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is None:
         with (
+            dask.config.set(_NEVER_LOST),
             LocalCluster(  # type: ignore[no-untyped-call]
                 n_workers=workers,
                 threads_per_worker=1,

@@ -19,6 +19,8 @@ _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else lands [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
+_HOLDING_PATIENCE = 30.0
+"""For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
 
 
 class End(Enum):
@@ -141,13 +143,28 @@ class GuardedFlight:
         autopilot, places = self.links.autopilot, self.places
         autopilot.resume()
         autopilot.hold()
-        begin = time.monotonic()
-        while time.monotonic() - begin < _RELEASE_TIME and self._may_fly_back():
-            self.links.let_go()
-            time.sleep(0.02)
+        if not self._let_go():
+            return
         self.links.rest_arm()
         state = autopilot.state()
         yaw = float(state.attitude[2])
         way = (*way_out(self.model, state.position, float(self.model.start_state[3])), places.hover)
         if all(fly_to(autopilot, place, yaw) for place in way):
             fly_to(autopilot, places.hover, places.yaw)
+
+    def _let_go(self) -> bool:
+        """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
+        begin, told = time.monotonic(), False
+        while (passed := time.monotonic() - begin) < _RELEASE_TIME or (
+            self.links.holding and passed < _HOLDING_PATIENCE
+        ):
+            if not self._may_fly_back():
+                return False
+            if passed > _RELEASE_TIME and not told:
+                told = True
+                self.say(
+                    f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; take over by radio, or mend it"
+                )
+            self.links.let_go()
+            time.sleep(0.02)
+        return not self.links.holding

@@ -143,6 +143,20 @@ def test_a_cluster_that_is_not_there_is_an_error(campaign, tmp_path, monkeypatch
     assert caught.value.field == "--scheduler"
 
 
+def test_a_cluster_whose_workers_are_gone_is_an_error(campaign, tmp_path, monkeypatch):
+    monkeypatch.setattr("doorman.campaign.running._LOOK", 0.05)
+    monkeypatch.setattr("doorman.campaign.running._WORKERLESS", 0.2)
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0", processes=False) as cluster:
+        with pytest.raises(DoormanError, match="no worker for") as caught:
+            run_campaign(campaign, tmp_path, scheduler=cluster.scheduler_address)
+    assert caught.value.field == "--scheduler"
+
+
+def test_workers_of_a_local_cluster_are_not_given_up_for_silence():
+    with connected(1, None) as client:
+        assert client.cluster.scheduler.worker_ttl is None
+
+
 def test_a_folder_belongs_to_one_campaign(task, flown):
     out, _ = flown
     with pytest.raises(DoormanError, match="another campaign") as caught:

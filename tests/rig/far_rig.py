@@ -9,8 +9,6 @@ from multiprocessing.connection import Connection
 from operator import attrgetter
 from typing import Any, cast
 
-import numpy as np
-
 from doorman.hardware.emulators.mocap import StreamFaults
 from doorman.hardware.scheduling import real_time
 from doorman.model import Model
@@ -33,10 +31,10 @@ class Served:
         servos = range(1, self.rig.plant.model.n_arm + 2)  # the last one is the gripper's
         self.models = {servo: self.rig.servos.servo(servo).memory.get("model number") for servo in servos}
 
-    def collisions(self) -> int:
-        """Ticks with one, over all flights."""
+    def collisions(self) -> list[str]:
+        """What touched what, at every tick with a collision, over all flights."""
         recording = self.recorder.recording()  # of the truth while the motors run
-        return int(np.count_nonzero(recording["truth"]["collisions"])) if "truth" in recording else 0
+        return [pairs for pairs in recording["truth"]["collision_pairs"] if pairs] if "truth" in recording else []
 
     def calm(self) -> None:
         """End every fault."""

@@ -74,7 +74,7 @@ class FlightRig:
         self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
         words = self.far.arguments
         self.links = VehicleLinks(quick(vehicle_config(self.model, words[1], words[3], words[5])))
-        self._collisions = 0
+        self._collisions: list[str] = []
         self.limits = SafetyLimits(missed_ticks=2.0, divergence=0.3)
 
     def start(self) -> None:
@@ -105,9 +105,9 @@ class FlightRig:
         self._collisions = self.far.call("collisions")
 
     @property
-    def collided(self) -> bool:
-        """Whether anything was touched since it healed."""
-        return bool(self.far.call("collisions") > self._collisions)
+    def collided(self) -> set[str]:
+        """What touched what since it healed."""
+        return set(self.far.call("collisions")[len(self._collisions) :])
 
     @property
     def disagreement(self) -> float:

@@ -148,6 +148,22 @@ def test_servos_unplugged(rig):
     assert_at_the_pad(rig)
 
 
+def test_servos_unplugged_while_it_grips(rig):
+    flight = at_hover(rig)
+    flight.until_phase("open")
+    until(lambda: np.degrees(rig.snapshot.truth.door_angle) < 80.0, "a door that swings")
+    rig.far.call("rig.servos.unplug")
+    until(lambda: flight.session.supervisor.findings, "a finding")
+    time.sleep(3.0)
+    assert rig.links.holding
+    rig.far.call("rig.servos.plug_in")
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.SERVOS_DISCONNECTED}
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
 def test_wind_pushes_too_hard(rig):
     flight = at_hover(rig)
     rig.far.call("rig.plant.blow", (-25.0, 0.0, 0.0))

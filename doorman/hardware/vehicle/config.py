@@ -98,7 +98,7 @@ def vehicle_config(
     return VehicleConfig(
         pixhawk=PixhawkConfig(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
-            rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5),
+            rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss="report",  # the supervisor acts
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),

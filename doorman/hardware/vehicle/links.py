@@ -16,7 +16,7 @@ from doorman.hardware.dynamixel import ServoBus
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot
 from doorman.hardware.vehicle.config import VehicleConfig
-from doorman.hardware.vehicle.gripper import gripper_rate
+from doorman.hardware.vehicle.gripper import CLOSED, gripper_rate
 
 Array = NDArray[np.float64]
 
@@ -133,6 +133,15 @@ class VehicleLinks:
         if self.config.gripper:
             rates = np.append(rates, gripper_rate(float(self.servos.read().angles[-1]), closed))
         self.servos.command(rates)
+
+    @property
+    def holding(self) -> bool:
+        """Whether the gripper, as it was seen last, holds what is between its fingers; never without one."""
+        if not self.config.gripper:
+            return False
+        with contextlib.suppress(BackendError):  # closed
+            return float(self.servos.read().angles[-1]) > CLOSED
+        return False
 
     def rest_arm(self) -> None:
         """Stop the arm; the gripper stays as it is."""

@@ -85,6 +85,11 @@ def test_what_passes_in_time_is_no_fault(rule):
             assert rule.fault not in [finding.fault for finding in found]
 
 
+def test_late_poses_are_lost_poses():
+    late = replace(GOOD, pose=PoseQuality.PREDICTED, conditions=frozenset({EventKind.MOCAP_LOST}))
+    assert [row[1:] for row in assess(late, 1.0)] == [(Fault.POSE, Action.RETREAT)]
+
+
 def test_a_fault_that_comes_again_is_found_again():
     assessor = Assessor(LIMITS)
     bad = replace(GOOD, authority=Authority.LOST)
