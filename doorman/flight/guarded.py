@@ -6,6 +6,9 @@ import time
 from collections.abc import Callable
 from enum import Enum
 
+import numpy as np
+from numpy.typing import NDArray
+
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome
@@ -14,6 +17,8 @@ from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.mission.motion import way_out
 from doorman.model import Model
 from doorman.recording import Recorder
+
+Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else lands [s]."""
@@ -59,7 +64,7 @@ class GuardedFlight:
         self.model, self.links, self.say = model, links, say
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
-        self.supervisor = Supervisor(links, Observer(model, self.backend).look, limits)
+        self.supervisor = Supervisor(links, Observer(model, self.backend).look, limits, refuge=self._refuge)
         self.journal = Journal(links, self.supervisor, recorder)
         self._armed_once = False
 
@@ -148,7 +153,7 @@ class GuardedFlight:
         self.links.rest_arm()
         state = autopilot.state()
         yaw = float(state.attitude[2])
-        way = (*way_out(self.model, state.position, float(self.model.start_state[3])), places.hover)
+        way = (*self._way_out(state.position), places.hover)
         if all(fly_to(autopilot, place, yaw) for place in way):
             fly_to(autopilot, places.hover, places.yaw)
 
@@ -168,3 +173,10 @@ class GuardedFlight:
             self.links.let_go()
             time.sleep(0.02)
         return not self.links.holding
+
+    def _way_out(self, position: Array) -> list[Array]:
+        """Out of the doorway, square to its frame."""
+        return way_out(self.model, position, float(self.model.start_state[3]))
+
+    def _refuge(self, position: Array) -> Array:
+        return self._way_out(position)[-1]

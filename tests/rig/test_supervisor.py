@@ -71,6 +71,24 @@ def test_a_retreat_that_nobody_flies_ends_in_a_landing(hovering, monkeypatch):
         until(lambda: not hovering.links.autopilot.state().armed, "landed")
 
 
+def test_a_retreat_that_nobody_flies_is_flown_by_the_supervisor(hovering, monkeypatch):
+    monkeypatch.setattr(supervisor_module, "ACKNOWLEDGE_WITHIN", 0.3)
+    begin = hovering.snapshot.truth.position.copy()
+    away = np.array([-0.5, 0.1, 0.0])
+    watch = Supervisor(
+        hovering.links,
+        lambda: Observation(now=time.monotonic(), commanding=False, authority=Authority.ENGAGED),
+        refuge=lambda position: position + away,
+    )
+    with watch as supervisor:
+        supervisor.report(Fault.OPERATOR_ABORT)
+        until(lambda: supervisor.action is Action.LAND, "the supervisor has flown back, and lands")
+        place = hovering.snapshot.truth.position
+        assert place == pytest.approx(begin + away, abs=0.12)
+        assert {finding.fault for finding in supervisor.findings} == {Fault.OPERATOR_ABORT, Fault.SESSION}
+        until(lambda: not hovering.links.autopilot.state().armed, "landed")
+
+
 def test_a_retreat_that_somebody_flies_does_not(hovering, monkeypatch):
     monkeypatch.setattr(supervisor_module, "ACKNOWLEDGE_WITHIN", 0.1)
     supervisor = watching(hovering)

@@ -19,7 +19,7 @@ from doorman.hardware.pixhawk.parameter_rules import Rule, rules_for
 from doorman.hardware.pixhawk.parameters import Finding
 from doorman.hardware.pixhawk.requirements import prepare_attitude
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
-from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, Setpoint
+from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
 from doorman.hardware.pixhawk.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.stream import here
 from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
@@ -203,14 +203,15 @@ class Autopilot:
             raise BackendError("not a height", field="height", given=height, allowed="0.2 to 50 m")
         return sequences.take_off(self._link, height)
 
-    def hold(self, *, latch: bool = False) -> Outcome:
-        """Stay where the vehicle is, by position setpoints.
+    def hold(self, *, at: PositionSetpoint | None = None, latch: bool = False) -> Outcome:
+        """Stay where the vehicle is, or go to a place and stay there, by position setpoints.
 
         Args:
+            at: Where; here if not given.
             latch: Refuse the controller's setpoints until `resume`.
         """
         sample = self.state()
-        place = here(sample)
+        place = here(sample) if at is None else at
         if place is None or sample.status is not SampleStatus.FRESH:
             return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
         if not self._link.authority.hold(place, latch=latch):

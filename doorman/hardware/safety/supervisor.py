@@ -6,20 +6,32 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.pixhawk import Authority
+from doorman.hardware.pixhawk import Authority, PositionSetpoint
 from doorman.hardware.safety.assessor import Assessor, Finding
 from doorman.hardware.safety.limits import SafetyLimits
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.safety.rules import ACTIONS, Action, Fault
 from doorman.hardware.vehicle.links import VehicleLinks
 
+Array = NDArray[np.float64]
+
 ACKNOWLEDGE_WITHIN = 1.5
 """Somebody must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
 ABORT_WITHIN = 20.0
 """A mission that was asked to give up must have ended after this [s]."""
 
+LEAVING_SPEED = 0.4
+"""Of a vehicle that the supervisor flies back by itself [m/s]."""
+_LETTING_GO = 5.0
+"""Longest time for the gripper to open before that [s]."""
+_SETTLING = 1.0
+"""At the end of that way [s]."""
 OnAbort = Callable[[str], None]
 """Asks the mission to give up, with the reason."""
 
@@ -36,6 +48,8 @@ class Supervisor:
         look: Makes observations.
         limits: Bounds.
         period: Between two looks [s].
+        refuge: Place to land from a position, each of shape (3,), world frame [m], for a retreat that nobody flies: out of the
+            doorway, in a straight line. It lands where it is if not given.
     """
 
     def __init__(
@@ -44,8 +58,11 @@ class Supervisor:
         look: Callable[[], Observation],
         limits: SafetyLimits | None = None,
         period: float = 0.02,
+        refuge: Callable[[Array], Array] | None = None,
     ) -> None:
         self._links, self._look, self._period = links, look, period
+        self._refuge = refuge
+        self._leaving: _Leaving | None = None
         self._assessor = Assessor(limits or SafetyLimits())
         self._lock = threading.RLock()
         self._stopping = threading.Event()
@@ -154,7 +171,7 @@ class Supervisor:
             self.action = Action.RETREAT  # nobody to ask
         self._links.inhibit(finding.fault.value)
         if self.action is Action.RETREAT:
-            self._ordered_at, self._acknowledged = finding.time, False
+            self._ordered_at, self._acknowledged, self._leaving = finding.time, False, None
             with contextlib.suppress(BackendError):
                 self._links.autopilot.hold(latch=True)
         elif self.action is Action.LAND:
@@ -168,6 +185,43 @@ class Supervisor:
                 self.report(Fault.MISSION_STUCK)
         elif self.action is Action.RETREAT and self._ordered_at is not None and seen.armed:
             if not self._acknowledged and seen.now - self._ordered_at > ACKNOWLEDGE_WITHIN:
-                self.report(Fault.SESSION)
+                self._leave(seen.now)
         elif self.action is Action.LAND and seen.armed and seen.authority is Authority.ENGAGED:
             self._links.autopilot.request_landing()
+
+    def _leave(self, now: float) -> None:
+        """Fly straight to the refuge, since nobody else does, and land there."""
+        autopilot, ordered = self._links.autopilot, self._ordered_at
+        self._links.let_go()
+        if self._links.holding and ordered is not None and now - ordered < ACKNOWLEDGE_WITHIN + _LETTING_GO:
+            return
+        if self._leaving is None and self._refuge is not None:
+            state = autopilot.state()
+            if np.isfinite(state.position).all():
+                way = self._refuge(state.position) - state.position
+                self._leaving = _Leaving(now, state.position, way, float(state.attitude[2]))
+        leaving = self._leaving
+        if (
+            leaving is None
+            or now - leaving.since > leaving.duration + _SETTLING
+            or not autopilot.hold(at=leaving.place(now), latch=True).done
+        ):
+            self.report(Fault.SESSION)
+
+
+@dataclass(frozen=True)
+class _Leaving:
+    """A straight way at a steady speed."""
+
+    since: float
+    begin: Array
+    way: Array
+    yaw: float
+
+    @property
+    def duration(self) -> float:
+        return float(np.linalg.norm(self.way)) / LEAVING_SPEED
+
+    def place(self, now: float) -> PositionSetpoint:
+        share = min((now - self.since) / max(self.duration, 1e-3), 1.0)
+        return PositionSetpoint(self.begin + share * self.way, self.yaw)
