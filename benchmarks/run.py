@@ -22,7 +22,18 @@ from suite.environment import peers_python  # noqa: E402
 from suite.machine import describe  # noqa: E402
 from suite.peers import ENTRIES  # noqa: E402
 from suite.session import Session  # noqa: E402
-from suite.workloads import closed_loop, cold, floor, fresh_process, perturbed, phases, push, replans, sizes  # noqa: E402
+from suite.workloads import (  # noqa: E402
+    closed_loop,
+    cold,
+    control_loop,
+    floor,
+    fresh_process,
+    perturbed,
+    phases,
+    push,
+    replans,
+    sizes,
+)
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "build" / "benchmarks"
@@ -70,6 +81,7 @@ def available(arguments: argparse.Namespace) -> dict[str, Callable[[Session], di
         "floor": floor.measure,
         "fresh": fresh_process.measure,
         "closed_loop": lambda session: closed_loop.measure(session, seconds),
+        "control_loop": lambda session: control_loop.measure(session, seconds),
     }
 
 

@@ -32,6 +32,7 @@ def page(results: Results) -> str:
          lambda r: f"{texts.PUSH}\n\n{tables.push(r['rows'], r['rows_of_a_node'])}"),
         ("fresh", "## A fresh process", _fresh),
         ("closed_loop", "## Real time", _real_time),
+        ("control_loop", "## Control loop", _control_loop),
     ]  # fmt: skip
     parts = [texts.INTRODUCTION, _at_a_glance(results)]
     parts += [f"{heading}\n\n{write(results[name])}" for name, heading, write in sections if name in results]
@@ -132,6 +133,21 @@ def _real_time(result: Any) -> str:
     line = [str(result[key]) for key in ("plans", "missed", "missed_though_fast", "unusable")] + durations
     priority = "with" if result["real_time_priority"] else "without"
     return f"{texts.REAL_TIME} The planner ran {priority} real-time priority.\n\n{tables.markdown(heading, [line])}"
+
+
+def _control_loop(result: Any) -> str:
+    heading = ["scenario", "ticks", "missed", "ms off the period, median", "p99", "p99.9", "max", "plans", "ms between",
+               "ms a plan, median", "max"]  # fmt: skip
+    lines = []
+    for row in result["rows"]:
+        if "error" in row:
+            lines.append([row["scenario"], row["error"], *[""] * (len(heading) - 2)])
+            continue
+        off = [tables.number(1e3 * row["off"][key]) for key in ("median", "p99", "p99.9", "max")]
+        plans = [tables.number(1e3 * value) for value in (row["planning"], row["solve"]["median"], row["solve"]["max"])]
+        lines.append([row["scenario"], str(row["ticks"]), str(row["missed"]), *off, str(row["plans"]), *plans])
+    priority = "with" if all(row.get("priority") for row in result["rows"]) else "without"
+    return f"{texts.CONTROL_LOOP} It ran {priority} real-time priority.\n\n{tables.markdown(heading, lines)}"
 
 
 def _floor(results: Results) -> str:

@@ -61,3 +61,8 @@ REAL_TIME = """The scenario `paper` with its margin and limits. Planner at 1 kHz
 controller in another, on another core. Every call is given 0.7 ms (`time_limit`). A plan that is not there when the next one
 is due, for whatever reason, is a missed deadline. *Missed though fast*: the plan itself took less than half the period, so
 that the system held it up."""
+
+CONTROL_LOOP = """One mission of either kind of contact, against the clock: estimator, state machine, controller and
+recorder at 200 Hz, the planner in a thread of its own at 100 Hz. The plant is the simulator, which takes its time in the
+controller's ticks; there are no links. How far the periods are off 5 ms; a missed tick is one that was left out since the one
+before took too long."""

@@ -40,7 +40,8 @@ class Ticker:
         self._last = 0.0
         self.missed = 0
         """Ticks that were left out."""
-        self._periods: list[float] = []
+        self.periods: list[float] = []
+        """Between ticks, the first of them [s]."""
 
     def wait(self) -> float:
         """Sleep until the next tick; the first one is now.
@@ -61,16 +62,16 @@ class Ticker:
             if left > _SPIN:
                 time.sleep(left - _SPIN)
         now = time.monotonic()
-        if now > self._last and len(self._periods) < _KEPT:
-            self._periods.append(now - self._last)
+        if now > self._last and len(self.periods) < _KEPT:
+            self.periods.append(now - self._last)
         self._last = now
         return now
 
     def statistics(self) -> TickStatistics:
         """Figures since the first tick."""
-        periods = np.array(self._periods or [self.period])
+        periods = np.array(self.periods or [self.period])
         return TickStatistics(
-            ticks=len(self._periods) + 1,
+            ticks=len(self.periods) + 1,
             missed=self.missed,
             median=float(np.median(periods)),
             p99_9=float(np.percentile(np.abs(periods - self.period), 99.9)),
