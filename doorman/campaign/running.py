@@ -8,6 +8,7 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -98,16 +99,7 @@ def _flown(client: Client, flights: list[Flight]) -> Iterator[Row]:
     try:
         while futures:
             for future in _done(client, list(futures)):
-                flight = futures.pop(future)
-                if future.status == "cancelled":
-                    raise DoormanError(
-                        "the cluster has dropped a flight", field="--scheduler", given=f"run {flight.draw.run}"
-                    )
-                lost = future.status != "finished"
-                yield row_of(
-                    flight,
-                    failed(f"the worker was lost: {future.exception()!r}") if lost else future.result(),  # type: ignore[no-untyped-call]
-                )
+                yield row_of(futures.pop(future), _answer(future))
                 future.release()  # type: ignore[no-untyped-call]
     finally:
         client.cancel(list(futures))  # type: ignore[no-untyped-call]
@@ -121,6 +113,8 @@ def _done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
     while True:
         try:
             return list(wait(futures, timeout=_LOOK, return_when="FIRST_COMPLETED").done)  # type: ignore[no-untyped-call]
+        except CancelledError as error:
+            raise DoormanError(f"the cluster has dropped a flight: {error}", field="--scheduler") from error
         except TimeoutError:
             now = time.monotonic()
             if client.scheduler_info()["workers"]:
@@ -130,6 +124,14 @@ def _done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
                     f"the cluster has had no worker for {now - workers_seen:.0f} s", field="--scheduler",
                     allowed="a cluster with workers; the same command goes on where this one ended",
                 ) from None  # fmt: skip
+
+
+def _answer(future: Future[Any]) -> dict[str, Any]:
+    """The pilot's answer, or that its worker was lost."""
+    if future.status == "finished":
+        answer: dict[str, Any] = future.result()
+        return answer
+    return failed(f"the worker was lost: {future.exception()!r}")  # type: ignore[no-untyped-call]
 
 
 def fly(order: dict[str, Any], time_out: float, campaign: str) -> dict[str, Any]:

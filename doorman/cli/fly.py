@@ -86,7 +86,7 @@ def fly_mission(
     config = vehicle_config(
         model, wiring.pixhawk, wiring.servos, wiring.mocap, setpoints=wiring.setpoints,
         object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
-        directions=wiring.directions, zero_positions=wiring.zero_positions,
+        directions=wiring.directions, zero_positions=wiring.zero_positions, on_mocap_loss="report",
     )  # fmt: skip
     limits = SafetyLimits()
     console = Console(stderr=True, highlight=False)

@@ -160,6 +160,14 @@ class DoorFilter:
             self.state[ANGLE] = tip_angle
             self.state[RATE] = min(self.state[RATE], 0.0)
 
+    def meet(self, tip_angle: float) -> None:
+        """The leaf stands where the tip is, wherever it was thought to be.
+
+        Args:
+            tip_angle: Angle of the tip about the hinge [rad].
+        """
+        self.state[ANGLE], self.state[RATE] = tip_angle, 0.0
+
     def _expect(self, wind: Array) -> None:
         """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""
         settings, strength = self._settings, float(np.linalg.norm(wind))

@@ -44,7 +44,7 @@ class FlyingBackend(Backend):
         recorder: Recorder | None = None,
     ) -> None:
         self._model, self._limits = model, limits or SafetyLimits()
-        self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap))
+        self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report"))
         self._scheduling = ExitStack()
         self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}), self._limits)
 

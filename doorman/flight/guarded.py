@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Callable
 from enum import Enum
@@ -9,10 +10,11 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.exceptions import BackendError
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome
-from doorman.hardware.safety import Action, Observer, SafetyLimits, Supervisor
+from doorman.hardware.safety import Action, Fault, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.mission.motion import way_out
 from doorman.model import Model
@@ -24,6 +26,10 @@ _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else lands [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
+_RECOVERY = 3.0
+"""For a gripper that has shut down to be set up again [s]."""
+_ON_THE_WAY = 3.0
+"""For places on the way back, which need not be reached exactly [s]."""
 _HOLDING_PATIENCE = 30.0
 """For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
 
@@ -82,7 +88,10 @@ class GuardedFlight:
             ("arm", autopilot.arm),
             ("take off", lambda: autopilot.take_off(height)),
         )
+        self.supervisor.rising = True
         for name, step in steps:
+            if self.supervisor.action is not None:
+                return f"{name}: not begun: {self.supervisor.reason}"
             self.say(name)
             outcome = step()
             self._armed_once = self._armed_once or autopilot.state().armed
@@ -91,6 +100,7 @@ class GuardedFlight:
         self.say("fly to the hover point")
         if not fly_to(autopilot, places.hover, places.yaw):
             return "the hover point was not reached"
+        self.supervisor.rising = False
         return ""
 
     def descend(self) -> End:
@@ -150,29 +160,35 @@ class GuardedFlight:
         autopilot.hold()
         if not self._let_go():
             return
-        self.links.rest_arm()
         state = autopilot.state()
         yaw = float(state.attitude[2])
-        way = (*self._way_out(state.position), places.hover)
-        if all(fly_to(autopilot, place, yaw) for place in way):
+        for place in self._way_out(state.position):
+            if not fly_to(autopilot, place, yaw, _ON_THE_WAY) and not self._may_fly_back():
+                return
+        blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings)
+        if not blind and fly_to(autopilot, places.hover, yaw):  # else every second adds to the error of dead reckoning
             fly_to(autopilot, places.hover, places.yaw)
 
     def _let_go(self) -> bool:
         """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
-        begin, told = time.monotonic(), False
-        while (passed := time.monotonic() - begin) < _RELEASE_TIME or (
-            self.links.holding and passed < _HOLDING_PATIENCE
-        ):
-            if not self._may_fly_back():
-                return False
-            if passed > _RELEASE_TIME and not told:
-                told = True
-                self.say(
-                    f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; take over by radio, or mend it"
-                )
+        begin = held = time.monotonic()
+        tried = False
+        while (now := time.monotonic()) - begin < _HOLDING_PATIENCE and self._may_fly_back():
             self.links.let_go()
+            if not self.links.holding:
+                if now - held >= _RELEASE_TIME:
+                    return True
+            else:
+                held = now
+                if now - begin > 2.0 * _RELEASE_TIME and not tried:
+                    tried = True
+                    self.say(
+                        f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; take over by radio, or mend it"
+                    )
+                    with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
+                        self.links.servos.recover(_RECOVERY)
             time.sleep(0.02)
-        return not self.links.holding
+        return False
 
     def _way_out(self, position: Array) -> list[Array]:
         """Out of the doorway, square to its frame."""

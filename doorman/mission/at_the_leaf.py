@@ -24,6 +24,10 @@ _LARGEST_PUSH = 2.0
 """Of that law [N]."""
 _CREEP = 0.01
 """With which a resting tip that has left the leaf comes back [m/s]."""
+_BLOCKED = 1.0
+"""A tip that does not get on for so long before it is where the leaf should be has met it there [s];"""
+_ADVANCE = 0.01
+"""by so much it would [m]."""
 _TURN = math.radians(2.0)
 _MOST_TURNS = 20
 """Headings that are tried while the tip looks for the leaf."""
@@ -50,6 +54,10 @@ class AtTheLeaf:
         self._offset = (0.0, 0.0)
         self._was_fast = False
         self._slow_from = 0.0
+        self._moved_at: float | None = None
+        self._furthest = 0.0
+        self.free_wind = np.zeros(3)
+        """Outer force while the tip moved last, shape (3,), world frame [N]."""
 
     def begin(self, yaw: float, estimate: Estimate | None = None) -> None:
         """Begin.
@@ -58,7 +66,7 @@ class AtTheLeaf:
             yaw: To keep [rad].
             estimate: What is known now: the tip stays where it is on the leaf. At the contact point if not given.
         """
-        self._yaw, self._was_fast = yaw, False
+        self._yaw, self._was_fast, self._moved_at = yaw, False, None
         self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
@@ -127,3 +135,13 @@ class AtTheLeaf:
         elif estimate.tip_speed > 0.5 * self._speed:
             self._slow_from = estimate.time
         return estimate.near and self._was_fast and estimate.time - self._slow_from >= _BLUNTED
+
+    def blocked(self, estimate: Estimate) -> bool:
+        """Whether the tip has been stopped before the place of the leaf, which has come nearer then.
+
+        A wind would not stop it for so long: that is estimated, and leaned into.
+        """
+        advance = float(door_normal(estimate.door_angle) @ estimate.position)
+        if self._moved_at is None or advance > self._furthest + _ADVANCE:
+            self._furthest, self._moved_at, self.free_wind = advance, estimate.time, estimate.wind.copy()
+        return not estimate.near and estimate.time - self._moved_at >= _BLOCKED

@@ -91,7 +91,7 @@ class Mission:
         end = math.inf if duration is None else duration - 1e-9
         outcome = FLOWN
         try:
-            with backend, _no_garbage_collection(), self._schedule.running(backend.real_time):
+            with self._schedule.running(backend.real_time), backend, _no_garbage_collection():
                 self._started = time.perf_counter()
                 while now < end and self.phase is not Phase.DONE:
                     measurement = backend.read()

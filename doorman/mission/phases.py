@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 _STEADY = 1.0
 """For which the vehicle must hover still before the approach [s]."""
+_HELD_UP = 0.03
+"""A slower vehicle stands [m/s]."""
 _PRESSING = 0.5
 """From the touch to the opening [s]."""
 _MISSING = math.radians(5.0)
@@ -213,8 +215,14 @@ class Sequence:
     def _approach(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         setpoint, target = self._fly(estimate, self._settings.touch_distance, self._settings.approach_speed, time_step)
         assert self._glide is not None
-        if self._glide.near(target, 0.01) and np.linalg.norm(estimate.position - target) < 0.05:
+        waits = self._glide.near(target, 0.01)
+        if waits and np.linalg.norm(estimate.position - target) < 0.05:
             self._enter(Phase.TOUCH, estimate, "")
+            return setpoint
+        held_up = waits and np.linalg.norm(estimate.velocity) < _HELD_UP
+        self._since = (self._since if self._since is not None else estimate.time) if held_up else None
+        if self._since is not None and estimate.time - self._since >= _STEADY:
+            self._enter(Phase.TOUCH, estimate, "something is before the leaf's place")
         return setpoint
 
     def _touch(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
@@ -223,12 +231,16 @@ class Sequence:
         if self._since is None and (estimate.touching or self._leaf.blunted(estimate)):
             self._since = estimate.time
             self._estimator.contact.declare(True)
+        if self._since is None and self._leaf.blocked(estimate):
+            self._since = estimate.time
+            self._estimator.meet_leaf(self._leaf.free_wind)
         if self._since is not None:
             if estimate.time - self._since >= _PRESSING:
                 self._enter(Phase.OPEN, estimate, "")
             return self._leaf.push(estimate, self._settings.touch_force)
         if estimate.door_angle <= float(self._model.goal_state[3]):
             self.abort(estimate, f"the leaf has opened by itself: none before {np.degrees(estimate.door_angle):.0f}°")
+            return self._leaf.push(estimate, 0.0)
         if float(self._model.start_state[3]) - estimate.door_angle > _MISSING:
             return self._leaf.search(estimate, _SEARCH_SPEED)
         return self._leaf.move(estimate, self._settings.touch_speed)

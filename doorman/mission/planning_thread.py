@@ -34,7 +34,6 @@ class PlanningThread(Generic[Order, Answer]):
         self._thread = threading.Thread(target=self._run, name="planner", daemon=True)
 
     def __enter__(self) -> PlanningThread[Order, Answer]:
-        self._thread.start()
         return self
 
     def __exit__(
@@ -43,7 +42,8 @@ class PlanningThread(Generic[Order, Answer]):
         with self._changed:
             self._stopping = True
             self._changed.notify()
-        self._thread.join(_LAST_WAIT)
+        if self._thread.ident is not None:
+            self._thread.join(_LAST_WAIT)
 
     @property
     def busy(self) -> bool:
@@ -69,6 +69,8 @@ class PlanningThread(Generic[Order, Answer]):
             assert not self.busy, "one order at a time"
             self._order, self._asked_at = order, now
             self._changed.notify()
+        if self._thread.ident is None:  # begun here, it is scheduled as the controller is
+            self._thread.start()
 
     def take(self) -> Answer | None:
         """What came of the last order, once; None while it is being carried out.

@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -16,13 +17,13 @@ from typing import Any
 import psutil
 import pyarrow.parquet as parquet
 import pytest
-from distributed import LocalCluster
+from distributed import Client, LocalCluster
 from typer.testing import CliRunner
 
 import doorman
 from doorman.campaign import Campaign
 from doorman.campaign.results import OF_THE_CLOCK
-from doorman.campaign.running import connected, durable_rows, run_campaign
+from doorman.campaign.running import _done, connected, durable_rows, run_campaign
 from doorman.cli import app
 from doorman.exceptions import DoormanError
 
@@ -149,6 +150,18 @@ def test_a_cluster_whose_workers_are_gone_is_an_error(campaign, tmp_path, monkey
     with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0", processes=False) as cluster:
         with pytest.raises(DoormanError, match="no worker for") as caught:
             run_campaign(campaign, tmp_path, scheduler=cluster.scheduler_address)
+    assert caught.value.field == "--scheduler"
+
+
+def test_a_flight_that_the_cluster_drops_is_an_error():
+    with (
+        LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0", processes=False) as cluster,
+        Client(cluster) as client,
+    ):
+        future = client.submit(abs, -1)
+        threading.Timer(0.5, client.cancel, ([future],)).start()
+        with pytest.raises(DoormanError, match="has dropped a flight") as caught:
+            _done(client, [future])
     assert caught.value.field == "--scheduler"
 
 

@@ -71,6 +71,32 @@ def test_a_tip_away_from_the_leaf_feels_wind_and_no_touch(model: Model) -> None:
     assert abs(estimates[-1].normal_force) < 0.1
 
 
+def test_a_tip_that_is_stopped_before_the_leafs_place_has_met_the_leaf_there(
+    model: Model, converter: StateConverter
+) -> None:
+    """Wind has blown the leaf towards the vehicle: until it is known, the leaf's force passes for wind."""
+    leaf, normal = AtTheLeaf(model, converter), door_normal(float(model.start_state[3]))
+    for advance, met in ((0.0, True), (0.02, False)):
+        leaf.begin(0.0)
+        estimates = hovering(model, 0.1, 1.0, 3.0)
+        found = [
+            leaf.blocked(replace(one, position=one.position + advance * one.time * normal)) for one in estimates[250:]
+        ]
+        assert any(found) is met
+        assert not any(found[: round(0.9 / TICK)]), "not at once"
+    estimator = Estimator(model, converter)
+    place = estimates[-1].position
+    measurement = Measurement(0.0, place, np.zeros(3), np.zeros(3), np.zeros(3), model.start_arm, np.zeros(4), 0.0)
+    weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+    estimator.update(measurement, weight, Tie.PUSHING, 0.0)
+    estimator.meet_leaf(np.array([0.2, 0.0, 0.0]))
+    known = estimator.update(replace(measurement, time=TICK, pose_time=TICK), weight, Tie.PUSHING, TICK)
+    assert known.touching and known.near
+    assert known.wind == pytest.approx([0.2, 0.0, 0.0])
+    lever = model.coupling.distance_from_hinge
+    assert lever * np.tan(known.door_angle - float(model.start_state[3])) == pytest.approx(0.1, abs=1e-6)
+
+
 def test_a_door_that_stands_and_is_let_alone_stays_known(model: Model) -> None:
     deviation = Scenario.load("push").estimation.angle_deviation
     estimator, start = Estimator(model, StateConverter(model)), float(model.start_state[3])

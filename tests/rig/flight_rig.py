@@ -73,7 +73,9 @@ class FlightRig:
         self.far = FarRig(scenario, setup)
         self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
         words = self.far.arguments
-        self.links = VehicleLinks(quick(vehicle_config(self.model, words[1], words[3], words[5])))
+        self.links = VehicleLinks(
+            quick(vehicle_config(self.model, words[1], words[3], words[5], on_mocap_loss="report"))
+        )
         self._collisions: list[str] = []
         self.limits = SafetyLimits(missed_ticks=2.0, divergence=0.3)
 

@@ -100,6 +100,7 @@ FAULTS: dict[str, Injection] = {
     "battery low": put("rig.autopilot.battery.remaining", 0.17),
     "battery empty": put("rig.autopilot.battery.remaining", 0.05),
     "servo overloaded": call("set_register", 2, "hardware error status", OVERLOAD),
+    "gripper overloaded": call("set_register", 5, "hardware error status", OVERLOAD),
     "servo too hot": call("set_register", 3, "hardware error status", OVERHEATING),
     "servo of another model": call("set_register", 1, "model number", 1060),
     "servo missing": lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2),

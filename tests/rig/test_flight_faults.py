@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import numpy as np
@@ -12,7 +13,7 @@ from doorman.exceptions import DoormanError
 from doorman.flight import End, FlightReport
 from doorman.hardware.emulators.servos_unit import OVERLOAD
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.safety import Fault
+from doorman.hardware.safety import Action, Fault
 
 
 def at_hover(rig: FlightRig) -> Flight:
@@ -71,17 +72,65 @@ def test_cameras_lose_the_vehicle(rig, fault):
     report = flight.end()
     assert report.end is End.LANDED
     assert Fault.POSE in found(report)
+    assert Fault.SESSION not in found(report), "the program itself flew it back"
     assert_down(rig)
 
 
+def swinging(rig: FlightRig) -> Flight:
+    """In the doorway, with the door in the gripper."""
+    flight = at_hover(rig).until_phase("open")
+    until(lambda: np.degrees(rig.snapshot.truth.door_angle) < 60.0, "a door that swings")
+    return flight
+
+
+def assert_before_the_door(rig: FlightRig) -> None:
+    disc = rig.model.vehicle.radius
+    assert rig.snapshot.truth.position[0] < rig.model.door.hinge_position[0] - disc - 0.1, "out of the doorway"
+
+
 def test_cameras_lose_a_vehicle_that_grips(rig):
-    flight = at_hover(rig)
-    flight.until_phase("open")
-    until(lambda: np.degrees(rig.snapshot.truth.door_angle) < 80.0, "a door that swings")
+    flight = swinging(rig)
     rig.far.set("rig.mocap.faults.frozen", True)
     report = flight.end()
     assert report.end is End.LANDED, "with its gripper closed it would hang on the door"
-    until(lambda: not rig.snapshot.motors and rig.snapshot.on_ground, "on the ground, motors off")
+    assert Fault.POSE in found(report)
+    assert Fault.SESSION not in found(report), "the program itself flew it back"
+    assert_down(rig)
+    assert_before_the_door(rig)
+
+
+def test_battery_nearly_empty_in_the_doorway(rig):
+    flight = swinging(rig)
+    rig.far.set("rig.autopilot.battery.remaining", 0.05)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.BATTERY_CRITICAL in found(report)
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_controller_hangs_in_the_doorway(rig):
+    """For longer than the supervisor waits: it flies the vehicle out by itself."""
+    flight = swinging(rig)
+    let_go = threading.Event()
+    flight.on_progress = lambda: (let_go.wait(30.0), None)[1]
+    until(lambda: flight.session.supervisor.action is Action.LAND, "the supervisor has flown it out, and lands")
+    assert_before_the_door(rig)
+    let_go.set()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert {Fault.CONTROLLER, Fault.SESSION} <= found(report)
+    assert_down(rig)
+
+
+def test_gripper_fails_while_it_grips(rig):
+    flight = swinging(rig)
+    rig.far.call("set_register", rig.model.n_arm + 1, "hardware error status", OVERLOAD)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.GRIPPER in found(report)
+    assert_down(rig)
+    assert_at_the_pad(rig)
 
 
 def test_pilot_takes_over(rig):
@@ -149,9 +198,7 @@ def test_servos_unplugged(rig):
 
 
 def test_servos_unplugged_while_it_grips(rig):
-    flight = at_hover(rig)
-    flight.until_phase("open")
-    until(lambda: np.degrees(rig.snapshot.truth.door_angle) < 80.0, "a door that swings")
+    flight = swinging(rig)
     rig.far.call("rig.servos.unplug")
     until(lambda: flight.session.supervisor.findings, "a finding")
     time.sleep(3.0)

@@ -14,6 +14,7 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.hardware.dynamixel import LATCHED
 from doorman.hardware.pixhawk import VehicleSample
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
@@ -107,6 +108,7 @@ class Observer:
             else math.nan,
             battery=sample.battery.remaining,
             servo_fault=servos.fault,
+            gripper_stuck=links.holding and bool(servos.faults[-1] & LATCHED),
             servo_state=servos.state,
             command_age=now - max(backend.commanded_at, backend.began_at),
             missed_ticks=self._missed(now),

@@ -71,6 +71,8 @@ class Supervisor:
         self._aborted_at: float | None = None
         self._ordered_at: float | None = None
         self._acknowledged = False
+        self.rising = False
+        """Whether the vehicle has not reached its hover point yet: a retreat lands it where it is."""
         self.action: Action | None = None
         """Gravest action so far; None as long as all is well."""
         self.findings: list[Finding] = []
@@ -87,6 +89,7 @@ class Supervisor:
         if self._thread is not None:
             raise BackendError("the supervisor runs already", allowed="stop() before another start()")
         self._stopping.clear()
+        self._acknowledged = False
         self._links.guard(time.monotonic())
         self._thread = threading.Thread(target=self._run, name="safety supervisor", daemon=True)
         self._thread.start()
@@ -169,11 +172,14 @@ class Supervisor:
                 self._on_abort(finding.fault.value)
                 return
             self.action = Action.RETREAT  # nobody to ask
+        if self.action is Action.RETREAT and self.rising:
+            self.action = Action.LAND
         self._links.inhibit(finding.fault.value)
         if self.action is Action.RETREAT:
-            self._ordered_at, self._acknowledged, self._leaving = finding.time, False, None
-            with contextlib.suppress(BackendError):
-                self._links.autopilot.hold(latch=True)
+            self._ordered_at, self._leaving = finding.time, None
+            if not self._acknowledged:  # else the vehicle is on its way back already
+                with contextlib.suppress(BackendError):
+                    self._links.autopilot.hold(latch=True)
         elif self.action is Action.LAND:
             self._links.autopilot.request_landing()
 
@@ -193,7 +199,9 @@ class Supervisor:
         """Fly straight to the refuge, since nobody else does, and land there."""
         autopilot, ordered = self._links.autopilot, self._ordered_at
         self._links.let_go()
-        if self._links.holding and ordered is not None and now - ordered < ACKNOWLEDGE_WITHIN + _LETTING_GO:
+        if self._links.holding:  # to fly away would pull on the door
+            if ordered is not None and now - ordered > ACKNOWLEDGE_WITHIN + _LETTING_GO:
+                self.report(Fault.SESSION)
             return
         if self._leaving is None and self._refuge is not None:
             state = autopilot.state()

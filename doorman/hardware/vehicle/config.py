@@ -67,6 +67,7 @@ def vehicle_config(
     directions: Sequence[int] | None = None,
     zero_positions: Sequence[int] | None = None,
     rate: float = 200.0,
+    on_mocap_loss: Literal["land", "report"] = "land",
 ) -> VehicleConfig:
     """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
 
@@ -82,6 +83,8 @@ def vehicle_config(
         directions: Of the servos, as in `ServoConfig`.
         zero_positions: Of the servos, as in `ServoConfig` [tick].
         rate: Ticks of the controller [1/s].
+        on_mocap_loss: Whether the link to the autopilot lands the vehicle where it is when poses end; "report" where a
+            `Supervisor` acts on it.
 
     Returns:
         The configuration.
@@ -98,7 +101,7 @@ def vehicle_config(
     return VehicleConfig(
         pixhawk=PixhawkConfig(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
-            rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss="report",  # the supervisor acts
+            rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
