@@ -44,6 +44,8 @@ _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends."""
+_MOVING = 0.03
+"""A held door that is faster is not left yet [rad/s]."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while the tip lets go [N]."""
 _LETTING_GO = 0.5
@@ -115,6 +117,7 @@ class Sequence:
         self._since: float | None = None
         self._entered: float | None = None
         self._recoveries = 0
+        self._following = False
         self._targets: list[Array] = []
         self._arm = model.start_arm
         self._let_go_at = 0.0
@@ -261,7 +264,7 @@ class Sequence:
                 self.abort(estimate, f"contact was lost {self._recoveries} times")
             else:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
-        return setpoint
+        return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
 
     def _stays(self, estimate: Estimate) -> bool:
         """Whether friction probably holds the door against its closer, and against the wind that the vehicle feels, too.
@@ -279,16 +282,30 @@ class Sequence:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
         assert self._entered is not None
         held, off = estimate.time - self._entered, abs(estimate.door_angle - float(self._model.goal_state[3]))
-        if held >= self._settings.hold_open * (1.0 if off < STILL_OPEN else _PATIENCE):
+        stands = off < STILL_OPEN and abs(estimate.door_rate) < _MOVING
+        if held >= self._settings.hold_open * (1.0 if stands else _PATIENCE):
             self._enter(Phase.DONE, estimate, "")
-        return self._opening.step(estimate, body_rates)
+        return self._in_touch(self._opening.step(estimate, body_rates), estimate)
 
-    def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+    def _in_touch(self, setpoint: Setpoint, estimate: Estimate) -> Setpoint:
+        """The setpoint that holds the door; a leaf that the tip does not feel any more is followed instead."""
+        if estimate.touching or self._grips:
+            self._following = False
+            return setpoint
+        if not self._following:
+            self._following = True
+            self._leaf.begin(float(estimate.state[2]), estimate)
+        return self._follow(estimate)
+
+    def _follow(self, estimate: Estimate) -> Setpoint:
         """Follow the door as it is estimated to move, a little faster than it."""
-        if estimate.touching:
-            self._enter(Phase.OPEN, estimate, "contact regained")
         door_speed = -self._model.coupling.distance_from_hinge * estimate.door_rate
         return self._leaf.move(estimate, door_speed + self._settings.touch_speed)
+
+    def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        if estimate.touching:
+            self._enter(Phase.OPEN, estimate, "contact regained")
+        return self._follow(estimate)
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""

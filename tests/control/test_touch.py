@@ -14,6 +14,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.opening import Opening
+from doorman.mission.phases import Sequence
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
@@ -174,6 +175,19 @@ def test_the_push_is_eased_where_the_disc_is_near_the_leaf(model: Model, convert
         pushes.append(control.follow(plan, 0.0, moved, 3.0, TICK).push)
     assert pushes[0] == pytest.approx(pushes[1], abs=1e-6)
     assert pushes[1] > pushes[2] >= pushes[3] > 0.0
+
+
+def test_a_held_leaf_that_the_tip_has_lost_is_followed(model: Model, converter: StateConverter) -> None:
+    schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
+    sequence = Sequence(model, converter, schedule, Estimator(model, converter), lambda *_: None)
+    last = at_rest(model, np.zeros(3))
+    holding = converter.hold(last.position, float(last.state[2]))
+    assert sequence._in_touch(holding, replace(last, touching=True)) is holding
+    state = last.state.copy()
+    for rate, least in ((0.0, 0.3), (-0.1, 1.0)):  # towards the goal the leaf runs away
+        state[4] = rate
+        setpoint = sequence._in_touch(holding, replace(last, touching=False, tip_speed=0.0, state=state))
+        assert setpoint.push is not None and setpoint.push > least
 
 
 def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateConverter) -> None:
