@@ -38,10 +38,10 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def until(condition: Callable[[], Any], what: str) -> None:
+def until(condition: Callable[[], Any], what: str, tell: Callable[[], object] = lambda: "") -> None:
     deadline = time.monotonic() + PATIENCE
     while not condition():
-        assert time.monotonic() < deadline, f"not in time: {what}"
+        assert time.monotonic() < deadline, (f"not in time: {what}", tell())
         time.sleep(0.01)
 
 
@@ -126,7 +126,8 @@ class Flight:
     def __init__(self, rig: FlightRig) -> None:
         self.rig = rig
         self.recorder = Recorder(None, {})
-        self.session = FlightSession(rig.model, rig.links, rig.planner, self.recorder, rig.limits)
+        self.said: list[str] = []
+        self.session = FlightSession(rig.model, rig.links, rig.planner, self.recorder, rig.limits, self.said.append)
         self.on_progress: Callable[[], None] = lambda: None
         self._report: FlightReport | None = None
         self._thread = threading.Thread(target=self._fly, daemon=True)
@@ -137,14 +138,20 @@ class Flight:
 
     def until_phase(self, *phases: str) -> Flight:
         """Wait until the mission flies, in one of these phases."""
-        until(lambda: self._report or (self.session.backend.commanding and self.session.phase in phases), str(phases))
-        assert self._report is None, (self._report, self.session.journal.lines)
+        until(lambda: self._report or (self.session.backend.commanding and self.session.phase in phases), str(phases),
+              lambda: (self.told(), self.rig.snapshot))  # fmt: skip
+        assert self._report is None, (self._report, self.told())
         return self
 
     def end(self) -> FlightReport:
         self._thread.join(LONGEST)
-        assert self._report is not None, f"the session does not end: {self.session.phase}, {self.session.journal.lines}"
+        assert self._report is not None, ("the session does not end", self.told())
         return self._report
+
+    def told(self) -> object:
+        """What the session did, and what the links and the supervisor told last."""
+        self.session.journal.take(self.session.backend.epoch)
+        return self.session.phase, self.said, self.session.supervisor.findings, self.session.journal.lines[-12:]
 
     @property
     def recording(self) -> Recording:

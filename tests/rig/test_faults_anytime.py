@@ -147,7 +147,7 @@ def test_a_fault_at_any_time_ends_on_the_ground(rig: FlightRig, fault: str, repe
     at_the_door = flight.session.phase not in ("hover", "approach", "done")
     FAULTS[fault](rig, flight)
     report = flight.end()
-    said = (report.end, report.message, round(when, 2), flight.session.journal.lines[-12:])
+    said = (report.end, report.message, round(when, 2), flight.told())
     if fault == "pilot takes over" and report.end is End.TAKEN_OVER:
         rig.far.call("rig.autopilot.pilot_mode", "land")
     allowed = {End.LANDED, End.TAKEN_OVER, End.UNHEARD} | ({End.STILL_ARMED} if fault == "heartbeats end" else set())
