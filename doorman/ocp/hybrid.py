@@ -107,20 +107,19 @@ class Hybrid(Cddp):
 
     def _restore(self) -> None:
         """Nominal trajectory back to the one that was kept, measured."""
-        np.copyto(self._work.nominal.states, self._work.first.states)
-        np.copyto(self._work.nominal.inputs, self._work.first.inputs)
-        self._measure_again()
+        self._return_to(self._work.first.states, self._work.first.inputs)
 
-    def _measure_again(self) -> None:
-        """Measure the nominal trajectory."""
+    def _return_to(self, states: Array, inputs: Array) -> None:
+        """Take an earlier trajectory for the nominal one, measured."""
+        np.copyto(self._work.nominal.states, states)
+        np.copyto(self._work.nominal.inputs, inputs)
         kernels.linearize(self._model, self._memory)
         kernels.measure_nominal(self._memory)
         self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
 
     def _guess_otherwise(self) -> None:
         """Begin again: with a blind rollout after a straight line, else with a straight line."""
-        for array in self._work.multipliers:
-            array[:] = 0.0
+        self._forget_multipliers()
         self._work.nominal.inputs[:] = self._problem.cost.input_goal
         if self._work.result[RESULT.STRAIGHT] > 0.0:
             guess.roll_blindly(self._model, self._memory)
@@ -170,12 +169,9 @@ class Hybrid(Cddp):
 
     def _put_back(self, states: Array, inputs: Array) -> None:
         """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
-        for array in self._work.multipliers:
-            array[:] = 0.0
+        self._forget_multipliers()
         self._work.policy.gains[:] = 0.0
-        np.copyto(self._work.nominal.states, states)
-        np.copyto(self._work.nominal.inputs, inputs)
-        self._measure_again()
+        self._return_to(states, inputs)
 
     def follow(
         self,

@@ -42,12 +42,8 @@ class PushPlanning(QuasiStaticPlanning):
         A pushed door takes many horizons. A heading that hurries to its goal turns the vehicle away from the line of the push,
         and its rotors make little torque against what the push does then.
         """
-        first, last = self.start_state, self.goal_state
-        soon = start[3] - self._lead
-        done = min(max((first[3] - soon) / (first[3] - last[3]), 0.0), 1.0)
-        goal = np.array(last)
-        goal[2] += (1.0 - done) * (first[2] - last[2])
-        goal[5:] += (1.0 - done) * (first[5:] - last[5:])
+        goal, soon = np.array(self.goal_state), self.model.on_the_way(float(start[3]) - self._lead)
+        goal[2], goal[5:] = soon[2], soon[5:]
         return goal
 
     def relaxed(self, parameters: PushModel) -> bool:

@@ -191,10 +191,13 @@ class Solver(ABC):
 
     def _guess_again(self) -> None:
         """Begin again with the first guess."""
-        for array in self._work.multipliers:
-            array[:] = 0.0
+        self._forget_multipliers()
         np.copyto(self._work.nominal.states, self._work.first.states)
         np.copyto(self._work.nominal.inputs, self._work.first.inputs)
+
+    def _forget_multipliers(self) -> None:
+        for array in self._work.multipliers:
+            array[:] = 0.0
 
     def _iterate_carefully(self, penalty: float, max_iterations: int, deadline: float) -> int:
         """Careful iterations from the nominal trajectory and the multipliers; their code."""
