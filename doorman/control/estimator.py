@@ -52,6 +52,8 @@ class Estimate:
     """H, shape (n,) [rad]."""
     state: Array
     """Reduced, [Φ, α, α̇, H], yaw without jumps, shape (5 + n,)."""
+    tip_angle: float
+    """Of the tip about the hinge: α where it touches [rad]."""
     tip_speed: float
     """Of the tip along the door's normal [m/s]."""
     wind: Array
@@ -140,6 +142,7 @@ class Estimator:
             velocity=velocity,
             arm_angles=measurement.arm_angles,
             state=state,
+            tip_angle=tip_angle,
             tip_speed=-self._lever * tip_rate,
             wind=self._wind,
             tip_force=tip_force,

@@ -44,6 +44,8 @@ _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends."""
+_FAR = 1.0
+"""A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
 """A held door that is faster is not left yet [rad/s]."""
 _BACKING_OFF = 0.4
@@ -288,8 +290,8 @@ class Sequence:
         return self._in_touch(self._opening.step(estimate, body_rates), estimate)
 
     def _in_touch(self, setpoint: Setpoint, estimate: Estimate) -> Setpoint:
-        """The setpoint that holds the door; a leaf that the tip does not feel any more is followed instead."""
-        if estimate.touching or self._grips:
+        """The setpoint that holds the door; a leaf that the tip does not feel is followed instead, up to the goal."""
+        if estimate.touching or self._grips or estimate.tip_angle <= float(self._model.goal_state[3]):
             self._following = False
             return setpoint
         if not self._following:
@@ -297,15 +299,16 @@ class Sequence:
             self._leaf.begin(float(estimate.state[2]), estimate)
         return self._follow(estimate)
 
-    def _follow(self, estimate: Estimate) -> Setpoint:
-        """Follow the door as it is estimated to move, a little faster than it."""
-        door_speed = -self._model.coupling.distance_from_hinge * estimate.door_rate
-        return self._leaf.move(estimate, door_speed + self._settings.touch_speed)
+    def _follow(self, estimate: Estimate, far: bool = False) -> Setpoint:
+        """Follow the door as it is estimated to move, a little faster than it; far, with heading and arm in step with it."""
+        speed = self._settings.touch_speed - self._model.coupling.distance_from_hinge * estimate.door_rate
+        return self._leaf.search(estimate, speed) if far else self._leaf.move(estimate, speed)
 
     def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         if estimate.touching:
             self._enter(Phase.OPEN, estimate, "contact regained")
-        return self._follow(estimate)
+        assert self._entered is not None
+        return self._follow(estimate, far=estimate.time - self._entered > _FAR)
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""
