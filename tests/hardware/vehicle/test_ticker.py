@@ -34,7 +34,7 @@ def test_missed_ticks_are_counted_and_not_made_up_for():
 
 def test_figures_of_even_ticks():
     ticker = Ticker(0.01)
-    ticker._periods = [0.01] * 999 + [0.02]
+    ticker.periods = [0.01] * 999 + [0.02]
     figures = ticker.statistics()
     assert figures.median == pytest.approx(0.01)
     assert figures.longest == pytest.approx(0.02)
