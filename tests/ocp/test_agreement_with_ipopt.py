@@ -51,7 +51,14 @@ def assert_exact(model: Model, plan: Plan, state: np.ndarray) -> None:
     np.testing.assert_allclose(plan.states, resimulated, atol=1e-9)
 
 
-@pytest.mark.parametrize(("name", "kind", "limits"), PROBLEMS)
+def compiles(name: str) -> tuple[pytest.MarkDecorator, ...]:
+    """Kernels of every arm but the usual one take a minute."""
+    return (pytest.mark.compiles,) if name == "seven joints" else ()
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "limits"), [pytest.param(*problem, marks=compiles(problem[0])) for problem in PROBLEMS]
+)
 def test_same_optimum_feasible_and_exact(name: str, kind: str, limits: bool) -> None:
     """Where IPOPT finds that there is none, as from outside and with tight limits, the plan is the way back inside."""
     model, state = model_of(name, limits), start_state(name, kind, limits)
@@ -74,6 +81,7 @@ def test_same_optimum_feasible_and_exact(name: str, kind: str, limits: bool) -> 
         assert plan.cost == pytest.approx(reference.cost, rel=1e-5)
 
 
+@pytest.mark.compiles
 def test_the_problems_are_of_all_kinds() -> None:
     """Starts outside the constraints, optima that ride along them, limits that bind, and starts from which they cannot hold."""
     violating = active = limited = hopeless = 0
