@@ -15,7 +15,6 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.mission import Mission
 from doorman.recording import Recorder, Recording
 from doorman.simulation import SimulatedBackend
-from doorman.simulation.simulator import Disturbance
 from doorman.summary import summarize, verdict
 
 
@@ -82,29 +81,6 @@ def test_a_tip_that_can_only_push_opens_a_door_that_it_does_not_know(pushed: Rec
     assert summary["hover_to_goal_s"] < 25.0
     found, true = summary["estimates"]["torque"]["value"], summary["estimates"]["torque"]["true"]
     assert abs(found - true) <= max(0.15, 0.25 * true)
-
-
-@pytest.fixture(scope="module")
-def blown_open() -> Recording:
-    """The same with a gust that opens the leaf before the tip is there."""
-    model, recorder = Model(Scenario.load("push")), Recorder(None, {})
-    gust = SimulatedBackend(
-        model, recorder=recorder, disturbance=lambda now: Disturbance(hinge_torque=-3.0 if now < 0.6 else 0.0)
-    )
-    Mission(model, recorder=recorder).fly(gust)
-    recording = recorder.recording()
-    recording.summary = summarize(recording, model)
-    return recording
-
-
-def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there(blown_open: Recording) -> None:
-    summary, truth, mission = blown_open.summary, blown_open["truth"], blown_open["mission"]
-    assert summary is not None
-    assert mission["state"].tolist() == PHASES
-    touched = int(np.flatnonzero(truth["touching"])[0])
-    assert math.degrees(truth["door_angle"][touched]) < 75.0, "it was open"
-    assert np.linalg.norm(truth["velocity"][touched]) < 0.15, "it touches gently"
-    assert verdict(summary)[0], verdict(summary)[1]
 
 
 def test_the_tips_force_is_estimated(pushed: Recording) -> None:

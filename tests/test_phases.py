@@ -15,7 +15,7 @@ from doorman.mission.motion import Glide, way_out
 from doorman.recording import Recorder
 from doorman.simulation import SimulatedBackend
 from doorman.simulation.simulator import Disturbance
-from doorman.summary import summarize
+from doorman.summary import summarize, verdict
 
 Torque = Callable[[float, float, float], float]
 """Torque of a hand in the hinge from time, door angle and door rate."""
@@ -99,6 +99,17 @@ def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     assert summary is not None and summary["collisions"] == 0
     assert abs(summary["final_door_angle_deg"] - 20.0) < 2.0
     assert summary["door_angle_estimate_error_deg_max"] < 12.0
+
+
+def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there() -> None:
+    recording, _ = flown(lambda time, angle, rate: -3.0 if time < 0.6 else 0.0)
+    assert phases(recording) == ["hover", "approach", "touch", "open", "release", "retreat", "done", "end"]
+    summary, truth = recording.summary, recording["truth"]
+    assert summary is not None
+    touched = int(np.flatnonzero(truth["touching"])[0])
+    assert math.degrees(truth["door_angle"][touched]) < 75.0, "it was open"
+    assert np.linalg.norm(truth["velocity"][touched]) < 0.15, "it touches gently"
+    assert verdict(summary)[0], verdict(summary)[1]
 
 
 def test_a_blocked_door_is_given_up_with_numbers() -> None:

@@ -101,7 +101,6 @@ class Estimator:
         self._lever = model.coupling.distance_from_hinge
         self._wind = np.zeros(3)
         self._yaw = 0.0
-        self._tip_angle = 0.0
 
     def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
         """Take in one measurement.
@@ -119,7 +118,6 @@ class Estimator:
         vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
-        self._tip_angle = tip_angle
         near = self._near(tip_angle)
         may_touch = near or self.contact.touching
         if tie is Tie.FREE or (tie is Tie.PUSHING and not may_touch):
@@ -153,14 +151,15 @@ class Estimator:
             hinge=self.door.hinge(),
         )
 
-    def meet_leaf(self, wind: Array) -> None:
+    def meet_leaf(self, tip_angle: float, wind: Array) -> None:
         """Learn that the tip touches the leaf where it is now, though that should be farther; its force passed for wind.
 
         Args:
+            tip_angle: Angle of the tip about the hinge now [rad].
             wind: On the vehicle before that, shape (3,), world frame [N].
         """
         self._wind = wind.copy()
-        self.door.meet(self._tip_angle)
+        self.door.meet(tip_angle)
         self.contact.declare(True)
 
     def _near(self, tip_angle: float) -> bool:

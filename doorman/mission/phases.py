@@ -238,7 +238,7 @@ class Sequence:
             self._estimator.contact.declare(True)
         if self._since is None and self._leaf.blocked(estimate):
             self._since = estimate.time
-            self._estimator.meet_leaf(self._leaf.free_wind)
+            self._estimator.meet_leaf(estimate.tip_angle, self._leaf.free_wind)
         if self._since is not None:
             if estimate.time - self._since >= _PRESSING:
                 self._enter(Phase.OPEN, estimate, "")

@@ -89,8 +89,8 @@ def test_a_tip_that_is_stopped_before_the_leafs_place_has_met_the_leaf_there(
     place = estimates[-1].position
     measurement = Measurement(0.0, place, np.zeros(3), np.zeros(3), np.zeros(3), model.start_arm, np.zeros(4), 0.0)
     weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-    estimator.update(measurement, weight, Tie.PUSHING, 0.0)
-    estimator.meet_leaf(np.array([0.2, 0.0, 0.0]))
+    seen = estimator.update(measurement, weight, Tie.PUSHING, 0.0)
+    estimator.meet_leaf(seen.tip_angle, np.array([0.2, 0.0, 0.0]))
     known = estimator.update(replace(measurement, time=TICK, pose_time=TICK), weight, Tie.PUSHING, TICK)
     assert known.touching and known.near
     assert known.wind == pytest.approx([0.2, 0.0, 0.0])

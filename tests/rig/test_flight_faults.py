@@ -99,16 +99,6 @@ def test_cameras_lose_a_vehicle_that_grips(rig):
     assert_before_the_door(rig)
 
 
-def test_battery_nearly_empty_in_the_doorway(rig):
-    flight = swinging(rig)
-    rig.far.set("rig.autopilot.battery.remaining", 0.05)
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert Fault.BATTERY_CRITICAL in found(report)
-    assert_down(rig)
-    assert_at_the_pad(rig)
-
-
 def test_controller_hangs_in_the_doorway(rig):
     """For longer than the supervisor waits: it flies the vehicle out by itself."""
     flight = swinging(rig)
@@ -169,13 +159,15 @@ def test_battery_low(rig):
     assert_at_the_pad(rig)
 
 
-def test_battery_nearly_empty(rig):
-    flight = at_hover(rig)
+@pytest.mark.parametrize("where", [at_hover, swinging])
+def test_battery_nearly_empty(rig, where):
+    flight = where(rig)
     rig.far.set("rig.autopilot.battery.remaining", 0.05)
     report = flight.end()
     assert report.end is End.LANDED
     assert Fault.BATTERY_CRITICAL in found(report)
     assert_down(rig)
+    assert_at_the_pad(rig)
 
 
 def test_servo_shuts_down(rig):
