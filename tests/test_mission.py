@@ -17,6 +17,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission import Mission, PlanSchedule
+from doorman.ocp.hinge import Hinge
 from doorman.recording import Recorder
 
 TICK = 0.004
@@ -26,6 +27,10 @@ TICK = 0.004
 def model() -> Model:
     """The paper's task from the touch on."""
     return Model(Scenario.load("paper", {"mission.start": "contact"}))
+
+
+FREE = Hinge(0.0, 0.0, 5.0)
+"""A hinge that nothing resists in."""
 
 
 class ScriptedBackend(Backend):
@@ -89,7 +94,7 @@ def test_plans_come_at_the_planners_rate_and_are_known_later(model: Model, laten
     schedule = schedule_of(model, latency)
     starts, ages = [], []
     for k in range(250):
-        current = schedule.update(TICK * k, model.start_state, 0.0)
+        current = schedule.update(TICK * k, model.start_state, FREE)
         assert current is not None
         starts.append(current.start)
         ages.append(TICK * k - current.start)
@@ -108,13 +113,13 @@ def test_plans_come_at_the_planners_rate_and_are_known_later(model: Model, laten
 def test_a_slow_controller_plans_once_a_tick(model: Model) -> None:
     schedule = schedule_of(model, 1)
     for k in range(20):
-        schedule.update(0.05 * k, model.start_state, 0.0)
+        schedule.update(0.05 * k, model.start_state, FREE)
     assert len(schedule.planner.calls) == 20
 
 
 def test_useless_plans_are_recorded_and_not_followed(model: Model) -> None:
     schedule = schedule_of(model, 0, useless=set(range(3, 8)))
-    starts = [schedule.update(0.01 * k, model.start_state, 0.0).start for k in range(10)]  # type: ignore[union-attr]
+    starts = [schedule.update(0.01 * k, model.start_state, FREE).start for k in range(10)]  # type: ignore[union-attr]
     assert starts == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.07, 0.08, 0.09])
     status = schedule.recorder.recording()["plan"]["status"].tolist()
     assert status.count("infeasible") == 5
@@ -122,15 +127,15 @@ def test_useless_plans_are_recorded_and_not_followed(model: Model) -> None:
 
 def test_nothing_to_follow_before_the_first_usable_plan(model: Model) -> None:
     schedule = schedule_of(model, 2, useless={1, 2})
-    followed = [schedule.update(0.01 * k, model.start_state, 0.0) for k in range(6)]
+    followed = [schedule.update(0.01 * k, model.start_state, FREE) for k in range(6)]
     assert followed[:4] == [None] * 4
     assert followed[4] is not None and followed[4].start == pytest.approx(0.02)
 
 
-def test_the_planner_is_told_the_torque_and_no_friction(model: Model) -> None:
+def test_the_planner_is_told_torque_and_inertia_and_no_friction(model: Model) -> None:
     schedule = schedule_of(model, 0)
-    schedule.update(0.0, model.start_state, -0.7)
-    assert schedule.planner.told == [{"friction": 0.0, "disturbance": -0.7}]
+    schedule.update(0.0, model.start_state, FREE._replace(disturbance=-0.7))
+    assert schedule.planner.told == [{"friction": 0.0, "disturbance": -0.7, "inertia": FREE.inertia}]
 
 
 def test_first_plan_misses_no_deadline_others_may(model: Model) -> None:
@@ -140,7 +145,7 @@ def test_first_plan_misses_no_deadline_others_may(model: Model) -> None:
 
     schedule = PlanSchedule(SlowPlanner(model), 0, Recorder(None, {}))
     for k in range(3):
-        schedule.update(0.01 * k, model.start_state, 0.0)
+        schedule.update(0.01 * k, model.start_state, FREE)
     assert schedule.recorder.recording()["plan"]["deadline_missed"].tolist() == [False, False, True]
 
 

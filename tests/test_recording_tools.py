@@ -20,6 +20,7 @@ from doorman.cli import app
 from doorman.cli.replay import replay_plans
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.mission import PlanSchedule, simulate
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder, Recording
 from doorman.recording.export import export
@@ -218,15 +219,16 @@ def test_every_plan_comes_out_the_same_to_the_bit(flight, recording):
 
 
 def test_changing_doors_and_cold_plans_are_replayed(planner):
-    told = [0.0, -0.3, -0.31, 0.2, -1.0, -1.1]
+    told, inertias = [0.0, -0.3, -0.31, 0.2, -1.0, -1.1], [5.3, 5.3, 6.0, 7.5, 7.5, 7.0]
     with Recorder(None, {}) as recorder:
         schedule = PlanSchedule(planner, 0, recorder)
-        for k, disturbance in enumerate(told):
+        for k, (disturbance, inertia) in enumerate(zip(told, inertias, strict=True)):
             if k == 3:
                 schedule.forget()
-            schedule.update(schedule.period * k, planner.planning.start_state, disturbance)
+            schedule.update(schedule.period * k, planner.planning.start_state, Hinge(0.0, disturbance, inertia))
         recording = recorder.recording()
     assert recording["plan"]["door_disturbance"].tolist() == told
+    assert recording["plan"]["door_inertia"].tolist() == inertias
     assert recording["plan"]["cold"].tolist() == [True, False, False, True, False, False]
     found = replay_plans(recording, planner)
     assert (found.plans, found.cold, found.identical) == (6, 2, True)

@@ -40,7 +40,9 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
         command, cwd=ROOT, capture_output=True, text=True, timeout=900, check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    assert ran.returncode == 0, ran.stderr  # a warning is an error (-W); a Jupyter kernel may grumble as it is shut down
+    assert ran.returncode == 0, (
+        ran.stderr
+    )  # a warning is an error (-W); a Jupyter kernel may grumble as it is shut down
     return folder / "html"
 
 

@@ -18,7 +18,9 @@ from doorman.model import Model
 from doorman.ocp.planner import Plan, Planner
 from doorman.recording import Recording, Topic
 
-_NEEDED = ("cold", "door_disturbance", "margin", "state", "states", "inputs", "cost", "iterations", "status")
+_NEEDED = (
+    "cold", "door_disturbance", "door_inertia", "margin", "state", "states", "inputs", "cost", "iterations", "status",
+)  # fmt: skip
 _NUMBERS = ("states", "inputs", "cost", "iterations")
 _SHOWN = 10
 """Differing plans that are listed on the terminal."""
@@ -111,7 +113,8 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
         )  # fmt: skip
     differences = []
     for k, start in enumerate(_starts(recording, planner.model)):
-        planner.update_door(friction=0.0, disturbance=float(recorded["door_disturbance"][k]))
+        disturbance, inertia = float(recorded["door_disturbance"][k]), float(recorded["door_inertia"][k])
+        planner.update_door(friction=0.0, disturbance=disturbance, inertia=inertia)
         planner.update_margin(float(recorded["margin"][k]))
         x = planner.planning.state(*start)
         plan = planner.plan(x) if recorded["cold"][k] else planner.replan(x)

@@ -34,6 +34,8 @@ _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
 _STUCK_RATE = 8.0
 """Bandwidth with which a standing door's angle is followed [rad/s]."""
+_STUCK_RATE_DEVIATION = 0.01
+"""Of the rate that is followed so, where it does not lag; where a door comes loose it does, as if the leaf were light [rad/s]."""
 _LEAST_INERTIA_SHARE = 0.2
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
@@ -99,6 +101,11 @@ class DoorFilter:
         """α̇ [rad/s]."""
         return float(self.state[RATE])
 
+    @property
+    def inertia(self) -> float:
+        """I_D [kg m²]."""
+        return float(self.state[INERTIA])
+
     def hinge(self) -> HingeEstimate:
         """Parameters with their standard deviations."""
         chosen = [DAMPING, FRICTION, STIFFNESS, INERTIA]
@@ -119,7 +126,6 @@ class DoorFilter:
         now: float,
         time_step: float,
         *,
-        learning: bool = True,
         wind: Array | None = None,
     ) -> None:
         """Advance by one period.
@@ -131,8 +137,6 @@ class DoorFilter:
             measured_at: When it was true [s].
             now: [s].
             time_step: Since the last call [s].
-            learning: Whether the hinge's parameters may be learnt: not while the vehicle's own motion relative to its tip takes
-                a part of the push that is not known.
             wind: On the vehicle before the first touch, shape (3,), world frame [N]; still air if not given.
         """
         if not time_step > 0.0:
@@ -147,7 +151,7 @@ class DoorFilter:
             return
         self._predict(push if touching else 0.0, touching, time_step)
         if touching and measured_at > self._seen:
-            self._correct(tip_angle, now - measured_at, learning)
+            self._correct(tip_angle, now - measured_at)
         self._seen = measured_at
 
     def passed(self, tip_angle: float) -> None:
@@ -189,6 +193,8 @@ class DoorFilter:
         off = tip_angle - self.state[ANGLE]
         self.state[ANGLE] += time_step * (self.state[RATE] + 2.0 * _STUCK_RATE * off)
         self.state[RATE] += time_step * _STUCK_RATE**2 * off
+        self.covariance[RATE, :] = self.covariance[:, RATE] = 0.0
+        self.covariance[RATE, RATE] = _STUCK_RATE_DEVIATION**2 + (2.0 * _STUCK_RATE * off) ** 2
 
     def _predict(self, push: float, touching: bool, time_step: float) -> None:
         z, settings = self.state, self._settings
@@ -222,14 +228,12 @@ class DoorFilter:
         covariance[TORQUE, TORQUE] += (1.0 - fade**2) * self._torque_deviation**2
         self.covariance = covariance
 
-    def _correct(self, tip_angle: float, age: float, learning: bool) -> None:
+    def _correct(self, tip_angle: float, age: float) -> None:
         """Measure the angle as it was `age` ago."""
         row, noise = np.zeros(_STATES), self._settings.angle_noise**2
         row[ANGLE], row[RATE] = 1.0, -age
         spread = self.covariance @ row
         gain = spread / (row @ spread + noise)
-        if not learning:
-            gain[DAMPING : INERTIA + 1] = 0.0
         self.state += gain * (tip_angle - row @ self.state)
         self.state[DAMPING:INERTIA] = np.maximum(self.state[DAMPING:INERTIA], 0.0)
         self.state[INERTIA] = max(self.state[INERTIA], self._least_inertia)

@@ -2,10 +2,11 @@ r"""Disturbance observer of the door: the torque in the hinge that the planner d
 
 Vehicle and leaf move as one along the swing, with the inertia :math:`I_e = I_D + m_A D_V^2` that the push really moves:
 
-.. math:: I_e\ddot\alpha = -D_V\, n_D^T F - b\dot\alpha - k(\alpha - \alpha_0) - \tau_d
+.. math:: I_e\ddot\alpha = -D_V F_n - b\dot\alpha - k(\alpha - \alpha_0) - \tau_d
 
-with the rotors' force F. The observer of the momentum :math:`I_e\dot\alpha` gives :math:`\hat\tau_d = Q(s)\,\tau_d` with a
-first-order Q, without differentiating the rate. The planner takes it into α̈.
+with the push F_n. The observer gives :math:`\hat\tau_d = Q(s)\,\tau_d` with a first-order Q, without differentiating the
+rate. The planner takes it into α̈. Torques and rate are filtered each by itself: an inertia that is learnt in flight counts
+as if it had been known from the start.
 
 Coulomb friction is left to the observer, all of it: in the smooth model τ_c tanh(α̇/ε) a door at rest has none and a moving
 one the whole, so that a plan from rest would pay for the friction that already holds the door a second time, and the
@@ -16,12 +17,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from doorman.model import Model
-
-Array = NDArray[np.float64]
 
 
 class DoorObserver:
@@ -38,18 +34,20 @@ class DoorObserver:
         self.limit = limit
         self._door = model.door
         self._lever = model.coupling.distance_from_hinge
-        self._inertia = model.door.inertia + model.vehicle.mass * self._lever**2
-        self._momentum: float | None = None
+        self._vehicle_inertia = model.vehicle.mass * self._lever**2
+        self._torque = 0.0
+        self._rate: float | None = None
         self.estimate = 0.0
         """τ̂_d, in the sense of damping: α̈ gains −τ̂_d/I, so it is negative where it resists opening [N m]."""
 
-    def update(self, door_angle: float, door_rate: float, force: Array, time_step: float) -> float:
+    def update(self, door_angle: float, door_rate: float, push: float, inertia: float, time_step: float) -> float:
         """Advance by one period.
 
         Args:
             door_angle: α [rad].
             door_rate: α̇ [rad/s].
-            force: Force of the rotors since the last call, shape (3,), world frame [N].
+            push: F_n since the last call [N].
+            inertia: I_D [kg m²].
             time_step: Since the last call [s].
 
         Returns:
@@ -57,19 +55,18 @@ class DoorObserver:
         """
         if self.rate == 0.0:
             return self.estimate
-        momentum = self._inertia * door_rate
-        if self._momentum is None:
-            self._momentum = momentum + self.estimate / self.rate
-        push = math.sin(door_angle) * force[0] - math.cos(door_angle) * force[1]
-        door = self._door
+        door, whole = self._door, inertia + self._vehicle_inertia
+        if self._rate is None:
+            self._rate, self._torque = door_rate, self.estimate
         resistance = door.damping * door_rate + door.stiffness * (door_angle - door.rest_angle)
-        known = -self._lever * push - resistance
-        self._momentum += time_step * (known - self.estimate)
-        raw = self.rate * (self._momentum - momentum)
-        self.estimate = min(max(raw, -self.limit), self.limit)
-        self._momentum = momentum + self.estimate / self.rate  # anti-windup: the state stays where the bound is
+        part = 1.0 - math.exp(-self.rate * time_step)
+        self._torque += part * (-self._lever * push - resistance - self._torque)
+        self._rate += part * (door_rate - self._rate)
+        taken = whole * self.rate * (door_rate - self._rate)
+        self.estimate = min(max(self._torque - taken, -self.limit), self.limit)
+        self._torque = self.estimate + taken  # anti-windup: the state stays where the bound is
         return self.estimate
 
     def pause(self) -> None:
         """Keep the estimate while the tip is away; the next update begins from the rate that it is given."""
-        self._momentum = None
+        self._rate = None

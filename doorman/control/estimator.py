@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 
 _REACH = 0.03
 """A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
-_SLOW = 0.15
-"""A door that a grip swings faster teaches nothing of its hinge: vehicle and arm turn about the tip meanwhile [rad/s]."""
 
 
 class Tie(Enum):
@@ -98,7 +96,10 @@ class Estimator:
         self.contact = ContactMonitor(settings.contact)
         self.door = DoorFilter(model, settings)
         self._hinge_torque = DoorObserver(model, control.door_observer_rate, control.max_door_disturbance)
+        self._door_inertia = model.door.inertia
         self._lever = model.coupling.distance_from_hinge
+        self._hinge_position = model.door.hinge_position
+        self._turning: float | None = None
         self._wind = np.zeros(3)
         self._yaw = 0.0
 
@@ -174,14 +175,32 @@ class Estimator:
         force: Array,
         time_step: float,
     ) -> None:
-        acting, gripped = force + self._wind, tie is Tie.GRIPPED
+        acting, seen, now = force + self._wind, measurement.pose_time, measurement.time
+        if tie is Tie.GRIPPED:
+            push = self._push_of_a_grip(acting, tip[1], time_step)
+            self.door.update(push, True, tip[0], seen, now, time_step, wind=self._wind)
+            self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
+            return
+        self._turning = None
         push = float(door_normal(self.door.angle) @ acting)
-        seen, now, learning = measurement.pose_time, measurement.time, not gripped or abs(tip[1]) < _SLOW
-        self.door.update(push, touching, tip[0], seen, now, time_step, learning=learning, wind=self._wind)
+        self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._wind)
         if touching:
-            angle, rate = tip if gripped else (self.door.angle, self.door.rate)
-            self._hinge_torque.update(angle, rate, acting, time_step)
-        else:
-            self._hinge_torque.pause()
-            if tie is Tie.PUSHING:
-                self.door.passed(tip[0])
+            push = float(door_normal(self.door.angle) @ acting)
+            self._hinge_torque.update(self.door.angle, self.door.rate, push, self._door_inertia, time_step)
+            return
+        self._hinge_torque.pause()
+        if tie is Tie.PUSHING:
+            self.door.passed(tip[0])
+
+    def _push_of_a_grip(self, acting: Array, tip_rate: float, time_step: float) -> float:
+        r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].
+
+        A vehicle that turns about the tip it holds moves otherwise than the tip. What is left of the rotors' moment about the
+        hinge, :math:`(r\times F)_z`, once the change of :math:`m_A(r\times v)_z - m_A D_V^2\dot\alpha` is taken off it.
+        """
+        r, v = self._vehicle.position - self._hinge_position, self._vehicle.velocity
+        turning = self._vehicle.mass * (r[0] * v[1] - r[1] * v[0] - self._lever**2 * tip_rate)
+        change = 0.0 if self._turning is None else turning - self._turning
+        self._turning = turning
+        moment = r[0] * acting[1] - r[1] * acting[0]
+        return float(change / time_step - moment) / self._lever if time_step > 0.0 else 0.0

@@ -13,6 +13,7 @@ from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.push_planning import push_state
 
 Array = NDArray[np.float64]
@@ -22,6 +23,9 @@ _NEAR = math.radians(2.0)
 _AT_GOAL = math.radians(0.9)
 _SLOW = 0.005
 """A gripped door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
+_ARRIVED = math.radians(0.5)
+_ARRIVING = 0.05
+"""A gripped door that comes this near to the goal, and is no faster, is left to its friction [rad], [rad/s]."""
 _SETTLING = 4.0
 """Hold times after which it is."""
 _CLOSE = math.radians(0.8)
@@ -98,6 +102,7 @@ class Opening:
         self._counted_on = 0.0
         self.resistance = 0.0
         """Torque against opening while the door swung last [N m]."""
+        self._rest: float | None = None
         self._most = model.scenario.control.max_door_disturbance
         self._last = 0.0
 
@@ -138,8 +143,9 @@ class Opening:
         if self._push is not None:
             state = push_state(state, self._push.push, self._weight)
         self._nudge(off, estimate.door_rate, time_step)
-        disturbance, lean = max(self._disturbance(estimate) - self._stiction, -self._most), self._lean(estimate)
-        current = self._schedule.update(now, state, disturbance, lean)
+        disturbance, lean = max(self._disturbance(off, estimate) - self._stiction, -self._most), self._lean(estimate)
+        hinge = Hinge(0.0, disturbance, self._inertia(estimate))
+        current = self._schedule.update(now, state, hinge, lean)
         if current is None:
             if self._waiting is None:
                 self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))
@@ -149,15 +155,35 @@ class Opening:
             return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
         return self._push.follow(current.plan, now - current.start, estimate, -disturbance, time_step)
 
-    def _disturbance(self, estimate: Estimate) -> float:
+    def _disturbance(self, off: float, estimate: Estimate) -> float:
         """Torque of the hinge that plans are told: a door that stands resists by no more than it is pushed, but could."""
         if self._push is None:
-            return estimate.door_disturbance
+            return self._at_rest(off, estimate)
         if abs(estimate.door_rate) > _STICKS:
             self._counted_on = estimate.door_disturbance
         else:
             self._counted_on = min(self._counted_on, estimate.door_disturbance)
         return self._counted_on
+
+    def _at_rest(self, off: float, estimate: Estimate) -> float:
+        """Torque of a gripped hinge, without its friction where the door should come to rest: it is what holds the door there.
+
+        Else the push that overcomes the friction of a slow door carries it beyond the goal, by degrees.
+        """
+        torque = estimate.door_disturbance
+        if abs(off) > _AT_GOAL:
+            self._rest = None
+        elif self._rest is None and abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING:
+            friction = (1.0 - self._settings.hold_share) * max(0.0, estimate.hinge.friction)
+            if self._rate < 0.0:
+                self._rest = min(torque + friction, max(torque, 0.0))
+            else:
+                self._rest = max(torque - friction, min(torque, 0.0))
+        return torque if self._rest is None else self._rest
+
+    def _inertia(self, estimate: Estimate) -> float:
+        """Of the leaf, as plans take it: as a grip has learnt it; a push moves a door too slowly to."""
+        return estimate.hinge.inertia if self._push is None else self._model.door.inertia
 
     def _lean(self, estimate: Estimate) -> float:
         """How much nearer to the leaf a vehicle comes that leans into the wind about its tip [m]."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.mission.planning_thread import PlanningThread
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.planner import Plan, Planner
 from doorman.ocp.planning_model import planning_model
 from doorman.recording import Recorder
@@ -32,7 +33,7 @@ class _Order:
 
     time: float
     state: Array
-    door_disturbance: float
+    hinge: Hinge
     margin: float
     cold: bool
     epoch: int
@@ -94,7 +95,7 @@ class PlanSchedule:
             finally:
                 self._thread = None
 
-    def update(self, now: float, state: Array, door_disturbance: float, lean: float = 0.0) -> TimedPlan | None:
+    def update(self, now: float, state: Array, hinge: Hinge, lean: float = 0.0) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
         A plan that is not flyable is recorded and dropped: the last usable one is followed to its end, where it rests.
@@ -102,7 +103,7 @@ class PlanSchedule:
         Args:
             now: Time of the state [s].
             state: x of the planner, shape (nx,).
-            door_disturbance: Estimated torque in the hinge, Coulomb friction included, in the sense of damping [N m].
+            hinge: What is known of it.
             lean: By which the vehicle comes nearer to door and frame than a plan knows, as it leans into wind [m].
 
         Returns:
@@ -117,7 +118,7 @@ class PlanSchedule:
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
             margin = self.planner.settings.margin + lean
-            order = _Order(now, state, door_disturbance, margin, not self._started, self._epoch)
+            order = _Order(now, state, hinge, margin, not self._started, self._epoch)
             self._started = True
             if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
@@ -144,7 +145,7 @@ class PlanSchedule:
 
     def _carry_out(self, order: _Order) -> _Answer:
         planner = self.planner
-        planner.update_door(friction=0.0, disturbance=order.door_disturbance)
+        planner.update_door(**order.hinge._asdict())
         planner.update_margin(order.margin)
         plan = planner.plan(order.state) if order.cold else planner.replan(order.state)
         return _Answer(order, plan, planner.normal_forces(plan))
@@ -159,7 +160,8 @@ class PlanSchedule:
             order.time,
             {
                 "cold": order.cold,
-                "door_disturbance": order.door_disturbance,
+                "door_disturbance": order.hinge.disturbance,
+                "door_inertia": order.hinge.inertia,
                 "margin": order.margin,
                 "state": states[0],
                 "states": states,

@@ -14,6 +14,7 @@ from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_wor
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.numba_types.handles import Handle
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
 from doorman.ocp.problem import Problem
 from doorman.ocp.quasi_static_planning import push_along_normal
@@ -49,9 +50,11 @@ class LagrangianPlanning:
         """The door problem with full dynamics, see `PlanningModel`."""
         return lagrangian_problem(self.model)
 
-    def fitted(self, parameters: Any, friction: float, disturbance: float, margin: float, start: Array) -> Any:
+    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
+        dynamics = parameters.dynamics._replace(
+            friction=hinge.friction, disturbance=hinge.disturbance, door_inertia=hinge.inertia
+        )
         return parameters._replace(dynamics=dynamics, margin=margin)
 
     def goal(self, start: Array) -> Array:

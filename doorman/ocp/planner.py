@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 from doorman.model import Model
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.hybrid import Hybrid
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
@@ -34,6 +35,8 @@ _JUMP = 1.0
 
 _LATEST_SHIFT = 2
 """Steps of the previous plan in which the present state is looked for."""
+_LEAST_INERTIA = 0.01
+"""Of a leaf about its hinge [kg m²]."""
 
 
 @dataclass(frozen=True)
@@ -89,27 +92,32 @@ class Planner:
         self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
         self._started, self._fitted = False, False
         self._parameters = self._problem.model
-        self._friction, self._disturbance = self.model.door.friction, 0.0
+        self._hinge = Hinge(self.model.door.friction, 0.0, self.model.door.inertia)
         self._margin = self.settings.margin
 
-    def update_door(self, *, friction: float | None = None, disturbance: float | None = None) -> None:
+    def update_door(
+        self, *, friction: float | None = None, disturbance: float | None = None, inertia: float | None = None
+    ) -> None:
         """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
 
         Args:
             friction: τ_c [N m].
             disturbance: τ_d of α̈ = … − τ_d/I_D, in the sense of damping: negative where it resists opening [N m].
+            inertia: I_D of the leaf about the hinge [kg m²].
 
         Raises:
-            DimensionError: if a value is not finite, or the friction is negative.
+            DimensionError: if a value is not finite, the friction is negative, or the inertia is not positive.
         """
-        friction = self._friction if friction is None else float(friction)
-        disturbance = self._disturbance if disturbance is None else float(disturbance)
-        for name, value in (("friction", friction), ("disturbance", disturbance)):
-            if not math.isfinite(value) or (name == "friction" and value < 0.0):
-                raise DimensionError(
-                    "not a torque", field=name, given=value, allowed="a finite torque, friction >= 0 [N m]"
-                )
-        self._friction, self._disturbance, self._fitted = friction, disturbance, False
+        given = {"friction": friction, "disturbance": disturbance, "inertia": inertia}
+        hinge = self._hinge._replace(**{name: float(value) for name, value in given.items() if value is not None})
+        for name, value, least, allowed in (
+            ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
+            ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
+            ("inertia", hinge.inertia, _LEAST_INERTIA, f"finite, at least {_LEAST_INERTIA} kg m²"),
+        ):
+            if not (math.isfinite(value) and value >= least):
+                raise DimensionError("the hinge cannot have this", field=name, given=value, allowed=allowed)
+        self._hinge, self._fitted = hinge, False
 
     def update_margin(self, margin: float) -> None:
         """Change the distance that the next plans keep from door and frame; `planner.margin` holds until the first call.
@@ -144,9 +152,7 @@ class Planner:
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
         if self._fitted and not self.planning.follows_start:
             return
-        self._parameters = self.planning.fitted(
-            self._problem.model, self._friction, self._disturbance, self._margin, state
-        )
+        self._parameters = self.planning.fitted(self._problem.model, self._hinge, self._margin, state)
         self.solver.update_model(self._parameters)
         self.solver.update_goal(self.planning.goal(state))
         self._fitted = True

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import ScenarioError
 from doorman.model import Model
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.lagrangian_planning import LagrangianPlanning
 from doorman.ocp.problem import Problem
 from doorman.ocp.push_planning import PushPlanning
@@ -65,13 +66,12 @@ class PlanningModel(Protocol):
             ScenarioError: if a vector of weights does not fit the arm.
         """
 
-    def fitted(self, parameters: Any, friction: float, disturbance: float, margin: float, start: Array) -> Any:
+    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
         """Parameters of the problem for what is known of the hinge, for a margin, and for a start.
 
         Args:
             parameters: The problem's model.
-            friction: τ_c [N m].
-            disturbance: τ_d, in the sense of damping [N m].
+            hinge: Friction, disturbance and inertia.
             margin: Distance from door and frame [m].
             start: x, shape (nx,).
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.model import Model
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.problem import Problem
 from doorman.ocp.push_problem import PushModel, is_relaxed, push_problem, with_hinge
 from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal
@@ -30,11 +31,9 @@ class PushPlanning(QuasiStaticPlanning):
         """The problem with the push's constraints, see `PlanningModel`."""
         return push_problem(self.model)
 
-    def fitted(
-        self, parameters: PushModel, friction: float, disturbance: float, margin: float, start: Array
-    ) -> PushModel:
+    def fitted(self, parameters: PushModel, hinge: Hinge, margin: float, start: Array) -> PushModel:
         """Constraints that fit the hinge's resistance and contain the start, see `PlanningModel`."""
-        return with_hinge(self.model, parameters, friction, disturbance, start, margin)
+        return with_hinge(self.model, parameters, hinge, start, margin)
 
     def goal(self, start: Array) -> Array:
         """The door at its goal, heading and arm as far on their way as the door will be within the horizon.

@@ -50,6 +50,7 @@ from doorman.ocp.door_problem import (
     linearize_door_constraints,
     linearize_door_horizon,
 )
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.limits import reduced_bounds
 from doorman.ocp.problem import Problem
 
@@ -326,23 +327,20 @@ def push_problem(model: Model) -> Problem:
         ScenarioError: if a vector of weights does not fit the arm.
     """
     planner, push = model.scenario.planner, model.scenario.push
-    lever, mass = model.coupling.distance_from_hinge, model.vehicle.mass
-    moving = model.door.inertia + mass * lever**2
-    door = DoorModel.of(model, 0.0)
-    door = door._replace(dynamics=door.dynamics._replace(door_inertia=moving))
+    mass = model.vehicle.mass
     parameters = PushModel(
-        door=door,
+        door=DoorModel.of(model, 0.0),
         hinge=PushHinge(0.0, 0.0, push.max_rate, push.least_force, push.max_acceleration),
         goal=float(model.goal_state[3]),
-        leaf_share=model.door.inertia / moving,
-        vehicle_share=mass * lever / moving,
+        leaf_share=0.0,
+        vehicle_share=0.0,
         mass=mass,
         weight=mass * GRAVITY,
         cone=push.friction_coefficient / math.sqrt(2.0),
         yaw_torque=push.max_yaw_torque,
     )
     return Problem(
-        model=with_hinge(model, parameters, 0.0, 0.0, model.start_state),
+        model=with_hinge(model, parameters, Hinge(0.0, 0.0, model.door.inertia), model.start_state),
         n_constraints=model.n_constraints + 1 + N_STATE_ROWS,
         n_input_constraints=N_INPUT_ROWS,
         integrators=model.n_arm,
@@ -358,7 +356,7 @@ def push_problem(model: Model) -> Problem:
 
 
 def with_hinge(
-    model: Model, parameters: PushModel, friction: float, disturbance: float, start: Array, margin: float | None = None
+    model: Model, parameters: PushModel, known: Hinge, start: Array, margin: float | None = None
 ) -> PushModel:
     r"""Fit the problem to what is known of the hinge, and to a start that may lie outside the constraints.
 
@@ -368,18 +366,21 @@ def with_hinge(
     Args:
         model: Model of the scenario.
         parameters: The problem's.
-        friction: τ_c of the plan [N m].
-        disturbance: τ_d of the plan, in the sense of damping [N m].
+        known: Friction, disturbance and inertia of the plan.
         start: Reduced state, shape (5 + n,).
         margin: Distance from door and frame; that of `parameters` if not given [m].
 
     Returns:
         Parameters of a problem that contains the start.
     """
-    push, dynamics = model.scenario.push, parameters.door.dynamics
+    push, door = model.scenario.push, parameters.door
+    lever = door.dynamics.distance_from_hinge
+    moving = known.inertia + parameters.mass * lever**2
+    leaf_share, vehicle_share = known.inertia / moving, parameters.mass * lever / moving
+    dynamics = door.dynamics._replace(friction=known.friction, disturbance=known.disturbance, door_inertia=moving)
     angle, rate = float(start[3]), float(start[4])
-    torque = dynamics.damping * rate + dynamics.stiffness * (angle - dynamics.rest_angle) + disturbance
-    resistance = max(0.0, friction - torque)
+    torque = dynamics.damping * rate + dynamics.stiffness * (angle - dynamics.rest_angle) + known.disturbance
+    resistance = max(0.0, known.friction - torque)
     deceleration = push.stopping_share * resistance / dynamics.door_inertia
     left = angle - parameters.goal
     allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * _CREEP**2
@@ -389,14 +390,12 @@ def with_hinge(
         speed=max(push.max_rate, -rate),
         least_force=max(
             push.least_force,
-            (parameters.leaf_share * push.least_share + parameters.vehicle_share * dynamics.distance_from_hinge)
-            * resistance / dynamics.distance_from_hinge,
+            (leaf_share * push.least_share + vehicle_share * lever) * resistance / lever,
         ),
         acceleration=push.max_acceleration,
     )  # fmt: skip
-    door, dynamics = parameters.door, dynamics._replace(friction=friction, disturbance=disturbance)
-    margin = door.margin if margin is None else margin
-    return parameters._replace(hinge=hinge, door=door._replace(dynamics=dynamics, margin=margin))
+    door = door._replace(dynamics=dynamics, margin=door.margin if margin is None else margin)
+    return parameters._replace(hinge=hinge, door=door, leaf_share=leaf_share, vehicle_share=vehicle_share)
 
 
 def is_relaxed(model: Model, parameters: PushModel) -> bool:

@@ -12,6 +12,7 @@ from doorman.dynamics.quasi_static import quasi_static_step
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.door_problem import door_problem
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.problem import Problem
 
 Array = NDArray[np.float64]
@@ -42,9 +43,11 @@ class QuasiStaticPlanning:
         """The paper's problem, see `PlanningModel`."""
         return door_problem(self.model)
 
-    def fitted(self, parameters: Any, friction: float, disturbance: float, margin: float, start: Array) -> Any:
+    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        dynamics = parameters.dynamics._replace(friction=friction, disturbance=disturbance)
+        dynamics = parameters.dynamics._replace(
+            friction=hinge.friction, disturbance=hinge.disturbance, door_inertia=hinge.inertia
+        )
         return parameters._replace(dynamics=dynamics, margin=margin)
 
     def goal(self, start: Array) -> Array:

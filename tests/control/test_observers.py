@@ -52,8 +52,7 @@ def test_door_observer_finds_friction_of_a_moving_and_of_a_stuck_door(model) -> 
     angle, rate, friction = np.pi / 2, 0.0, 0.8
     for push in (0.5, 3.0):  # stuck, then moving; N along the normal
         for _ in range(round(4.0 / STEP)):
-            force = push * np.array([np.sin(angle), -np.cos(angle), 9.0])
-            observer.update(angle, rate, force, STEP)
+            observer.update(angle, rate, push, model.door.inertia, STEP)
             torque = -push * lever
             stuck = rate == 0.0 and abs(torque) <= friction
             acceleration = 0.0 if stuck else (torque + friction) / inertia
@@ -66,10 +65,10 @@ def test_door_observer_finds_friction_of_a_moving_and_of_a_stuck_door(model) -> 
 def test_door_observer_bound_and_switch(model) -> None:
     bounded, off = DoorObserver(model, rate=2.0, limit=1.0), DoorObserver(model, rate=0.0, limit=1.0)
     for _ in range(2000):
-        bounded.update(1.0, 0.0, np.array([20.0, 0.0, 0.0]), STEP)
-        off.update(1.0, 0.0, np.array([20.0, 0.0, 0.0]), STEP)
+        bounded.update(1.0, 0.0, 17.0, 5.0, STEP)
+        off.update(1.0, 0.0, 17.0, 5.0, STEP)
     assert bounded.estimate == -1.0
     assert off.estimate == 0.0
     for _ in range(400):
-        bounded.update(1.0, 0.0, np.zeros(3), STEP)
+        bounded.update(1.0, 0.0, 0.0, 5.0, STEP)
     assert abs(bounded.estimate) < 0.1

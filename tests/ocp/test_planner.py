@@ -211,9 +211,12 @@ def test_update_door_reaches_replans(fresh) -> None:
         ("friction", -0.1),
         ("disturbance", math.nan),
         ("disturbance", -math.inf),
+        ("inertia", 0.0),
+        ("inertia", -1.0),
+        ("inertia", math.nan),
     ],
 )
-def test_torques_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, value: float) -> None:
+def test_hinges_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, value: float) -> None:
     planner, start = fresh("paper"), model_of("paper").start_state
     before = planner.plan(start)
     with pytest.raises(DimensionError) as caught:
