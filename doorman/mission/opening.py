@@ -52,6 +52,14 @@ _PUSHED_FORGOTTEN = 1.0
 """Time in which it is forgotten once the door moves [s]."""
 _MOST_STICTION = 1.5
 """[N m]."""
+_HELD_MORE = 1.0
+"""By which a pushed door that has swung may resist more than it did then, before it is waited for [N m]."""
+_FAR_FROM_IT, _LEAST_MORE = math.radians(10.0), 0.3
+"""Nearer to the goal it is less in proportion, down to this share: what comes loose must stop before the goal."""
+_HELD = 1.0
+"""A door that stood for so long in its swing may have been held, [s],"""
+_LOOSE = 2.0
+"""and is taken to resist by no more than before for this long when it moves on [s]."""
 _PROGRESS = math.radians(0.5)
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
@@ -103,6 +111,8 @@ class Opening:
         self.resistance = 0.0
         """Torque against opening while the door swung last [N m]."""
         self._rest: float | None = None
+        self._stood = 0.0
+        self._loose = 0.0
         self._most = model.scenario.control.max_door_disturbance
         self._last = 0.0
 
@@ -134,8 +144,7 @@ class Opening:
         now, off = estimate.time, estimate.door_angle - self._goal
         time_step, self._last = now - self._last, now
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
-        if estimate.door_rate < -_SWINGS:
-            self.resistance -= min(time_step / _LEARNT, 1.0) * (estimate.door_disturbance + self.resistance)
+        self._learn_resistance(estimate, time_step)
         self._judge(now, off)
         if self._push is not None and self._holds(off, estimate):
             return self._hold(self._push, off, estimate, time_step)
@@ -143,7 +152,10 @@ class Opening:
         if self._push is not None:
             state = push_state(state, self._push.push, self._weight)
         self._nudge(off, estimate.door_rate, time_step)
-        disturbance, lean = max(self._disturbance(off, estimate) - self._stiction, -self._most), self._lean(estimate)
+        disturbance, lean = (
+            max(self._disturbance(off, estimate) - self._stiction, -self._most_now(off)),
+            self._lean(estimate),
+        )
         hinge = Hinge(0.0, disturbance, self._inertia(estimate))
         current = self._schedule.update(now, state, hinge, lean)
         if current is None:
@@ -164,6 +176,39 @@ class Opening:
         else:
             self._counted_on = min(self._counted_on, estimate.door_disturbance)
         return self._counted_on
+
+    @property
+    def _in_swing(self) -> bool:
+        """Whether a pushed door has swung for a while."""
+        return self._push is not None and self._steps_nearer > _SWINGING
+
+    def _most_now(self, off: float) -> float:
+        """Largest resistance that plans are told of [N m].
+
+        A door that has swung and stands is held by somebody, or sticks a little more than it slid. Whoever holds it will let
+        it go, and a push that has grown meanwhile would throw it beyond the goal.
+        """
+        if not self._in_swing:
+            return self._most
+        more = 0.0 if self._loose > 0.0 else _HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0)
+        return min(self._most, self.resistance + more)
+
+    def _learn_resistance(self, estimate: Estimate, time_step: float) -> None:
+        """What the door resists with while it swings, and whether it has just been let go of.
+
+        What it was pushed with while it was held is no resistance any more then. If it stops again it is, and was not held.
+        """
+        self._loose = max(0.0, self._loose - time_step)
+        if abs(estimate.door_rate) < _STICKS:
+            self._stood += time_step
+            if self._loose > 0.0:
+                self.resistance, self._loose = max(self.resistance, -estimate.door_disturbance), 0.0
+        elif estimate.door_rate < -_SWINGS:
+            if self._stood > _HELD and self._in_swing:
+                self._loose, self._stiction = _LOOSE, 0.0
+            self._stood = 0.0
+            if self._loose == 0.0:
+                self.resistance -= min(time_step / _LEARNT, 1.0) * (estimate.door_disturbance + self.resistance)
 
     def _at_rest(self, off: float, estimate: Estimate) -> float:
         """Torque of a gripped hinge, without its friction where the door should come to rest: it is what holds the door there.
@@ -217,11 +262,8 @@ class Opening:
         turned = math.degrees(abs(self._turned(estimate)))
         if self._push is not None and turned > math.degrees(_HEADING_LOST):
             return f"the heading is lost: {turned:.0f}° beside where it should be at {math.degrees(estimate.door_angle):.1f}°"
-        in_swing = self._push is not None and self._steps_nearer > _SWINGING
-        if (
-            estimate.time - self._progress_at < (_STUCK_IN_SWING if in_swing else _STUCK)
-            or self._near_since is not None
-        ):
+        patience = _STUCK_IN_SWING if self._in_swing else _STUCK
+        if estimate.time - self._progress_at < patience or self._near_since is not None:
             return ""
         return (
             f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
