@@ -34,8 +34,8 @@ _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
 _STUCK_RATE = 8.0
 """Bandwidth with which a standing door's angle is followed [rad/s]."""
-_STUCK_RATE_DEVIATION = 0.01
-"""Of the rate that is followed so, where it does not lag; where a door comes loose it does, as if the leaf were light [rad/s]."""
+_STUCK_DEVIATIONS = (0.002, 0.01)
+"""Of angle and rate that are followed so, where they do not lag [rad], [rad/s]."""
 _LEAST_INERTIA_SHARE = 0.2
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
@@ -145,7 +145,7 @@ class DoorFilter:
             self._touched = True
             self._expect(np.zeros(2) if wind is None else wind[:2])
         if touching and abs(self.rate) < _MOVING:
-            self._track(tip_angle, time_step)
+            self._track(tip_angle, now - measured_at, time_step)
             return
         if not touching and self.rate == 0.0 and self._holds():
             return
@@ -188,13 +188,21 @@ class DoorFilter:
         """Whether friction holds a free door that stands."""
         return bool(self.state[FRICTION] > abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))
 
-    def _track(self, tip_angle: float, time_step: float) -> None:
-        """A standing door: follow the tip, leave the parameters alone."""
+    def _track(self, tip_angle: float, age: float, time_step: float) -> None:
+        """A standing door: follow the tip, leave the parameters alone.
+
+        Where the door comes loose, angle and rate lag behind, and as much as they lag they are uncertain together; to take
+        the rate's lag for motion would make the leaf light. The tip's angle is that of `age` ago besides.
+        """
         off = tip_angle - self.state[ANGLE]
         self.state[ANGLE] += time_step * (self.state[RATE] + 2.0 * _STUCK_RATE * off)
         self.state[RATE] += time_step * _STUCK_RATE**2 * off
-        self.covariance[RATE, :] = self.covariance[:, RATE] = 0.0
-        self.covariance[RATE, RATE] = _STUCK_RATE_DEVIATION**2 + (2.0 * _STUCK_RATE * off) ** 2
+        lag, p = abs(off), self.covariance
+        rate = np.array([2.0 * _STUCK_RATE * lag, 0.0, _STUCK_DEVIATIONS[1]])
+        angle = np.array([lag, _STUCK_DEVIATIONS[0], 0.0]) + age * rate
+        p[: RATE + 1, :] = p[:, : RATE + 1] = 0.0
+        p[ANGLE, ANGLE], p[RATE, RATE] = angle @ angle, rate @ rate
+        p[ANGLE, RATE] = p[RATE, ANGLE] = angle @ rate
 
     def _predict(self, push: float, touching: bool, time_step: float) -> None:
         z, settings = self.state, self._settings
