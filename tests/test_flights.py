@@ -143,6 +143,20 @@ def test_other_doors_and_arms(
     assert summary["max_constraint_violation_m"] <= 0.01
 
 
+@pytest.mark.parametrize(
+    "hinge", [{"door_mass": 20.0}, {"door_friction": 2.0, "door_damping": 2.0}], ids=["heavy", "stiff"]
+)
+def test_a_grip_stops_doors_that_it_does_not_know_at_the_goal(hinge: dict[str, float]) -> None:
+    overrides = {f"simulation.{name}": value for name, value in hinge.items()}
+    summary = simulate(Scenario.load("paper", {"mission.start": "contact", **overrides}), duration=14.0).summary
+    assert summary is not None
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
+    assert summary["collisions"] == 0 and summary["max_constraint_violation_m"] <= 0.01
+    assert summary["time_to_open_s"] < (8.0 if "door_mass" in hinge else 10.0)
+    inertia = summary["estimates"]["inertia"]
+    assert abs(inertia["value"] - inertia["true"]) < 0.25 * inertia["true"]
+
+
 def test_interrupted_flight_keeps_what_was_flown(model: Model, tmp_path: Path) -> None:
     def interrupt(time: float, _: float) -> None:
         if time > 0.3:

@@ -101,6 +101,24 @@ def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     assert summary["door_angle_estimate_error_deg_max"] < 12.0
 
 
+def test_a_door_that_a_person_holds_for_three_seconds_is_opened_and_not_thrown() -> None:
+    """The push grows meanwhile; once they let go, the door must stop at the goal by its own friction all the same."""
+    begun: list[tuple[float, float]] = []
+
+    def held(time: float, angle: float, rate: float) -> float:
+        if not begun and angle < math.radians(30.0):
+            begun.append((time, angle))
+        if not begun or time > begun[0][0] + 3.0:
+            return 0.0
+        return 60.0 * (begun[0][1] - angle) - 30.0 * rate
+
+    recording, mission = flown(held)
+    assert mission.outcome == (True, "")
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
+
+
 def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there() -> None:
     recording, _ = flown(lambda time, angle, rate: -3.0 if time < 0.6 else 0.0)
     assert phases(recording) == ["hover", "approach", "touch", "open", "release", "retreat", "done", "end"]

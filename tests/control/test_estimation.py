@@ -10,9 +10,13 @@ import pytest
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.disturbance_observer import DisturbanceObserver
 from doorman.control.door_filter import DoorFilter
+from doorman.control.estimator import Estimator, Tie
+from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
-from doorman.model import Model
+from doorman.kinematics.door import door_normal
+from doorman.model import GRAVITY, Model
 from doorman.scenario import ContactStateSection, EstimationSection, Scenario
+from doorman.signals import Measurement
 
 TICK = 0.004
 
@@ -168,6 +172,58 @@ def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
     assert after.friction_deviation < 0.6 * before.friction_deviation
     assert after.inertia_deviation < 0.9 * before.inertia_deviation
     assert after.friction == pytest.approx(0.5, abs=0.3)
+
+
+@pytest.mark.parametrize("inertia", [2.9, 5.3, 9.6])
+def test_a_door_that_comes_loose_with_a_jerk_is_not_taken_for_a_light_one(model: Model, inertia: float) -> None:
+    """Swung and braked by a grip, seen 24 ms late: the rate lags behind where the filter begins to follow it."""
+    swing = Swing(model, inertia=inertia, damping=0.3, friction=0.3, stiffness=0.0)
+    door, angles = DoorFilter(model, EstimationSection()), [swing.angle] * 6
+    for tick in range(round(2.4 / TICK)):
+        now = tick * TICK
+        push = 6.0 if now < 1.2 else -3.5
+        swing.step(push, True)
+        angles.append(swing.angle)
+        door.update(push, True, angles[-7], now - 6 * TICK, now, TICK)
+    assert door.inertia == pytest.approx(inertia, rel=0.15)
+    assert door.rate == pytest.approx(swing.rate, abs=0.02)
+
+
+@pytest.mark.parametrize("inertia", [3.0, 9.0])
+def test_a_vehicle_that_turns_about_the_tip_it_holds_learns_the_leafs_inertia_none_the_less(
+    model: Model, inertia: float
+) -> None:
+    """Door and heading swing together; the forces are those that Newton asks for."""
+    converter = StateConverter(model)
+    estimator, lever, mass = Estimator(model, converter), model.coupling.distance_from_hinge, model.vehicle.mass
+    arm, step, still = model.start_arm, 1e-3, np.zeros(model.n_arm)
+
+    def angle(t: float) -> float:
+        s = min(max(t / 2.5, 0.0), 1.0)
+        return math.pi / 2 - 1.2 * s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
+
+    def heading(t: float) -> float:
+        return -0.9 * (angle(0.0) - angle(t - 0.4)) / 1.2
+
+    def place(t: float) -> np.ndarray:
+        return model.coupling.vehicle_position([0.0, 0.0, heading(t)], angle(t), arm)
+
+    for tick in range(round(3.2 / TICK)):
+        t = tick * TICK
+        velocity = (place(t + step) - place(t - step)) / (2.0 * step)
+        acceleration = (place(t + step) - 2.0 * place(t) + place(t - step)) / step**2
+        rate, swing = (
+            (angle(t + step) - angle(t - step)) / (2.0 * step),
+            ((angle(t + step) - 2.0 * angle(t) + angle(t - step)) / step**2),
+        )
+        resistance = 0.3 * rate + 0.3 * math.tanh(rate / 0.01)
+        tip = -(inertia * swing + resistance) / lever * door_normal(angle(t))
+        force = mass * (acceleration + np.array([0.0, 0.0, GRAVITY])) + tip
+        turning = np.array([0.0, 0.0, (heading(t + step) - heading(t - step)) / (2.0 * step)])
+        attitude = np.array([0.0, 0.0, heading(t)])
+        measurement = Measurement(t, place(t), velocity, attitude, turning, arm, still, t)
+        estimate = estimator.update(measurement, force, Tie.GRIPPED, TICK if tick else 0.0)
+    assert estimate.hinge.inertia == pytest.approx(inertia, rel=0.2)
 
 
 def test_wind_on_the_leaf_does_not_pass_for_friction_where_the_vehicle_feels_it(model: Model) -> None:
