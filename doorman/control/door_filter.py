@@ -55,6 +55,8 @@ class HingeEstimate:
     inertia_deviation: float
     torque_deviation: float
     """Of friction and closer together at the present angle [N m]."""
+    closing_wind: float = 0.0
+    """Torque of the mean wind on the leaf at the present angle, positive where it closes the door [N m]."""
 
 
 class DoorFilter:
@@ -115,7 +117,8 @@ class DoorFilter:
         torque = p[FRICTION, FRICTION] + turned * (2.0 * p[FRICTION, STIFFNESS] + turned * p[STIFFNESS, STIFFNESS])
         b, c, k, inertia = (float(value) for value in self.state[chosen])
         d = [float(value) for value in deviations]
-        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], math.sqrt(max(torque, 0.0)))
+        wind = -float(self._wind_lever() @ self.state[WIND_X:])
+        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], math.sqrt(max(torque, 0.0)), wind)
 
     def update(
         self,
@@ -172,6 +175,10 @@ class DoorFilter:
         """
         self.state[ANGLE], self.state[RATE] = tip_angle, 0.0
 
+    def _wind_lever(self) -> Array:
+        """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""
+        return self._half_width * np.array([math.sin(self.angle), -math.cos(self.angle)])
+
     def _expect(self, wind: Array) -> None:
         """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""
         settings, strength = self._settings, float(np.linalg.norm(wind))
@@ -208,7 +215,7 @@ class DoorFilter:
         z, settings = self.state, self._settings
         inertia = z[INERTIA] + (self._vehicle_inertia if touching else 0.0)
         slip = math.tanh(z[RATE] / (0.5 * _MOVING))
-        wind = self._half_width * np.array([math.sin(z[ANGLE]), -math.cos(z[ANGLE])])
+        wind = self._wind_lever()
         torque = z[DAMPING] * z[RATE] + z[FRICTION] * slip + z[STIFFNESS] * (z[ANGLE] - self._rest) + z[TORQUE]
         torque += float(wind @ z[WIND_X:])
         acceleration = -(self._lever * push + torque) / inertia

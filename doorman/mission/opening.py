@@ -56,6 +56,8 @@ _HELD_MORE = 1.0
 """By which a pushed door that has swung may resist more than it did then, before it is waited for [N m]."""
 _FAR_FROM_IT, _LEAST_MORE = math.radians(10.0), 0.3
 """Nearer to the goal it is less in proportion, down to this share: what comes loose must stop before the goal."""
+_SHARE_MORE = 0.3
+"""A door that resists much may resist more by this share anywhere: it also stops the sooner."""
 _HELD = 1.0
 """A door that stood for so long in its swing may have been held, [s],"""
 _LOOSE = 2.0
@@ -190,8 +192,8 @@ class Opening:
         """
         if not self._in_swing:
             return self._most
-        more = 0.0 if self._loose > 0.0 else _HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0)
-        return min(self._most, self.resistance + more)
+        more = max(_HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0), _SHARE_MORE * self.resistance)
+        return min(self._most, self.resistance + (0.0 if self._loose > 0.0 else more))
 
     def _learn_resistance(self, estimate: Estimate, time_step: float) -> None:
         """What the door resists with while it swings, and whether it has just been let go of.

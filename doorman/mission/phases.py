@@ -269,7 +269,7 @@ class Sequence:
         return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
 
     def _stays(self, estimate: Estimate) -> bool:
-        """Whether friction probably holds the door against its closer, and against the wind that the vehicle feels, too.
+        """Whether friction probably holds the door against its closer, and against the wind on leaf and vehicle, too.
 
         A push tries that slowly afterwards; a grip wants some more of it.
         """
@@ -277,7 +277,7 @@ class Sequence:
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
         if self._grips and self._opening.resistance < _LEAST_RESISTANCE:
             return False
-        spare = _FRICTION_FLOOR if self._grips else -_GUSTINESS * wind
+        spare = _FRICTION_FLOOR if self._grips else -max(_GUSTINESS * wind, hinge.closing_wind)
         return hinge.friction - hinge.stiffness * turned + spare > 0.0
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
