@@ -174,8 +174,8 @@ class FailingPlanner(Planner):
 
     good_plans = 30
 
-    def replan(self, state, elapsed=None):
-        plan = super().replan(state, elapsed)
+    def replan(self, state, elapsed=None, **options):
+        plan = super().replan(state, elapsed, **options)
         self.good_plans -= 1
         if self.good_plans > 0:
             return plan

@@ -66,17 +66,19 @@ class NotedPlanner(Planner):
 
     def __init__(self, model: Model, useless: set[int] = frozenset()):  # type: ignore[assignment]
         super().__init__(model)
-        self.useless, self.calls, self.told = useless, [], []
+        self.useless, self.calls, self.told, self.limits = useless, [], [], set[float]()
 
     def update_door(self, **torques: float) -> None:
         self.told.append(torques)
         super().update_door(**torques)
 
-    def plan(self, state):
-        return self._noted("plan", super().plan(state))
+    def plan(self, state, **options):
+        self.limits.add(options["time_limit"])
+        return self._noted("plan", super().plan(state, **options))
 
-    def replan(self, state, elapsed=None):
-        return self._noted("replan", super().replan(state, elapsed))
+    def replan(self, state, elapsed=None, **options):
+        self.limits.add(options["time_limit"])
+        return self._noted("replan", super().replan(state, elapsed, **options))
 
     def _noted(self, kind, plan):
         self.calls.append(kind)
@@ -193,6 +195,9 @@ def test_a_plant_that_goes_on_is_planned_for_in_another_thread(model: Model, rea
     before = threading.active_count()
     Mission(model, planner).fly(backend, 0.3)
     assert len(planner.calls) > 3
+    assert (max(planner.limits) < 0.5) is real_time, (
+        "one plan must not take for ever; in simulation it may, and is the same each time"
+    )
     assert (threading.main_thread() in planner.told) is not real_time
     assert threading.active_count() == before, "the thread has ended"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -16,6 +17,9 @@ from doorman.ocp.planning_model import planning_model
 from doorman.recording import Recorder
 
 Array = NDArray[np.float64]
+
+_LONGEST = 0.2
+"""For one plan where time does not wait: a goal that cannot be reached from a state may take seconds to be given up [s]."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,9 @@ class PlanSchedule:
         planner = self.planner
         planner.update_door(**order.hinge._asdict())
         planner.update_margin(order.margin)
-        plan = planner.plan(order.state) if order.cold else planner.replan(order.state)
+        longest = math.inf if self._thread is None else _LONGEST
+        make = planner.plan if order.cold else planner.replan
+        plan = make(order.state, time_limit=longest)
         return _Answer(order, plan, planner.normal_forces(plan))
 
     def _take(self, answer: _Answer, available_at: float) -> None:
