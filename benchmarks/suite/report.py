@@ -132,7 +132,8 @@ def _real_time(result: Any) -> str:
     durations = [tables.number(1e3 * result["durations"][key]) for key in ("median", "p99", "p99.9", "max")]
     line = [str(result[key]) for key in ("plans", "missed", "missed_though_fast", "unusable")] + durations
     priority = "with" if result["real_time_priority"] else "without"
-    return f"{texts.REAL_TIME} The planner ran {priority} real-time priority.\n\n{tables.markdown(heading, [line])}"
+    text = f"{texts.REAL_TIME} The planner ran {priority} real-time priority."
+    return f"{text}\n\n{tables.markdown(heading, [line])}\n{_nothing(result)}"
 
 
 def _control_loop(result: Any) -> str:
@@ -147,7 +148,16 @@ def _control_loop(result: Any) -> str:
         plans = [tables.number(1e3 * value) for value in (row["planning"], row["solve"]["median"], row["solve"]["max"])]
         lines.append([row["scenario"], str(row["ticks"]), str(row["missed"]), *off, str(row["plans"]), *plans])
     priority = "with" if all(row.get("priority") for row in result["rows"]) else "without"
-    return f"{texts.CONTROL_LOOP} It ran {priority} real-time priority.\n\n{tables.markdown(heading, lines)}"
+    text = f"{texts.CONTROL_LOOP} It ran {priority} real-time priority."
+    return f"{text}\n\n{tables.markdown(heading, lines)}\n{_nothing(result)}"
+
+
+def _nothing(result: Any) -> str:
+    """What a loop without any work missed."""
+    nothing = result["nothing"]
+    off = [tables.number(1e3 * nothing["off"][key]) for key in ("median", "p99", "p99.9", "max")]
+    heading = ["ticks", "missed", "ms off the period, median", "p99", "p99.9", "max"]
+    return f"{texts.NOTHING}\n\n{tables.markdown(heading, [[str(nothing['ticks']), str(nothing['missed']), *off]])}"
 
 
 def _floor(results: Results) -> str:

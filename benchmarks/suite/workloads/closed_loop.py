@@ -22,6 +22,7 @@ import doorman
 from doorman.control.position_controller import PositionController
 from doorman.control.state_converter import StateConverter
 from doorman.model import GRAVITY
+from suite import standstills
 from suite.board import Board, Layout
 from suite.session import Session
 
@@ -60,7 +61,7 @@ def measure(session: Session, seconds: float) -> dict[str, Any]:
             results.append(_fly(context, board, session.core, length, seed))
         finally:
             board.close()
-    return _summary(results)
+    return {**_summary(results), "nothing": standstills.measure(RATE, seconds, session.core)}
 
 
 def _summary(results: list[dict[str, Any]]) -> dict[str, Any]:

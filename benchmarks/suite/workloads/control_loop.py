@@ -18,6 +18,7 @@ from doorman.hardware.vehicle.ticker import Ticker
 from doorman.mission import Mission
 from doorman.recording import Recorder
 from doorman.simulation import SimulatedBackend
+from suite import standstills
 from suite.session import Session
 
 TICKS = 200.0
@@ -36,7 +37,7 @@ def measure(session: Session, seconds: float) -> dict[str, Any]:
         session: Not used but for its interface: threads go where the system puts them.
         seconds: Longest flight.
     """
-    return {"rows": [_fly(name, seconds) for name in FLIGHTS], "ticks": TICKS, "plans": PLANS}
+    return {"rows": [_fly(name, seconds) for name in FLIGHTS], "nothing": standstills.measure(TICKS, seconds)}
 
 
 def _fly(name: str, seconds: float) -> dict[str, Any]:
@@ -59,8 +60,6 @@ def _fly(name: str, seconds: float) -> dict[str, Any]:
                   "p99.9": ticks.p99_9, "max": float(periods.max())},
         "plans": len(plans.time), "planning": float(np.median(np.diff(plans.time))),
         "solve": {"median": float(np.median(plans["solve_time"])), "max": float(plans["solve_time"].max())},
-        "age": {"median": float(np.median(plans["available_at"] - plans.time)),
-                "max": float((plans["available_at"] - plans.time).max())},
     }  # fmt: skip
 
 
