@@ -7,14 +7,11 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.pixhawk import Authority, Autopilot, PositionSetpoint
+from doorman.hardware.pixhawk import Authority, Autopilot
+from doorman.hardware.pixhawk.straight_way import StraightWay
 
 Array = NDArray[np.float64]
 
-SPEED = 0.4
-"""Of the setpoint [m/s]."""
-_TURN_RATE = 0.5
-"""Of the setpoint [rad/s]."""
 _NEAR = 0.06
 """Distance that counts as arrived [m]."""
 _CALM = 0.1
@@ -23,7 +20,7 @@ _PERIOD = 0.02
 
 
 def fly_to(autopilot: Autopilot, place: Array, yaw: float, timeout: float = 20.0) -> bool:
-    """Stream position setpoints along a straight line, at `SPEED`, until the vehicle has arrived.
+    """Stream position setpoints along a `StraightWay` until the vehicle has arrived.
 
     Args:
         autopilot: Engaged, in the air.
@@ -35,20 +32,16 @@ def fly_to(autopilot: Autopilot, place: Array, yaw: float, timeout: float = 20.0
         Whether it arrived; False too if the vehicle is not ours any more, or is landing.
     """
     state = autopilot.state()
-    begin, turn = state.position, (yaw - float(state.attitude[2]) + np.pi) % (2.0 * np.pi) - np.pi
-    way = place - begin
-    duration = max(float(np.linalg.norm(way)) / SPEED, abs(turn) / _TURN_RATE, _PERIOD)
-    started = time.monotonic()
-    while (passed := time.monotonic() - started) < timeout + duration:
-        share = min(passed / duration, 1.0)
-        velocity = way / duration if share < 1.0 else np.zeros(3)
-        if not autopilot.setpoint(PositionSetpoint(begin + share * way, yaw - (1.0 - share) * turn, velocity)):
+    way = StraightWay(time.monotonic(), state.position, place, float(state.attitude[2]), yaw)
+    end = way.since + way.duration
+    while (now := time.monotonic()) < end + timeout:
+        if not autopilot.setpoint(way.setpoint(now)):
             return False
         if autopilot.status().authority is not Authority.ENGAGED:
             return False
         state = autopilot.state()
         near = np.linalg.norm(state.position - place) < _NEAR and np.linalg.norm(state.velocity) < _CALM
-        if share == 1.0 and near:
+        if now >= end and near:
             return True
         time.sleep(_PERIOD)
     return False

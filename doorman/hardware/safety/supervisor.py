@@ -6,13 +6,13 @@ import contextlib
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.pixhawk import Authority, PositionSetpoint
+from doorman.hardware.pixhawk import Authority
+from doorman.hardware.pixhawk.straight_way import StraightWay
 from doorman.hardware.safety.assessor import Assessor, Finding
 from doorman.hardware.safety.limits import SafetyLimits
 from doorman.hardware.safety.observation import Observation
@@ -26,8 +26,6 @@ ACKNOWLEDGE_WITHIN = 1.5
 ABORT_WITHIN = 20.0
 """A mission that was asked to give up must have ended after this [s]."""
 
-LEAVING_SPEED = 0.4
-"""Of a vehicle that the supervisor flies back by itself [m/s]."""
 _LETTING_GO = 5.0
 """Longest time for the gripper to open before that [s]."""
 _SETTLING = 1.0
@@ -62,7 +60,7 @@ class Supervisor:
     ) -> None:
         self._links, self._look, self._period = links, look, period
         self._refuge = refuge
-        self._leaving: _Leaving | None = None
+        self._leaving: StraightWay | None = None
         self._assessor = Assessor(limits or SafetyLimits())
         self._lock = threading.RLock()
         self._stopping = threading.Event()
@@ -206,30 +204,12 @@ class Supervisor:
         if self._leaving is None and self._refuge is not None:
             state = autopilot.state()
             if np.isfinite(state.position).all():
-                way = self._refuge(state.position) - state.position
-                self._leaving = _Leaving(now, state.position, way, float(state.attitude[2]))
+                yaw = float(state.attitude[2])
+                self._leaving = StraightWay(now, state.position, self._refuge(state.position), yaw, yaw)
         leaving = self._leaving
         if (
             leaving is None
             or now - leaving.since > leaving.duration + _SETTLING
-            or not autopilot.hold(at=leaving.place(now), latch=True).done
+            or not autopilot.hold(at=leaving.setpoint(now), latch=True).done
         ):
             self.report(Fault.SESSION)
-
-
-@dataclass(frozen=True)
-class _Leaving:
-    """A straight way at a steady speed."""
-
-    since: float
-    begin: Array
-    way: Array
-    yaw: float
-
-    @property
-    def duration(self) -> float:
-        return float(np.linalg.norm(self.way)) / LEAVING_SPEED
-
-    def place(self, now: float) -> PositionSetpoint:
-        share = min((now - self.since) / max(self.duration, 1e-3), 1.0)
-        return PositionSetpoint(self.begin + share * self.way, self.yaw)

@@ -6,9 +6,10 @@ import ast
 import re
 from pathlib import Path
 
+from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import RULES, Action, SafetyLimits
 from doorman.hardware.safety.observer import FORCE_LAG
-from doorman.hardware.safety.supervisor import ABORT_WITHIN, ACKNOWLEDGE_WITHIN, LEAVING_SPEED
+from doorman.hardware.safety.supervisor import ABORT_WITHIN, ACKNOWLEDGE_WITHIN
 from doorman.hardware.vehicle.links import GUARD_TIMEOUT
 
 HERE = Path(__file__).parent
@@ -51,7 +52,7 @@ def test_numbers_are_those_of_the_code():
     limits = SafetyLimits()
     assert f"has not ended after {ABORT_WITHIN:g} s, RETREAT" in PAGE
     assert f"does not do so within {ACKNOWLEDGE_WITHIN:g} s" in PAGE
-    assert f"out of the doorway at {LEAVING_SPEED:g} m/s" in PAGE
+    assert f"out of the doorway at {SPEED:g} m/s" in PAGE
     assert f"silent for\n{GUARD_TIMEOUT:g} s" in PAGE
     assert f"low-pass of\n{FORCE_LAG:g} s" in PAGE
     assert f"tilt {limits.tilt:g} rad, speed {limits.speed:g} m/s" in PAGE
