@@ -215,7 +215,13 @@ def test_every_plan_comes_out_the_same_to_the_bit(flight, recording):
     assert result.exit_code == 0, result.output
     plans = len(recording["plan"].time)
     assert plans >= 25
-    assert json.loads(result.stdout) == {"identical": True, "plans": plans, "cold": 1, "differences": []}
+    assert json.loads(result.stdout) == {
+        "identical": True,
+        "plans": plans,
+        "cold": 1,
+        "not_compared": 0,
+        "differences": [],
+    }
 
 
 def test_changing_doors_and_cold_plans_are_replayed(planner):
@@ -231,7 +237,21 @@ def test_changing_doors_and_cold_plans_are_replayed(planner):
     assert recording["plan"]["door_inertia"].tolist() == inertias
     assert recording["plan"]["cold"].tolist() == [True, False, False, True, False, False]
     found = replay_plans(recording, planner)
-    assert (found.plans, found.cold, found.identical) == (6, 2, True)
+    assert (found.plans, found.cold, found.identical, found.not_compared) == (6, 2, True, 0)
+
+
+def test_plans_that_the_clock_cut_short_are_not_compared_up_to_the_next_cold_one(recording, planner, tmp_path):
+    def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
+        if topic != "plan":
+            return message
+        return message | {"cut_short": k == 3, "cold": k in (0, 6), "cost": -1.0 if k in (4, 7) else message["cost"]}
+
+    path = changed(recording, tmp_path / "changed.mcap", change)
+    found = replay_plans(Recording.load(path), planner)
+    assert found.not_compared == 3
+    numbers = [one.plan for one in found.differences]
+    assert 7 in numbers and not {3, 4, 5} & set(numbers)
+    assert "3 not compared" in run("replay", path).stdout
 
 
 def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):

@@ -154,7 +154,9 @@ def _control_loop(result: Any) -> str:
 
 def _nothing(result: Any) -> str:
     """What a loop without any work missed."""
-    nothing = result["nothing"]
+    nothing = result.get("nothing")
+    if nothing is None:  # measured before there was one
+        return ""
     off = [tables.number(1e3 * nothing["off"][key]) for key in ("median", "p99", "p99.9", "max")]
     heading = ["ticks", "missed", "ms off the period, median", "p99", "p99.9", "max"]
     return f"{texts.NOTHING}\n\n{tables.markdown(heading, [[str(nothing['ticks']), str(nothing['missed']), *off]])}"

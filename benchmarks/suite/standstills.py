@@ -8,12 +8,15 @@ from __future__ import annotations
 import multiprocessing
 import os
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle.ticker import Ticker
+
+_SPIN = 2e-4
+"""The last part of a wait that is not slept [s]."""
 
 
 def measure(rate: float, seconds: float, core: int | None = None) -> dict[str, Any]:
@@ -31,6 +34,7 @@ def measure(rate: float, seconds: float, core: int | None = None) -> dict[str, A
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_loop, args=(rate, seconds, core, sender))
     process.start()
+    sender.close()
     try:
         if not receiver.poll(seconds + 60.0):
             raise TimeoutError("the loop that does nothing did not end")
@@ -45,14 +49,37 @@ def measure(rate: float, seconds: float, core: int | None = None) -> dict[str, A
 def _loop(rate: float, seconds: float, core: int | None, sender: Any) -> None:
     if core is not None:
         os.sched_setaffinity(0, {core})
-    ticker = Ticker(1.0 / rate)
+    lateness = []
     with real_time() as priority:
-        end = time.monotonic() + seconds
-        while ticker.wait() < end:
-            pass
-    off = np.abs(np.array(ticker.periods) - ticker.period)
+        for tick, _ in ticks(seconds, rate):
+            lateness.append(time.perf_counter() - tick)
+    late, left_out = np.array(lateness), round(seconds * rate) - len(lateness)
+    off = np.abs(np.diff(late))
     levels = {"median": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
     sender.send({
-        "ticks": len(ticker.periods) + 1, "missed": ticker.missed, "priority": priority,
+        "ticks": len(late), "missed": int((late > 1.0 / rate).sum()) + left_out, "priority": priority,
         "off": {name: float(np.percentile(off, level)) for name, level in levels.items()},
     })  # fmt: skip
+
+
+def ticks(length: float, rate: float) -> Iterator[tuple[float, float]]:
+    """Wait for every tick of a time; those that are past already are left out.
+
+    Args:
+        length: [s].
+        rate: [Hz].
+
+    Yields:
+        Time of the tick by `time.perf_counter`, and of the next one, which is its deadline [s].
+    """
+    period, begun = 1.0 / rate, time.perf_counter() + 0.01
+    for k in range(round(length * rate)):
+        tick = begun + k * period
+        now = time.perf_counter()
+        if now >= tick + period:
+            continue
+        if tick - now > _SPIN:
+            time.sleep(tick - now - _SPIN)
+        while time.perf_counter() < tick:
+            pass
+        yield tick, tick + period

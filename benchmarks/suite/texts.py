@@ -62,8 +62,8 @@ controller in another, on another core. Every call is given 0.7 ms (`time_limit`
 is due, for whatever reason, is a missed deadline. *Missed though fast*: the plan itself took less than half the period, so
 that the system held it up."""
 
-NOTHING = """The same machine's ticks at the same rate, as long and with the same priority, in a process that has nothing to
-do: what it misses, nobody could have kept."""
+NOTHING = """The same machine's ticks at the same rate, for as long and with real-time priority where it is permitted, in a
+process that has nothing to do: what it misses, nobody could have kept. Missed: begun when the next was due."""
 
 CONTROL_LOOP = """One mission of either kind of contact, against the clock: estimator, state machine, controller and
 recorder at 200 Hz, the planner in a thread of its own at 100 Hz. The plant is the simulator, which takes its time in the

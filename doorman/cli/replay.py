@@ -19,7 +19,8 @@ from doorman.ocp.planner import Plan, Planner
 from doorman.recording import Recording, Topic
 
 _NEEDED = (
-    "cold", "door_disturbance", "door_inertia", "margin", "state", "states", "inputs", "cost", "iterations", "status",
+    "cold", "cut_short", "door_disturbance", "door_inertia", "margin",
+    "state", "states", "inputs", "cost", "iterations", "status",
 )  # fmt: skip
 _NUMBERS = ("states", "inputs", "cost", "iterations")
 _SHOWN = 10
@@ -52,6 +53,8 @@ class Replay:
     cold: int
     """Plans among them that began without a previous one."""
     differences: tuple[Difference, ...]
+    not_compared: int = 0
+    """Plans that the clock cut short in flight, and those that began with them: they cannot come out the same."""
 
     @property
     def identical(self) -> bool:
@@ -111,17 +114,19 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
             "the recorded plans do not say all that they were made from", field="plan", given="no " + ", ".join(missing),
             allowed="a recording of this version of doorman",
         )  # fmt: skip
-    differences = []
+    differences, comparable, left_out = [], True, 0
     for k, start in enumerate(_starts(recording, planner.model)):
         disturbance, inertia = float(recorded["door_disturbance"][k]), float(recorded["door_inertia"][k])
         planner.update_door(friction=0.0, disturbance=disturbance, inertia=inertia)
         planner.update_margin(float(recorded["margin"][k]))
         x = planner.planning.state(*start)
         plan = planner.plan(x) if recorded["cold"][k] else planner.replan(x)
-        fields = _differences(recorded, k, plan, planner)
+        comparable = (comparable or bool(recorded["cold"][k])) and not recorded["cut_short"][k]
+        left_out += not comparable
+        fields = _differences(recorded, k, plan, planner) if comparable else {}
         if fields:
             differences.append(Difference(k, float(recorded.time[k]), fields))
-    return Replay(len(recorded.time), int(recorded["cold"].sum()), tuple(differences))
+    return Replay(len(recorded.time), int(recorded["cold"].sum()), tuple(differences), left_out)
 
 
 def _starts(recording: Recording, model: Model) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:
@@ -159,6 +164,8 @@ def _difference(old: Any, new: Any) -> float | None:
 
 def _sentence(found: Replay) -> str:
     cold = f"{found.plans} plans solved again, {found.cold} of them cold"
+    if found.not_compared:
+        cold = f"{cold}, {found.not_compared} not compared, since the clock cut them or one before them short"
     if found.identical:
         return f"{cold}: every bit of states, inputs, cost and status agrees."
     return f"{cold}: {len(found.differences)} differ."
@@ -172,4 +179,5 @@ def _as_json(found: Replay) -> dict[str, Any]:
         {"plan": one.plan, "time": one.time, "fields": {name: number(value) for name, value in one.fields.items()}}
         for one in found.differences
     ]
-    return {"identical": found.identical, "plans": found.plans, "cold": found.cold, "differences": differences}
+    return {"identical": found.identical, "plans": found.plans, "cold": found.cold, "not_compared": found.not_compared,
+            "differences": differences}  # fmt: skip

@@ -36,7 +36,8 @@ _STUCK_RATE = 8.0
 """Bandwidth with which a standing door's angle is followed [rad/s]."""
 _STUCK_DEVIATIONS = (0.002, 0.01)
 """Of angle and rate that are followed so, where they do not lag [rad], [rad/s]."""
-_LEAST_INERTIA_SHARE = 0.2
+_INERTIA_SHARES = (0.4, 2.5)
+"""Of the URDF's, between which an inertia is believed: a hand that shakes the leaf can make it seem anything."""
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
 
@@ -73,8 +74,8 @@ class DoorFilter:
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
         self._rest = float(model.start_state[3])
         self._half_width = 0.5 * model.door.width
-        self._least_inertia = _LEAST_INERTIA_SHARE * model.door.inertia
         inertia = model.door.inertia
+        self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
         prior = (
             (self._rest, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation), settings.damping,
             settings.friction, settings.stiffness, (inertia, settings.inertia_deviation * inertia),
@@ -251,7 +252,7 @@ class DoorFilter:
         gain = spread / (row @ spread + noise)
         self.state += gain * (tip_angle - row @ self.state)
         self.state[DAMPING:INERTIA] = np.maximum(self.state[DAMPING:INERTIA], 0.0)
-        self.state[INERTIA] = max(self.state[INERTIA], self._least_inertia)
+        self.state[INERTIA] = min(max(self.state[INERTIA], self._inertias[0]), self._inertias[1])
         left = np.eye(_STATES) - np.outer(gain, row)  # Joseph's form: right for a gain that is not the best
         covariance = left @ self.covariance @ left.T + noise * np.outer(gain, gain)
         self.covariance = 0.5 * (covariance + covariance.T)

@@ -14,7 +14,7 @@ from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
-from doorman.kinematics.door import door_normal
+from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import GRAVITY, Model
 from doorman.signals import Measurement
 
@@ -98,8 +98,7 @@ class Estimator:
         self._hinge_torque = DoorObserver(model, control.door_observer_rate, control.max_door_disturbance)
         self._door_inertia = model.door.inertia
         self._lever = model.coupling.distance_from_hinge
-        self._hinge_position = model.door.hinge_position
-        self._turning: float | None = None
+        self._beyond: float | None = None
         self._wind = np.zeros(3)
         self._yaw = 0.0
 
@@ -177,11 +176,11 @@ class Estimator:
     ) -> None:
         acting, seen, now = force + self._wind, measurement.pose_time, measurement.time
         if tie is Tie.GRIPPED:
-            push = self._push_of_a_grip(acting, tip[1], time_step)
+            push = self._push_of_a_grip(acting, *tip, time_step)
             self.door.update(push, True, tip[0], seen, now, time_step, wind=self._wind)
             self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
             return
-        self._turning = None
+        self._beyond = None
         push = float(door_normal(self.door.angle) @ acting)
         self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._wind)
         if touching:
@@ -192,15 +191,17 @@ class Estimator:
         if tie is Tie.PUSHING:
             self.door.passed(tip[0])
 
-    def _push_of_a_grip(self, acting: Array, tip_rate: float, time_step: float) -> float:
+    def _push_of_a_grip(self, acting: Array, tip_angle: float, tip_rate: float, time_step: float) -> float:
         r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].
 
-        A vehicle that turns about the tip it holds moves otherwise than the tip. What is left of the rotors' moment about the
-        hinge, :math:`(r\times F)_z`, once the change of :math:`m_A(r\times v)_z - m_A D_V^2\dot\alpha` is taken off it.
+        A vehicle that turns about the tip it holds moves otherwise than the tip. With :math:`u = n_D^T v + D_V\dot\alpha`, its
+        speed along the normal beyond the tip's, the push is :math:`n_D^T F - m_A\dot u + m_A\dot\alpha\,c^T v` (docs/theory.md).
         """
-        r, v = self._vehicle.position - self._hinge_position, self._vehicle.velocity
-        turning = self._vehicle.mass * (r[0] * v[1] - r[1] * v[0] - self._lever**2 * tip_rate)
-        change = 0.0 if self._turning is None else turning - self._turning
-        self._turning = turning
-        moment = r[0] * acting[1] - r[1] * acting[0]
-        return float(change / time_step - moment) / self._lever if time_step > 0.0 else 0.0
+        normal, along, velocity = door_normal(tip_angle), leaf_direction(tip_angle), self._vehicle.velocity
+        beyond = float(normal @ velocity) + self._lever * tip_rate
+        change = 0.0 if self._beyond is None else beyond - self._beyond
+        self._beyond = beyond
+        taken = (
+            self._vehicle.mass * (change / time_step - tip_rate * float(along @ velocity)) if time_step > 0.0 else 0.0
+        )
+        return float(normal @ acting) - taken

@@ -60,6 +60,8 @@ _SHARE_MORE = 0.3
 """A door that resists much may resist more by this share anywhere: it also stops the sooner."""
 _HELD = 1.0
 """A door that stood for so long in its swing may have been held, [s],"""
+_STOPPED = 0.3
+"""A door that stands for so long after that has stopped again [s]."""
 _LOOSE = 2.0
 """and is taken to resist by no more than before for this long when it moves on [s]."""
 _PROGRESS = math.radians(0.5)
@@ -113,8 +115,10 @@ class Opening:
         self.resistance = 0.0
         """Torque against opening while the door swung last [N m]."""
         self._rest: float | None = None
+        self._rested = False
         self._stood = 0.0
         self._loose = 0.0
+        self._taught = 0.0
         self._most = model.scenario.control.max_door_disturbance
         self._last = 0.0
 
@@ -181,8 +185,8 @@ class Opening:
 
     @property
     def _in_swing(self) -> bool:
-        """Whether a pushed door has swung for a while."""
-        return self._push is not None and self._steps_nearer > _SWINGING
+        """Whether a pushed door has swung for a while, and has shown what it resists with."""
+        return self._push is not None and self._steps_nearer > _SWINGING and self._taught > _LEARNT
 
     def _most_now(self, off: float) -> float:
         """Largest resistance that plans are told of [N m].
@@ -192,8 +196,9 @@ class Opening:
         """
         if not self._in_swing:
             return self._most
-        more = max(_HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0), _SHARE_MORE * self.resistance)
-        return min(self._most, self.resistance + (0.0 if self._loose > 0.0 else more))
+        least = max(self.resistance, 0.0)
+        more = max(_HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0), _SHARE_MORE * least)
+        return min(self._most, least + (0.0 if self._loose > 0.0 else more))
 
     def _learn_resistance(self, estimate: Estimate, time_step: float) -> None:
         """What the door resists with while it swings, and whether it has just been let go of.
@@ -203,13 +208,15 @@ class Opening:
         self._loose = max(0.0, self._loose - time_step)
         if abs(estimate.door_rate) < _STICKS:
             self._stood += time_step
-            if self._loose > 0.0:
-                self.resistance, self._loose = max(self.resistance, -estimate.door_disturbance), 0.0
+            if self._loose > 0.0 and self._stood > _STOPPED:
+                more = min(-estimate.door_disturbance, self.resistance + _HELD_MORE)
+                self.resistance, self._loose = max(self.resistance, more), 0.0
         elif estimate.door_rate < -_SWINGS:
             if self._stood > _HELD and self._in_swing:
                 self._loose, self._stiction = _LOOSE, 0.0
             self._stood = 0.0
             if self._loose == 0.0:
+                self._taught += time_step
                 self.resistance -= min(time_step / _LEARNT, 1.0) * (estimate.door_disturbance + self.resistance)
 
     def _at_rest(self, off: float, estimate: Estimate) -> float:
@@ -220,7 +227,8 @@ class Opening:
         torque = estimate.door_disturbance
         if abs(off) > _AT_GOAL:
             self._rest = None
-        elif self._rest is None and abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING:
+        elif not self._rested and abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING:
+            self._rested = True  # once: a door that does not stay so is held against its friction
             friction = (1.0 - self._settings.hold_share) * max(0.0, estimate.hinge.friction)
             if self._rate < 0.0:
                 self._rest = min(torque + friction, max(torque, 0.0))
@@ -280,7 +288,7 @@ class Opening:
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""
         if abs(off) < self._nearest - _PROGRESS:
-            self._steps_nearer += 1
+            self._steps_nearer += math.isfinite(self._nearest)  # where it begins is no step
             self._nearest, self._progress_at = abs(off), now
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
         slow = abs(off) < _AT_GOAL and abs(self._rate) < _SLOW

@@ -40,6 +40,7 @@ class _Order:
     hinge: Hinge
     margin: float
     cold: bool
+    time_limit: float
     epoch: int
     """Orders from before the schedule forgot are of no use any more."""
 
@@ -122,7 +123,9 @@ class PlanSchedule:
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
             margin = self.planner.settings.margin + lean
-            order = _Order(now, state, hinge, margin, not self._started, self._epoch)
+            order = _Order(
+                now, state, hinge, margin, not self._started, math.inf if thread is None else _LONGEST, self._epoch
+            )
             self._started = True
             if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
@@ -151,9 +154,8 @@ class PlanSchedule:
         planner = self.planner
         planner.update_door(**order.hinge._asdict())
         planner.update_margin(order.margin)
-        longest = math.inf if self._thread is None else _LONGEST
         make = planner.plan if order.cold else planner.replan
-        plan = make(order.state, time_limit=longest)
+        plan = make(order.state, time_limit=order.time_limit)
         return _Answer(order, plan, planner.normal_forces(plan))
 
     def _take(self, answer: _Answer, available_at: float) -> None:
@@ -178,6 +180,7 @@ class PlanSchedule:
                 "iterations": plan.iterations,
                 "status": plan.status.value,
                 "solve_time": plan.solve_time,
+                "cut_short": bool(plan.solve_time > 0.5 * order.time_limit),
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
                 "normal_force": answer.normal_force,

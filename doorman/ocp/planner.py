@@ -35,8 +35,6 @@ _JUMP = 1.0
 
 _LATEST_SHIFT = 2
 """Steps of the previous plan in which the present state is looked for."""
-_LEAST_INERTIA = 0.01
-"""Of a leaf about its hinge [kg m²]."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,7 @@ class Planner:
         for name, value, least, allowed in (
             ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
             ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
-            ("inertia", hinge.inertia, _LEAST_INERTIA, f"finite, at least {_LEAST_INERTIA} kg m²"),
+            ("inertia", hinge.inertia, math.ulp(0.0), "finite, positive [kg m²]"),
         ):
             if not (math.isfinite(value) and value >= least):
                 raise DimensionError("the hinge cannot have this", field=name, given=value, allowed=allowed)

@@ -14,6 +14,7 @@ from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp import functions
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.planner import Plan, Planner
 from doorman.ocp.push_planning import push_state
 from doorman.ocp.push_problem import N_STATE_ROWS, push_problem, with_hinge
@@ -43,7 +44,7 @@ def random_pairs(model: Model, count: int):
 
 
 def parameters_of(model: Model, start: np.ndarray):
-    return with_hinge(model, push_problem(model).model, 0.3, -RESISTANCE, start)
+    return with_hinge(model, push_problem(model).model, Hinge(0.3, -RESISTANCE, model.door.inertia), start)
 
 
 def test_slopes_meet_finite_differences(model: Model) -> None:

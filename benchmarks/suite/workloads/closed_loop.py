@@ -11,7 +11,6 @@ import gc
 import multiprocessing
 import os
 import time
-from collections.abc import Iterator
 from multiprocessing.synchronize import Event
 from typing import Any
 
@@ -25,6 +24,7 @@ from doorman.model import GRAVITY
 from suite import standstills
 from suite.board import Board, Layout
 from suite.session import Session
+from suite.standstills import ticks
 
 Array = NDArray[np.float64]
 
@@ -39,9 +39,6 @@ FLIGHT = 10.0
 
 NOISE = 1e-3
 """Standard deviation of the measured state [rad, rad/s]."""
-
-_SPIN = 2e-4
-"""The last part of a wait that is not slept [s]."""
 
 
 def measure(session: Session, seconds: float) -> dict[str, Any]:
@@ -116,7 +113,7 @@ def _plan(layout: Layout, core: int, length: float, ready: Event, sender: Any) -
     if not board.wait_for_state(60.0):
         raise TimeoutError("the plant did not start")
     lateness, durations, overrun, unusable = [], [], [], 0
-    for tick, deadline in _ticks(length, RATE):
+    for tick, deadline in ticks(length, RATE):
         begun = time.perf_counter()
         measured, state = board.read_state()
         plan = planner.replan(state, time_limit=BUDGET)
@@ -149,7 +146,7 @@ def _control(layout: Layout, core: int, length: float, seed: int, ready: Event) 
         raise TimeoutError("the planner's process did not start")
     state, each = np.array(model.start_state), round(RATE / scenario.simulation.controller_rate)
     begun, step = time.perf_counter(), 1.0 / RATE
-    for count, _ in enumerate(_ticks(length, RATE)):
+    for count, _ in enumerate(ticks(length, RATE)):
         now = time.perf_counter() - begun
         start, plan = board.read_plan()
         node = min(int(max(now - start, 0.0) / plan.time_step), len(plan.inputs) - 1)
@@ -161,21 +158,6 @@ def _control(layout: Layout, core: int, length: float, seed: int, ready: Event) 
             body = motion(state, inputs[1:4], inputs[4:])
             controller.update(body.position, body.velocity, setpoint, each * step)
     board.close()
-
-
-def _ticks(length: float, rate: float) -> Iterator[tuple[float, float]]:
-    """Times of the clock and the deadlines after them; ticks that are past already are left out."""
-    period, begun = 1.0 / rate, time.perf_counter() + 0.01
-    for k in range(round(length * rate)):
-        tick = begun + k * period
-        now = time.perf_counter()
-        if now >= tick + period:
-            continue
-        if tick - now > _SPIN:
-            time.sleep(tick - now - _SPIN)
-        while time.perf_counter() < tick:
-            pass
-        yield tick, tick + period
 
 
 def _real_time_priority() -> bool:
