@@ -44,7 +44,7 @@ def _draw(axes: Axes, metric: Metric, good: Sequence[Row], bad: Sequence[Row]) -
     series = [np.clip(some, *(metric.limits or (None, None))) for some in values]
     together = np.concatenate(series)
     unit = f" [{metric.unit}]" if metric.unit else ""
-    beyond = " (outermost bins: and beyond)" if (np.concatenate(values) != together).any() else ""
+    beyond = "\n(outermost bins: and beyond)" if (np.concatenate(values) != together).any() else ""
     axes.set_xlabel(metric.words + unit + beyond)
     axes.set_ylabel("runs")
     if not len(together):
