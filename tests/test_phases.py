@@ -53,6 +53,20 @@ def flown(
     return recording, mission
 
 
+def hand(below: float, seconds: float, torque: Callable[[float, float], float]) -> Torque:
+    """A hand that takes the leaf where it first is below an angle [deg], for a while; its torque from the way since, and rate."""
+    begun: list[tuple[float, float]] = []
+
+    def acting(time: float, angle: float, rate: float) -> float:
+        if not begun and angle < math.radians(below):
+            begun.append((time, angle))
+        if not begun or time > begun[0][0] + seconds:
+            return 0.0
+        return torque(angle - begun[0][1], rate)
+
+    return acting
+
+
 def phases(recording: Recording) -> list[str]:
     return recording["mission"]["state"].tolist()
 
@@ -84,16 +98,7 @@ def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
 
 def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
-    begun: list[tuple[float, float]] = []
-
-    def swung(time: float, angle: float, rate: float) -> float:
-        if not begun and angle < math.radians(60.0):
-            begun.append((time, angle))
-        if not begun or time > begun[0][0] + 2.0:
-            return 0.0
-        return 30.0 * (begun[0][1] - math.radians(10.0) - angle) - 25.0 * rate
-
-    recording, mission = flown(swung)
+    recording, mission = flown(hand(60.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate))
     assert mission.outcome == (True, "")
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0
@@ -103,16 +108,7 @@ def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
 
 def test_a_door_that_a_person_holds_for_three_seconds_is_opened_and_not_thrown() -> None:
     """The push grows meanwhile; once they let go, the door must stop at the goal by its own friction all the same."""
-    begun: list[tuple[float, float]] = []
-
-    def held(time: float, angle: float, rate: float) -> float:
-        if not begun and angle < math.radians(30.0):
-            begun.append((time, angle))
-        if not begun or time > begun[0][0] + 3.0:
-            return 0.0
-        return 60.0 * (begun[0][1] - angle) - 30.0 * rate
-
-    recording, mission = flown(held)
+    recording, mission = flown(hand(30.0, 3.0, lambda off, rate: -60.0 * off - 30.0 * rate))
     assert mission.outcome == (True, "")
     summary = recording.summary
     assert summary is not None and summary["collisions"] == 0

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from doorman.hardware.scheduling import real_time
+from suite.statistics import quantiles
 
 _SPIN = 2e-4
 """The last part of a wait that is not slept [s]."""
@@ -54,11 +55,9 @@ def _loop(rate: float, seconds: float, core: int | None, sender: Any) -> None:
         for tick, _ in ticks(seconds, rate):
             lateness.append(time.perf_counter() - tick)
     late, left_out = np.array(lateness), round(seconds * rate) - len(lateness)
-    off = np.abs(np.diff(late))
-    levels = {"median": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
     sender.send({
         "ticks": len(late), "missed": int((late > 1.0 / rate).sum()) + left_out, "priority": priority,
-        "off": {name: float(np.percentile(off, level)) for name, level in levels.items()},
+        "off": quantiles(np.abs(np.diff(late))),
     })  # fmt: skip
 
 

@@ -45,3 +45,9 @@ def ratios(rows: Sequence[Row], solver: str, keys: Sequence[str], ours: str = "d
             times[row["solver"]][tuple(row[key] for key in keys)] = row["seconds"]
     shared = times[solver].keys() & times[ours].keys()
     return np.array([times[solver][case] / times[ours][case] for case in sorted(shared)])
+
+
+def quantiles(values: NDArray[np.float64]) -> dict[str, float]:
+    """Median, tails and the largest of some values."""
+    levels = {"median": 0.5, "p99": 0.99, "p99.9": 0.999, "max": 1.0}
+    return {name: float(np.quantile(values, level)) for name, level in levels.items()}

@@ -60,10 +60,10 @@ _SHARE_MORE = 0.3
 """A door that resists much may resist more by this share anywhere: it also stops the sooner."""
 _HELD = 1.0
 """A door that stood for so long in its swing may have been held, [s],"""
-_STOPPED = 0.3
-"""A door that stands for so long after that has stopped again [s]."""
 _LOOSE = 2.0
 """and is taken to resist by no more than before for this long when it moves on [s]."""
+_STOPPED = 0.3
+"""A door that stands for so long meanwhile has stopped again [s]."""
 _PROGRESS = math.radians(0.5)
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
@@ -158,12 +158,9 @@ class Opening:
         if self._push is not None:
             state = push_state(state, self._push.push, self._weight)
         self._nudge(off, estimate.door_rate, time_step)
-        disturbance, lean = (
-            max(self._disturbance(off, estimate) - self._stiction, -self._most_now(off)),
-            self._lean(estimate),
-        )
+        disturbance = max(self._disturbance(off, estimate) - self._stiction, -self._most_now(off))
         hinge = Hinge(0.0, disturbance, self._inertia(estimate))
-        current = self._schedule.update(now, state, hinge, lean)
+        current = self._schedule.update(now, state, hinge, self._lean(estimate))
         if current is None:
             if self._waiting is None:
                 self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))

@@ -25,6 +25,7 @@ from suite import standstills
 from suite.board import Board, Layout
 from suite.session import Session
 from suite.standstills import ticks
+from suite.statistics import quantiles
 
 Array = NDArray[np.float64]
 
@@ -70,14 +71,9 @@ def _summary(results: list[dict[str, Any]]) -> dict[str, Any]:
         "missed_though_fast": int((late & (joined["durations"] < 0.5 / RATE)).sum()),
         "unusable": sum(result["unusable"] for result in results),
         "real_time_priority": all(result["priority"] for result in results),
-        "durations": _quantiles(joined["durations"]), "lateness": _quantiles(joined["lateness"]),
+        "durations": quantiles(joined["durations"]), "lateness": quantiles(joined["lateness"]),
         "final_door_angles": [result["door_angle"] for result in results],
     }  # fmt: skip
-
-
-def _quantiles(values: Array) -> dict[str, float]:
-    levels = {"median": 0.5, "p99": 0.99, "p99.9": 0.999, "max": 1.0}
-    return {name: float(np.quantile(values, level)) for name, level in levels.items()}
 
 
 def _fly(context: Any, board: Board, core: int, length: float, seed: int) -> dict[str, Any]:

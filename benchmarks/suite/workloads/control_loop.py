@@ -20,6 +20,7 @@ from doorman.recording import Recorder
 from doorman.simulation import SimulatedBackend
 from suite import standstills
 from suite.session import Session
+from suite.statistics import quantiles
 
 TICKS = 200.0
 """Of the controller [Hz]."""
@@ -56,8 +57,7 @@ def _fly(name: str, seconds: float) -> dict[str, Any]:
     periods = np.abs(np.array(backend.ticker.periods) - backend.ticker.period)
     return {
         "scenario": name, "ticks": ticks.ticks, "missed": ticks.missed, "priority": priority,
-        "off": {"median": float(np.median(periods)), "p99": float(np.percentile(periods, 99.0)),
-                  "p99.9": ticks.p99_9, "max": float(periods.max())},
+        "off": quantiles(periods),
         "plans": len(plans.time), "planning": float(np.median(np.diff(plans.time))),
         "solve": {"median": float(np.median(plans["solve_time"])), "max": float(plans["solve_time"].max())},
     }  # fmt: skip
