@@ -97,7 +97,7 @@ def fly_mission(
     rehearse(model, planner)
     console.print("Opening the links")
     with real_time(), VehicleLinks(config) as links:
-        await_links(links)
+        await_links(links, console.print)
         checks = preflight(model, links, limits, findings)
         _print_checks(checks, Console(stderr=output != "words", highlight=False))
         result = _refusal(checks, yes, output)

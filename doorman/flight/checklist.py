@@ -16,6 +16,7 @@ from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
+from doorman.hardware.vehicle.waiting import TOGETHER, apart
 from doorman.model import Model
 
 _LEAST_RATE = 0.6
@@ -117,8 +118,9 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
                "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
     ready_to_arm = state.ready_to_arm
-    yield _row("autopilot's own checks", ready_to_arm is not False, "passed" if ready_to_arm else "not reported"
-               if ready_to_arm is None else "failed", "see its messages")  # fmt: skip
+    words = "; ".join(("failed", *status.warnings)) if ready_to_arm is False else "passed"
+    yield _row("autopilot's own checks", ready_to_arm is not False, "not reported" if ready_to_arm is None else words,
+               "mend what it says, or see its parameters")  # fmt: skip
 
 
 def _mocap(links: VehicleLinks) -> Iterator[Check]:
@@ -130,10 +132,9 @@ def _mocap(links: VehicleLinks) -> Iterator[Check]:
                "see that the object is visible")  # fmt: skip
     yield _row("mocap's latency", figures.latency < _MOST_LATENCY, f"{figures.latency * 1e3:.1f} ms",
                "a wired network", Verdict.WARNING)  # fmt: skip
-    state = links.autopilot.state()
-    apart = float(np.linalg.norm(pose.position - state.position))
-    yield _row("mocap and autopilot", apart < 0.1, f"{apart * 1e3:.0f} mm apart",
-               "the autopilot must take the poses: see its parameters")  # fmt: skip
+    off = apart(links)
+    yield _row("mocap and autopilot", off < TOGETHER, f"{off * 1e3:.0f} mm apart",
+               "the autopilot must take the poses: see its parameters, and reboot it")  # fmt: skip
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
@@ -168,8 +169,8 @@ def judge_limits(model: Model, limits: SafetyLimits) -> Iterator[Check]:
 
 def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:
     pad, state = Places.of(model).pad, links.autopilot.state()
-    apart = float(np.linalg.norm(state.position[:2] - pad[:2]))
-    yield _row("place", apart < _PLACE, f"{apart:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
+    off = float(np.linalg.norm(state.position[:2] - pad[:2]))
+    yield _row("place", off < _PLACE, f"{off:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
                f"put it within {_PLACE:g} m")  # fmt: skip
 
 

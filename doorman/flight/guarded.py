@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else lands [s]."""
+_HOVER_TIME = 2.0
+"""For which the thrust in hover is measured [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
 _RECOVERY = 3.0
@@ -100,7 +102,26 @@ class GuardedFlight:
         self.say("fly to the hover point")
         if not fly_to(autopilot, places.hover, places.yaw):
             return "the hover point was not reached"
+        if (reason := self._measure_hover()):
+            return reason
         self.supervisor.rising = False
+        return ""
+
+    def _measure_hover(self) -> str:
+        """Calibrate newtons in the hover that the autopilot holds; its own parameter may be a default. Returns what went wrong."""
+        config = self.links.config.pixhawk
+        if config.setpoints != "attitude" or config.hover_force is None:
+            return ""
+        self.say("measure the thrust in hover")
+        given = config.thrust_curve
+        compensated = given is not None and given.hover_voltage is not None
+        try:
+            curve = self.links.autopilot.calibrate_hover(
+                config.hover_force, _HOVER_TIME, compensate_battery=compensated
+            )
+        except BackendError as error:
+            return f"measure the thrust in hover: {error}"
+        self.say(f"{config.hover_force:.1f} N are {curve.hover_thrust:.2f} of full thrust")
         return ""
 
     def descend(self) -> End:

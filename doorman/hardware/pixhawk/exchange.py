@@ -99,10 +99,12 @@ class Exchange:
         found = self._parameters.get(name)
         return found if found is not None and found.number > after else None
 
-    def texts(self, since: float) -> list[str]:
-        """Texts since a time, without repetitions."""
+    def texts(self, since: float, severity: int = 7) -> list[str]:
+        """Texts since a time, of a MAV_SEVERITY or worse, without repetitions."""
         with self._condition:
-            return list(dict.fromkeys(text.text for text in self._texts if text.time >= since))
+            return list(
+                dict.fromkeys(one.text for one in self._texts if one.time >= since and one.severity <= severity)
+            )
 
     def wait(self, find: Callable[[], T | None], timeout: float) -> T | None:
         """Wait until something is found.

@@ -13,6 +13,7 @@ from doorman.hardware.pixhawk.dialect import MULTIROTORS, Dialect, dialect_of
 from doorman.hardware.pixhawk.events import EventKind, EventLog
 from doorman.hardware.pixhawk.exchange import Exchange, StatusText
 from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.origin import Origin
 from doorman.hardware.pixhawk.rates import RateKeeper
 from doorman.hardware.pixhawk.stream import SetpointStream
 from doorman.hardware.pixhawk.timesync import ClockMap, SyncResult
@@ -44,7 +45,7 @@ _TELEMETRY = frozenset(
         mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
     }
 )
-WANTED = _UNORDERED | _TELEMETRY | {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
+WANTED = _UNORDERED | _TELEMETRY | {mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN}
 """Messages that are decoded at all."""
 
 
@@ -59,6 +60,7 @@ class Owner(Protocol):
     stream: SetpointStream
     authority: AuthorityKeeper
     rates: RateKeeper
+    origin: Origin | None
     codec: Codec | None
 
     def send(self, message: Message) -> None:
@@ -155,6 +157,9 @@ class Inbox:
             owner.exchange.post_parameter(message.param_id, value, message.param_type)
         elif kind == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
             self._text(message, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+            if owner.origin is not None:
+                owner.origin.heard(now)
         else:
             owner.tracker.take(message, now)
 
@@ -172,6 +177,8 @@ class Inbox:
             owner.tracker.reset()
             owner.exchange.forget()
             owner.rates.restart()
+            if owner.origin is not None:
+                owner.origin.reset()
             owner.authority.rebooted(now)
 
     def _text(self, message: Message, now: float) -> None:

@@ -19,6 +19,7 @@ from doorman.hardware.pixhawk.exchange import Exchange
 from doorman.hardware.pixhawk.inbox import WANTED, Inbox
 from doorman.hardware.pixhawk.messages import Message, mavlink
 from doorman.hardware.pixhawk.mocap import MocapOutlet
+from doorman.hardware.pixhawk.origin import Origin
 from doorman.hardware.pixhawk.rates import RateKeeper
 from doorman.hardware.pixhawk.signing import load_key
 from doorman.hardware.pixhawk.stream import SetpointStream, here
@@ -30,7 +31,6 @@ from doorman.hardware.pixhawk.watchdog import Watchdog
 _LONGEST_SLEEP = 0.003
 _WATCH_PERIOD = 0.01
 _REOPEN_PERIOD = 0.2
-_ORIGIN_PERIOD = 1.0
 _FAST_SYNC_PERIOD = 0.02
 """Between TIMESYNC requests until the clock is mapped [s]."""
 
@@ -66,6 +66,7 @@ class Link:
         self.authority = AuthorityKeeper(self.stream, self.events)
         self.mocap = MocapOutlet(config.local_frame, config.rates.mocap, config.timeouts.mocap)
         self.rates = RateKeeper(wanted_rates(config))
+        self.origin = None if config.origin is None or not config.mocap else Origin(config.origin)
         self.inbox = Inbox(self)
         self.codec: Codec | None = None
         self._endpoint = parse_connection(config.connection)
@@ -78,7 +79,6 @@ class Link:
         rates = config.rates
         self._heartbeat, self._sync = _Timer(1.0 / rates.heartbeat), _Timer(1.0 / rates.timesync)
         self._setpoint, self._look = _Timer(1.0 / rates.setpoint), _Timer(_WATCH_PERIOD)
-        self._origin = _Timer(_ORIGIN_PERIOD)
 
     # ------------------------------------------------------------ from any thread
 
@@ -185,26 +185,21 @@ class Link:
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
                 self._transmit(line, setpoint)
-        pose = self.mocap.message(now)
+        origin = self.origin if dialect is ARDUPILOT else None
+        if origin is not None:
+            for request in origin.messages(now, *identity):
+                self._transmit(line, request)
+        pose = self.mocap.message(now) if origin is None or origin.settled(now) else None
         if pose is not None:
             self._transmit(line, pose)
         if self._sync.due(now):
             if not self.clock.synchronised:
                 self._sync.next = now + _FAST_SYNC_PERIOD
             self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(time.monotonic_ns())))
-        if dialect is ARDUPILOT and self._origin.due(now):
-            self._give_origin(line, identity[0])
         for request in self.authority.requests(now, dialect, identity):
             self._transmit(line, request)
         for request in self.rates.requests(now, *identity):
             self._transmit(line, request)
-
-    def _give_origin(self, line: Line, system: int) -> None:
-        """Give ArduPilot without GPS a place on earth until it has a position: right after boot it does not take one."""
-        origin = self.config.origin
-        if self.config.mocap and origin is not None and self.tracker.sample.position_time == float("-inf"):
-            latitude, longitude, altitude = round(origin[0] * 1e7), round(origin[1] * 1e7), round(origin[2] * 1e3)
-            self._transmit(line, mavlink.MAVLink_set_gps_global_origin_message(system, latitude, longitude, altitude))
 
     def _transmit(self, line: Line, message: Message) -> None:
         assert self.codec is not None

@@ -11,6 +11,10 @@ _CHECK_PERIOD = 1.0
 _SHORTFALL = 0.7
 """A stream below this share of its rate is asked for again."""
 _LONGEST_WAIT = 16.0
+_TRIES_BEFORE_LESS = 1
+"""Unheard requests before a lower rate is asked for: ArduPilot refuses one above 0.8 of its loop's."""
+_LEAST_SHARE = 0.25
+"""Of the wanted rate that is asked for."""
 _TRIES_BEFORE_STREAMS = 3
 """Unheard requests before the older REQUEST_DATA_STREAM is tried too."""
 _DATA_STREAMS = {
@@ -80,7 +84,8 @@ class RateKeeper:
         stream.tries += 1
         stream.wait = min(_LONGEST_WAIT, max(_CHECK_PERIOD, 2.0 * stream.wait)) if stream.tries > 2 else 0.0
         stream.next_request = now + stream.wait
-        interval = float(interval_us(stream.rate))
+        unheard = 0 if stream.measured > 0.0 else max(0, stream.tries - 1 - _TRIES_BEFORE_LESS)
+        interval = float(interval_us(stream.rate * max(0.5**unheard, _LEAST_SHARE)))
         messages = [
             mavlink.MAVLink_command_long_message(
                 system, component, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, float(identifier), interval, 0, 0, 0, 0, 0

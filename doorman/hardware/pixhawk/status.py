@@ -14,6 +14,9 @@ from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.mocap import MocapStatistics
 from doorman.hardware.pixhawk.stream import Source
 
+_REMEMBERED = 40.0
+"""Texts are warnings for so long: ArduPilot repeats what keeps it from arming every 30 s [s]."""
+
 
 @dataclass(frozen=True)
 class LinkStatus:
@@ -43,6 +46,8 @@ class LinkStatus:
     longest_setpoint_gap: float
     """[s]"""
     mocap: MocapStatistics
+    warnings: tuple[str, ...]
+    """Texts of the autopilot of severity warning or worse in the last 40 s, each once: it repeats those that hold."""
 
 
 def link_status(link: Link, now: float) -> LinkStatus:
@@ -73,6 +78,7 @@ def link_status(link: Link, now: float) -> LinkStatus:
         bad_signatures=counters.bad_signatures,
         longest_setpoint_gap=link.stream.longest_gap,
         mocap=link.mocap.statistics(),
+        warnings=tuple(link.exchange.texts(now - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING)),
     )
 
 

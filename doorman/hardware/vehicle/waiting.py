@@ -1,25 +1,60 @@
-"""Waiting for links that were just opened: until the autopilot has a position, and rates and clocks have been measured."""
+"""Waiting for links that were just opened: until the autopilot may fly, and rates and clocks have been measured."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+
+import numpy as np
 
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.vehicle.links import VehicleLinks
 
-PATIENCE = 30.0
-"""For the autopilot's estimator, longest [s]."""
+PATIENCE = 45.0
+"""For the autopilot, longest: ArduPilot's gyros alone take about 22 s [s]."""
 SETTLING = 2.0
 """For rates and clocks [s]."""
+TOGETHER = 0.1
+"""Distance between mocap and the autopilot's estimate from which it does not follow the poses [m]."""
+_WORTH_A_WORD = 1.0
+"""A wait that is longer is explained [s]."""
 
 
-def await_links(links: VehicleLinks) -> None:
+def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -> None:
     """Wait; what is missing after that, a checklist says.
 
     Args:
         links: Open.
+        say: Gets a line for everything that takes longer than a moment.
     """
-    deadline = time.monotonic() + PATIENCE
-    while links.autopilot.state().status is not SampleStatus.FRESH and time.monotonic() < deadline:
+    begin, told = time.monotonic(), ""
+    while (missing := _missing(links)) and time.monotonic() < begin + PATIENCE:
+        if say is not None and missing != told and time.monotonic() > begin + _WORTH_A_WORD:
+            say(f"Waiting for {missing}")
+            told = missing
         time.sleep(0.05)
     time.sleep(SETTLING)
+
+
+def _missing(links: VehicleLinks) -> str:
+    """What an autopilot comes round to by itself has not come yet; empty if nothing is missing."""
+    state = links.autopilot.state()
+    if state.status is not SampleStatus.FRESH:
+        return "the autopilot's position"
+    if apart(links) > TOGETHER:
+        return "the autopilot to follow mocap's poses"
+    if state.ready_to_arm is False:
+        return "the autopilot's own checks"
+    return ""
+
+
+def apart(links: VehicleLinks) -> float:
+    """Distance between mocap's pose and the autopilot's estimate [m]; 0 without mocap or without a fresh pose.
+
+    Args:
+        links: Open.
+    """
+    if links.mocap is None:
+        return 0.0
+    pose = links.mocap.read()
+    return float(np.linalg.norm(pose.position - links.autopilot.state().position)) if pose.fresh else 0.0
