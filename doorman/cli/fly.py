@@ -52,6 +52,8 @@ class Wiring:
     servo_ids: tuple[int, ...] | None = None
     directions: tuple[int, ...] | None = None
     zero_positions: tuple[int, ...] | None = None
+    signing_key: Path | None = None
+    write_parameters: bool = False
 
 
 def fly_mission(
@@ -87,6 +89,7 @@ def fly_mission(
         model, wiring.pixhawk, wiring.servos, wiring.mocap, setpoints=wiring.setpoints,
         object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
         directions=wiring.directions, zero_positions=wiring.zero_positions, on_mocap_loss="report",
+        signing_key=wiring.signing_key, write_parameters=wiring.write_parameters,
     )  # fmt: skip
     limits = SafetyLimits()
     console = Console(stderr=True, highlight=False)
@@ -100,7 +103,7 @@ def fly_mission(
         await_links(links, console.print)
         checks = preflight(model, links, limits, findings)
         _print_checks(checks, Console(stderr=output != "words", highlight=False))
-        result = _refusal(checks, yes, output)
+        result = _written(links, output) or _refusal(checks, yes, output)
         if result is None:
             result = _fly(model, links, planner, limits, _file(out, model), duration, console, output)
     _print_result(checks, result, output)
@@ -111,6 +114,20 @@ def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -
     if output == "json":
         found = [{**vars(one), "verdict": one.verdict.value} for one in checks]
         typer.echo(json.dumps({"checklist": found, **result}, indent=2))
+
+
+def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
+    """Result of a flight that only wrote parameters, on request; None if there was nothing to write."""
+    autopilot = links.autopilot
+    if not autopilot.config.write_parameters or not autopilot.check_parameters():
+        return None
+    written = autopilot.fix_parameters()
+    left = autopilot.check_parameters()
+    words = f"Written and read back: {', '.join(written) or 'nothing'}. Reboot the autopilot, then fly."
+    if left:
+        words = f"{words} To be set by hand: {'; '.join(map(str, left))}."
+    typer.echo(words, err=output != "words")
+    return {"ready": False, "completed": False, "message": words, "written": list(written)}
 
 
 def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] | None:

@@ -109,6 +109,21 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         dry_run: Annotated[
             bool, typer.Option("--dry-run", help="Listen to the links, send nothing at all, and check what that tells.")
         ] = False,
+        write_parameters: Annotated[
+            bool,
+            typer.Option(
+                "--write-parameters",
+                help="Write the autopilot's parameters that the checklist finds wrong; then reboot it.",
+            ),
+        ] = False,
+        signing_key: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE",
+                help="MAVLink signing key: 32 bytes or 64 hexadecimal digits.",
+                show_default="no signing",
+            ),
+        ] = None,
         yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
         as_json: Annotated[
             bool, typer.Option("--json", help="Print checklist and result as JSON; words to stderr.")
@@ -128,7 +143,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             wiring = Wiring(
                 pixhawk, servos, mocap, setpoints.value, object_name, mocap_rate,
                 whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
-                whole_numbers(servo_zeros, "--servo-zeros"),
+                whole_numbers(servo_zeros, "--servo-zeros"), signing_key, write_parameters,
             )  # fmt: skip
             return fly_mission(
                 scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"

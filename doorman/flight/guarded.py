@@ -102,7 +102,7 @@ class GuardedFlight:
         self.say("fly to the hover point")
         if not fly_to(autopilot, places.hover, places.yaw):
             return "the hover point was not reached"
-        if (reason := self._measure_hover()):
+        if reason := self._measure_hover():
             return reason
         self.supervisor.rising = False
         return ""

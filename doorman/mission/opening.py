@@ -23,6 +23,8 @@ _NEAR = math.radians(2.0)
 _AT_GOAL = math.radians(0.9)
 _SLOW = 0.005
 """A gripped door that is this near to the goal and this slow, for a while, is taken to stay there [rad], [rad/s]."""
+_LENIENCE = math.radians(0.35)
+"""By which that is more with every time that it passed the goal but the first, up to `_NEAR`: it sticks and slips [rad]."""
 _ARRIVED = math.radians(0.5)
 _ARRIVING = 0.05
 """A gripped door that comes this near to the goal, and is no faster, is left to its friction [rad], [rad/s]."""
@@ -116,6 +118,8 @@ class Opening:
         """Torque against opening while the door swung last [N m]."""
         self._rest: float | None = None
         self._rested = False
+        self._side = 0.0
+        self._passes = -1
         self._stood = 0.0
         self._loose = 0.0
         self._taught = 0.0
@@ -222,9 +226,12 @@ class Opening:
         Else the push that overcomes the friction of a slow door carries it beyond the goal, by degrees.
         """
         torque = estimate.door_disturbance
-        if abs(off) > _AT_GOAL:
+        arrives = abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING
+        if abs(off) > self._at_goal:
             self._rest = None
-        elif not self._rested and abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING:
+        elif self._passes > 1 and abs(self._rate) < _SLOW:
+            self._rest = torque if self._rest is None else self._rest
+        elif not self._rested and arrives:
             self._rested = True  # once: a door that does not stay so is held against its friction
             friction = (1.0 - self._settings.hold_share) * max(0.0, estimate.hinge.friction)
             if self._rate < 0.0:
@@ -232,6 +239,11 @@ class Opening:
             else:
                 self._rest = max(torque - friction, min(torque, 0.0))
         return torque if self._rest is None else self._rest
+
+    @property
+    def _at_goal(self) -> float:
+        """Distance from the goal at which a gripped door may stay [rad]."""
+        return min(_AT_GOAL + _LENIENCE * max(0, self._passes - 1), _NEAR)
 
     def _inertia(self, estimate: Estimate) -> float:
         """Of the leaf, as plans take it: as a grip has learnt it; a push moves a door too slowly to."""
@@ -247,7 +259,7 @@ class Opening:
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         nudge, forgotten = (_NUDGE, _FORGOTTEN) if self._push is None else (_PUSHED_NUDGE, _PUSHED_FORGOTTEN)
-        if self._nudges and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
+        if self._nudges and self._rest is None and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
             stiction = self._stiction + math.copysign(nudge * min(abs(off) / _FAR, 1.0) * time_step, off)
             self._stiction = min(max(stiction, -_MOST_STICTION), _MOST_STICTION)
         else:
@@ -287,8 +299,10 @@ class Opening:
         if abs(off) < self._nearest - _PROGRESS:
             self._steps_nearer += math.isfinite(self._nearest)  # where it begins is no step
             self._nearest, self._progress_at = abs(off), now
+        if abs(off) > self._settings.hold_tolerance and math.copysign(1.0, off) != self._side:
+            self._side, self._passes = math.copysign(1.0, off), self._passes + 1
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
-        slow = abs(off) < _AT_GOAL and abs(self._rate) < _SLOW
+        slow = abs(off) < self._at_goal and abs(self._rate) < _SLOW
         held = self._held is not None and off < STILL_OPEN and abs(self._rate) < _STANDS
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None

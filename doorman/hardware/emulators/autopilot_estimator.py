@@ -53,15 +53,23 @@ class Estimator:
         self._rejected_since: float | None = None
         self.failed = False
         """Whether the position estimate is lost."""
-        self._origin_set = True
+        self._datum = 0.0
+        self.has_origin = True
 
     def require_origin(self) -> None:
         """Have no position before an origin is given."""
-        self._origin_set = False
+        self.has_origin = False
 
-    def set_origin(self) -> None:
-        """Take an origin."""
-        self._origin_set = True
+    def set_origin(self, armed: bool) -> None:
+        """Take an origin, once; on the ground, what is believed to be the height now becomes zero, as ArduPilot has it.
+
+        Poses that come go on being fused as they are; what is told of the height is higher by that from then on.
+        """
+        if self.has_origin:
+            return
+        self.has_origin = True
+        if not armed and self.accepted_poses > 0 and self._history:
+            self._datum = float(self._history[-1][1][2] + self._error[2])
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         """Estimate at a time of the autopilot's clock [s]."""
@@ -76,9 +84,9 @@ class Estimator:
             self._error_rate = self._error_rate + dt * self._bias
             self._error = self._error + dt * self._error_rate
         enough = not self.vision or self.accepted_poses >= _POSES_NEEDED
-        valid = enough and now - self._aided_at < self._timeout and not self.failed and self._origin_set
+        valid = enough and now - self._aided_at < self._timeout and not self.failed and self.has_origin
         return Estimate(
-            truth.position + self._error,
+            truth.position + self._error + np.array([0.0, 0.0, self._datum]),
             truth.velocity + self._error_rate,
             truth.quaternion,
             truth.body_rates,

@@ -37,6 +37,7 @@ ARDUPILOT_DEFAULTS: dict[str, tuple[float, int]] = {
     "FS_GCS_TIMEOUT": (5.0, _REAL32),
     "FS_EKF_ACTION": (1, _INT8),
     "SYSID_MYGCS": (255, _INT16),
+    "SCHED_LOOP_RATE": (400, _INT16),
     "DISARM_DELAY": (10, _INT8),
     "ATC_ANGLE_BOOST": (1, _INT8),
     "MOT_THST_HOVER": (0.35, _REAL32),

@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.hardware.emulators.autopilot_brain import (
     ACCEPTED,
     DENIED,
+    FAILED,
     TEMPORARILY_REJECTED,
     UNSUPPORTED,
     AttitudeTarget,
@@ -24,6 +25,8 @@ from doorman.hardware.emulators.autopilot_estimator import Estimator
 from doorman.hardware.emulators.autopilot_telemetry import FLIP, FLIP_QUATERNION, Schedule
 
 _FORCE_MAGIC = 21196.0
+_SHARE_OF_LOOP = 0.8
+"""Of ArduPilot's main loop, up to which a message is sent."""
 
 
 class ClockOfOthers:
@@ -96,6 +99,7 @@ class Protocol:
         self._send = send
         self._clock = clock
         self._system = system_id
+        self._origin_message: Any = None
         self._handlers: dict[str, Callable[[Any], None]] = {
             "HEARTBEAT": self._heartbeat,
             "COMMAND_LONG": self._command,
@@ -145,7 +149,11 @@ class Protocol:
     def _execute(self, message: Any) -> int:
         brain = self._brain
         if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+            if self._too_fast(message.param2):
+                return FAILED
             return ACCEPTED if self._schedule.set_interval(int(message.param1), message.param2) else DENIED
+        if message.command == mavlink.MAV_CMD_REQUEST_MESSAGE:
+            return self._tell(int(message.param1))
         if brain.around is None:
             return TEMPORARILY_REJECTED
         if message.command == mavlink.MAV_CMD_DO_SET_MODE:
@@ -157,6 +165,21 @@ class Protocol:
         if message.command == mavlink.MAV_CMD_NAV_LAND:
             return brain.request_land()
         return UNSUPPORTED
+
+    def _too_fast(self, interval_us: float) -> bool:
+        """Whether ArduPilot's main loop cannot send so often."""
+        if self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4 or interval_us <= 0.0:
+            return False
+        return 1e6 / interval_us > _SHARE_OF_LOOP * self._brain.parameters["SCHED_LOOP_RATE"]
+
+    def _tell(self, identifier: int) -> int:
+        """REQUEST_MESSAGE; of its origin only."""
+        if identifier != mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+            return UNSUPPORTED
+        if self._origin_message is None:
+            return FAILED
+        self._send(self._origin_message)
+        return ACCEPTED
 
     def _parameter_read(self, message: Any) -> None:
         parameters = self._brain.parameters
@@ -221,7 +244,12 @@ class Protocol:
         self._estimator.pose(now, stamp, np.array(values[:3]) * FLIP)
 
     def _origin(self, message: Any) -> None:
-        self._estimator.set_origin()
+        if not self._estimator.has_origin:
+            self._estimator.set_origin(self._brain.armed)
+            self._origin_message = mavlink.MAVLink_gps_global_origin_message(
+                message.latitude, message.longitude, message.altitude
+            )
+            self._send(self._origin_message)
 
     def _data_stream(self, message: Any) -> None:
         """The older way; only ArduPilot still listens to it, and only for messages of old."""

@@ -142,7 +142,9 @@ class AuthorityKeeper:
                     self._events.condition(EventKind.CONTROL_LOST, False, now, "another mode")
             elif self._state is Authority.ENGAGED and mode != dialect.companion_mode:
                 self._leave(mode, dialect, now)
-            elif self._state is Authority.LANDING and mode != dialect.land_mode:
+            elif (
+                self._state is Authority.LANDING and mode != dialect.land_mode and armed
+            ):  # PX4 goes back when disarmed
                 self._lose(f"mode is {mode} while landing", now)
             disarmed = self._armed and not armed
             if disarmed and self._state is Authority.LANDING:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from doorman.hardware.pixhawk.messages import Message, mavlink
 from doorman.hardware.pixhawk.signing import SignatureCheck, signing_time
 
-_START_V1, _START_V2 = 0xFE, 0xFD
+_STARTS = _START_V1, _START_V2 = 0xFE, 0xFD
 _SIGNED = 0x01
 _SIGNATURE_BYTES = 13
 
@@ -19,7 +19,7 @@ class Counters:
 
     messages: int = 0
     corrupted: int = 0
-    """Frames of a known kind whose checksum is wrong."""
+    """Frames of a kind that is read whose checksum is wrong: of others an autopilot may have another definition than we."""
     skipped_bytes: int = 0
     """Bytes that belong to no valid frame."""
     bad_signatures: int = 0
@@ -30,12 +30,18 @@ class Counters:
 class FrameSplitter:
     """Cuts a stream of bytes into frames with a right checksum.
 
-    After a wrong one it looks on at the next byte, so that a damaged length swallows no good frame.
+    After a wrong one it looks on at the next byte, so that a damaged length swallows no good frame. One of a kind that is not
+    read may be right by another definition than ours: it is passed over where the next frame begins at its end.
+
+    Args:
+        counters: Gets what was wrong.
+        read: Identifiers of the messages that are read.
     """
 
-    def __init__(self, counters: Counters) -> None:
+    def __init__(self, counters: Counters, read: frozenset[int]) -> None:
         self._buffer = bytearray()
         self._counters = counters
+        self._read = read
 
     def push(self, data: bytes) -> Iterator[bytearray]:
         """Take bytes and yield the frames that they complete."""
@@ -43,7 +49,7 @@ class FrameSplitter:
         buffer += data
         start = 0
         while start < len(buffer):
-            if buffer[start] not in (_START_V1, _START_V2):
+            if buffer[start] not in _STARTS:
                 start += 1
                 self._counters.skipped_bytes += 1
                 continue
@@ -55,13 +61,18 @@ class FrameSplitter:
                 start += length
                 yield frame
             else:
-                start += 1
-                self._counters.skipped_bytes += 1
+                end = start + length
+                whole = not self._is_read(frame) and (end == len(buffer) or buffer[end] in _STARTS)
+                self._counters.skipped_bytes += length if whole else 1
+                start += length if whole else 1
         del buffer[:start]
+
+    def _is_read(self, frame: bytearray) -> bool:
+        return _identifier(frame) in self._read
 
     def _valid(self, frame: bytearray) -> bool:
         second = frame[0] == _START_V2
-        identifier = int.from_bytes(frame[7:10], "little") if second else frame[5]
+        identifier = _identifier(frame)
         if second and frame[2] & ~_SIGNED:
             return False
         kind = mavlink.mavlink_map.get(identifier)
@@ -71,7 +82,7 @@ class FrameSplitter:
         body = frame[1:-end]
         body.append(kind.crc_extra)
         right = bool(mavlink.x25crc(body).crc == int.from_bytes(frame[-end:][:2], "little"))
-        self._counters.corrupted += not right
+        self._counters.corrupted += not right and self._is_read(frame)
         return right
 
 
@@ -83,6 +94,10 @@ def _frame_length(buffer: bytearray, start: int) -> int:
     if buffer[start] == _START_V1:
         return payload + 8
     return payload + 12 + (_SIGNATURE_BYTES if buffer[start + 2] & _SIGNED else 0)
+
+
+def _identifier(frame: bytearray) -> int:
+    return int.from_bytes(frame[7:10], "little") if frame[0] == _START_V2 else frame[5]
 
 
 class Codec:
@@ -128,13 +143,13 @@ class Codec:
         if source not in self._splitters:
             if len(self._splitters) >= 16:  # strangers must not fill the memory
                 self._splitters.clear()
-            self._splitters[source] = FrameSplitter(self.counters)
+            self._splitters[source] = FrameSplitter(self.counters, self._wanted)
         messages = (self._message(frame) for frame in self._splitters[source].push(data))
         return [message for message in messages if message is not None]
 
     def _message(self, frame: bytearray) -> Message | None:
         second = frame[0] == _START_V2
-        identifier = int.from_bytes(frame[7:10], "little") if second else frame[5]
+        identifier = _identifier(frame)
         if self._check is not None:
             system, component = (frame[5], frame[6]) if second else (frame[3], frame[4])
             signed = second and bool(frame[2] & _SIGNED)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -68,6 +69,8 @@ def vehicle_config(
     zero_positions: Sequence[int] | None = None,
     rate: float = 200.0,
     on_mocap_loss: Literal["land", "report"] = "land",
+    signing_key: Path | None = None,
+    write_parameters: bool = False,
 ) -> VehicleConfig:
     """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
 
@@ -85,6 +88,8 @@ def vehicle_config(
         rate: Ticks of the controller [1/s].
         on_mocap_loss: Whether the link to the autopilot lands the vehicle where it is when poses end; "report" where a
             `Supervisor` acts on it.
+        signing_key: File with the MAVLink signing key; None signs nothing.
+        write_parameters: Whether the autopilot's parameters may be written, when that is asked for.
 
     Returns:
         The configuration.
@@ -102,6 +107,7 @@ def vehicle_config(
         pixhawk=PixhawkConfig(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
             rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
+            signing_key=signing_key, write_parameters=write_parameters,
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
