@@ -75,6 +75,20 @@ def test_without_an_answer_the_vehicle_is_not_flown(tmp_path):
         assert not rig.autopilot.brain.armed
 
 
+def test_parameters_are_written_on_request_and_then_nothing_is_flown(tmp_path):
+    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
+        parameters = rig.autopilot.parameters
+        parameters["COM_OBL_RC_ACT"], parameters["COM_OF_LOSS_T"] = 0, 5.0
+        result = run("fly", "paper", *rig.arguments, "--write-parameters", "--yes", "--json")
+        assert result.exit_code == 1, result.output
+        found = json.loads(result.stdout)
+        assert sorted(found["written"]) == ["COM_OBL_RC_ACT", "COM_OF_LOSS_T"]
+        assert "Reboot the autopilot" in found["message"]
+        assert parameters["COM_OBL_RC_ACT"] == 4 and parameters["COM_OF_LOSS_T"] == 0.5
+        assert not rig.autopilot.brain.armed
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

@@ -94,6 +94,16 @@ def test_the_older_protocol_is_read_too(codec):
     assert (message.custom_mode, message.get_srcSystem()) == (4, 1)
 
 
+def test_a_message_of_no_interest_that_is_defined_otherwise_is_not_damage(codec):
+    """PX4's ESC_STATUS has another checksum than pymavlink's, and bytes in it that look like headers of heartbeats."""
+    made = packets(3)
+    other = mavlink.MAVLink_rc_channels_message(0, 18, *[254] * 18, 0).pack(vehicle())
+    foreign = other[:-2] + bytes([other[-2] ^ 0x5A, other[-1]])
+    found = codec.decode(made[0] + foreign + made[1] + foreign + made[2], "wire")
+    assert stamps(found) == [1, 2, 3]
+    assert codec.counters.corrupted == 0
+
+
 def test_messages_of_no_interest_are_not_decoded(codec):
     data = mavlink.MAVLink_vfr_hud_message(1.0, 1.0, 1, 1, 1.0, 1.0).pack(vehicle())
     assert codec.decode(data, "wire") == []

@@ -10,6 +10,7 @@ import pytest
 from pixhawk_rig import WEIGHT, Rig, wait_until
 
 from doorman.exceptions import BackendError
+from doorman.hardware.emulators.autopilot_plant import SimplePlant
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
     Authority,
@@ -109,6 +110,28 @@ def test_a_flight_by_mocap_alone(rigs, flavour):
     else:
         true_offset = rig.emulator.clock - time.monotonic()
         assert rig.emulator.protocol.companion_clock.offset == pytest.approx(true_offset, abs=0.01)
+
+
+def test_the_height_of_ardupilot_is_that_of_mocap(rigs):
+    """It calls zero the height at which it stands when it gets its origin: poses that came before would be off by it."""
+    plant = SimplePlant(ground=0.4)
+    rig = rigs("ardupilot", {"mocap": True}, vision=True, pace=1.0, plant=plant).open()
+
+    def settled() -> bool:
+        truth = rig.emulator.truth
+        rig.pilot.mocap(time.monotonic(), truth.position, truth.quaternion)
+        state = rig.pilot.state()
+        return state.status is SampleStatus.FRESH and abs(float(state.position[2]) - 0.4) < 0.02
+
+    assert wait_until(settled)
+    assert rig.emulator.protocol.received["VISION_POSITION_ESTIMATE"] >= 10
+
+
+def test_an_autopilot_with_a_slow_loop_is_heard_more_rarely(rigs):
+    rig = rigs("ardupilot", pace=1.0)
+    rig.emulator.parameters["SCHED_LOOP_RATE"] = 150
+    rig.open()
+    assert wait_until(lambda: 80.0 < rig.pilot.status().rates["ATTITUDE_QUATERNION"] < 120.0)
 
 
 def test_mocap_poses_that_cannot_be_used_are_refused(rigs):

@@ -31,6 +31,7 @@ from doorman.hardware.pixhawk.exchange import Exchange, StatusText
 from doorman.hardware.pixhawk.link import _Timer
 from doorman.hardware.pixhawk.mocap import MocapOutlet, MocapPose
 from doorman.hardware.pixhawk.modes import ardupilot_mode, px4_mode, px4_number
+from doorman.hardware.pixhawk.origin import Origin
 from doorman.hardware.pixhawk.rates import RateKeeper
 from doorman.hardware.pixhawk.setpoints import FULL_POSITION, POSITION_AND_YAW
 from doorman.hardware.pixhawk.stream import SetpointStream, Source, here
@@ -228,6 +229,15 @@ def test_the_pilot_may_interrupt_a_landing(keeper, stream):
     assert keeper.state is Authority.LOST and keeper.requests(99.0, PX4, TARGET) == []
 
 
+def test_a_landed_vehicle_that_disarms_and_goes_back_to_its_mode_is_not_lost(keeper, stream, events):
+    engaged(keeper, stream)
+    keeper.request_landing(None)
+    beat(keeper, LAND)
+    beat(keeper, OFFBOARD, armed=False)
+    assert keeper.state is Authority.NONE
+    assert EventKind.CONTROL_LOST not in events.conditions
+
+
 def test_disarming_that_nobody_asked_for_is_a_loss_of_control(keeper, stream, events):
     engaged(keeper, stream)
     beat(keeper, OFFBOARD, armed=False)
@@ -276,6 +286,41 @@ def test_an_autopilot_that_cannot_is_asked_ever_more_rarely_and_in_the_older_way
     assert kinds == {"COMMAND_LONG", "REQUEST_DATA_STREAM"}
     keeper.restart()
     assert keeper.requests(70.0, *TARGET), "after a reboot, at once"
+
+
+def test_a_rate_that_the_autopilot_refuses_is_asked_for_by_half():
+    keeper = RateKeeper({31: 200.0})
+    asked = [message for k in range(12) for message in keeper.requests(10.0 + k, *TARGET)]
+    intervals = [message.param2 for message in asked if message.get_type() == "COMMAND_LONG"]
+    assert intervals[:2] == [5000.0, 5000.0], "a request may get lost"
+    assert intervals[2:] == [10000.0, *[20000.0] * (len(intervals) - 3)], "and no less than a quarter"
+    for _ in range(100):
+        keeper.heard(31)
+    (again,) = [message for k in range(12, 40) for message in keeper.requests(10.0 + k, *TARGET)][:1]
+    assert again.param2 >= 10000.0 or keeper.measured[31] > 0.0
+
+
+# ---------------------------------------------------------------- origin
+
+
+def test_the_origin_is_given_until_it_is_heard_and_poses_follow_later():
+    origin = Origin((47.4, 8.5, 488.0))
+    assert not origin.settled(0.0)
+    given, asked = origin.messages(5.0, *TARGET)
+    assert (given.latitude, given.longitude, given.altitude) == (474000000, 85000000, 488000)
+    assert (asked.command, asked.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, 49.0)
+    assert origin.messages(5.5, *TARGET) == [] and len(origin.messages(6.1, *TARGET)) == 2
+    origin.heard(6.2)
+    assert origin.messages(7.5, *TARGET) == []
+    assert not origin.settled(8.1) and origin.settled(8.3)
+    origin.reset()
+    assert not origin.settled(8.4) and origin.messages(8.5, *TARGET), "after a reboot, anew"
+
+
+def test_poses_are_sent_to_an_autopilot_that_tells_no_origin_too():
+    origin = Origin((47.4, 8.5, 488.0))
+    origin.messages(5.0, *TARGET)
+    assert not origin.settled(14.9) and origin.settled(15.1)
 
 
 def test_a_timer_keeps_its_rate_and_does_not_make_up_for_what_it_missed():
@@ -360,6 +405,8 @@ def test_texts_come_once_each():
     for time in (1.0, 2.0, 3.0):
         exchange.post_text(StatusText(time, 2, "PreArm: gyros"))
     assert exchange.texts(1.5) == ["PreArm: gyros"] and exchange.texts(5.0) == []
+    exchange.post_text(StatusText(4.0, 6, "EKF3 IMU0 origin set"))
+    assert exchange.texts(1.5, 4) == ["PreArm: gyros"]
 
 
 @pytest.mark.parametrize(
