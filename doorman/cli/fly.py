@@ -21,13 +21,15 @@ from rich.text import Text
 from doorman.cli.overrides import parse_overrides
 from doorman.feasibility import check
 from doorman.flight import Check, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
+from doorman.flight.attitude_lag import MOST as MOST_LAG
+from doorman.flight.attitude_lag import attitude_lag
 from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.ocp.planner import Planner
-from doorman.recording import Recorder
+from doorman.recording import Recorder, Recording
 from doorman.scenario import Scenario
 
 _COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
@@ -174,7 +176,8 @@ def _fly(
             report = session.fly(duration, _StatusLine(session, console))
         ticks = session.backend.ticks
         recorder.write("timing", 0.0, vars(ticks))
-    _print_report(report, session, path, output)
+    lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" else math.nan
+    _print_report(report, session, path, lag, output)
     return {
         "ready": True,
         "completed": report.completed,
@@ -182,8 +185,18 @@ def _fly(
         "end": report.end.value,
         "recording": str(path),
         "timing": vars(ticks),
+        "attitude_lag_s": None if math.isnan(lag) else lag,
         "journal": session.journal.lines,
     }
+
+
+def _attitude_lag(path: Path) -> float:
+    """Of a flight that was recorded [s]; NaN if it tells none."""
+    recording = Recording.load(path)
+    if not {"command", "measurement"} <= set(recording):
+        return math.nan
+    asked, seen = recording["command"], recording["measurement"]
+    return attitude_lag(asked.time, asked["attitude"], seen.time, seen["attitude"])
 
 
 class _StatusLine:
@@ -229,7 +242,7 @@ def _print_checks(checks: list[Check], console: Console) -> None:
     console.print(table)
 
 
-def _print_report(report: FlightReport, session: FlightSession, path: Path, output: Output) -> None:
+def _print_report(report: FlightReport, session: FlightSession, path: Path, lag: float, output: Output) -> None:
     say = partial(typer.echo, err=output != "words")
     ticks = session.backend.ticks
     done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
@@ -242,6 +255,11 @@ def _print_report(report: FlightReport, session: FlightSession, path: Path, outp
         f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
         f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
     )
+    if lag > MOST_LAG:
+        say(
+            f"The attitude lags {lag * 1e3:.0f} ms behind its setpoints: tune the autopilot's attitude and rate loops "
+            "(docs/hardware/pixhawk.md)."
+        )
 
 
 def _file(out: Path | None, model: Model) -> Path:

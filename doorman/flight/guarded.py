@@ -108,7 +108,7 @@ class GuardedFlight:
         return ""
 
     def _measure_hover(self) -> str:
-        """Calibrate newtons in the hover that the autopilot holds; its own parameter may be a default. Returns what went wrong."""
+        """Calibrate newtons in hover: the autopilot's own parameter may be a default. Returns what went wrong."""
         config = self.links.config.pixhawk
         if config.setpoints != "attitude" or config.hover_force is None:
             return ""
