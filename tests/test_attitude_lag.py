@@ -31,6 +31,18 @@ def test_the_lag_is_found_whatever_trim_noise_and_yaw(lag):
     assert attitude_lag(*signals(lag)) == pytest.approx(lag, abs=0.011)
 
 
+def test_an_attitude_that_is_like_no_setpoint_tells_nothing():
+    asked_at, asked, seen_at, seen = signals(0.1)
+    noise = np.random.default_rng(5).normal(0.0, 0.03, seen.shape)
+    assert math.isnan(attitude_lag(asked_at, asked, seen_at, noise))
+
+
+def test_what_is_not_a_number_is_left_out():
+    asked_at, asked, seen_at, seen = signals(0.1)
+    seen[40:60] = math.nan
+    assert attitude_lag(asked_at, asked, seen_at, seen) == pytest.approx(0.1, abs=0.011)
+
+
 def test_a_calm_or_a_short_flight_tells_nothing():
     assert math.isnan(attitude_lag(*signals(0.1, size=1e-4)))
     assert math.isnan(attitude_lag(*signals(0.1, duration=4.0)))

@@ -19,6 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from doorman.cli.overrides import parse_overrides
+from doorman.exceptions import DoormanError
 from doorman.feasibility import check
 from doorman.flight import Check, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import MOST as MOST_LAG
@@ -119,15 +120,17 @@ def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -
 
 
 def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
-    """Result of a flight that only wrote parameters, on request; None if there was nothing to write."""
+    """Result of a flight that only wrote parameters, on request; None if nothing was written."""
     autopilot = links.autopilot
-    if not autopilot.config.write_parameters or not autopilot.check_parameters():
+    if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
         return None
     written = autopilot.fix_parameters()
     left = autopilot.check_parameters()
-    words = f"Written and read back: {', '.join(written) or 'nothing'}. Reboot the autopilot, then fly."
-    if left:
-        words = f"{words} To be set by hand: {'; '.join(map(str, left))}."
+    by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
+    if not written:
+        typer.echo(f"No parameter could be written. {by_hand}", err=output != "words")
+        return None
+    words = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly. {by_hand}".strip()
     typer.echo(words, err=output != "words")
     return {"ready": False, "completed": False, "message": words, "written": list(written)}
 
@@ -192,7 +195,10 @@ def _fly(
 
 def _attitude_lag(path: Path) -> float:
     """Of a flight that was recorded [s]; NaN if it tells none."""
-    recording = Recording.load(path)
+    try:
+        recording = Recording.load(path)
+    except DoormanError:
+        return math.nan
     if not {"command", "measurement"} <= set(recording):
         return math.nan
     asked, seen = recording["command"], recording["measurement"]

@@ -16,6 +16,8 @@ _LONGEST = 0.5
 _LEAST_MOTION = 0.003
 """Standard deviation of the setpoints below which nothing can be told [rad]."""
 _LEAST_TIME = 5.0
+_LEAST_LIKENESS = 0.5
+"""Correlation below which the two are strangers."""
 
 
 def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen: ArrayLike) -> float:
@@ -28,23 +30,31 @@ def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen
         seen: Φ, shape (m, 3) [rad].
 
     Returns:
-        The lag, up to 0.5 s; NaN for a flight that is too short or too calm to tell.
+        The lag, below 0.5 s; NaN for a flight that is too short or too calm to tell, or whose attitude is like no setpoint.
     """
-    given, got = np.asarray(asked_at, dtype=np.float64), np.asarray(seen_at, dtype=np.float64)
+    (given, asked), (got, seen) = _finite(asked_at, asked), _finite(seen_at, seen)
     if min(len(given), len(got)) < 2:
         return math.nan
     times = np.arange(max(given[0], got[0]), min(given[-1], got[-1]), _PERIOD)
     if len(times) * _PERIOD < _LEAST_TIME:
         return math.nan
     wanted, flown = (
-        np.column_stack([np.interp(times, at, np.asarray(values)[:, axis]) for axis in (0, 1)])
+        np.column_stack([np.interp(times, at, values[:, axis]) for axis in (0, 1)])
         for at, values in ((given, asked), (got, seen))
     )
     wanted, flown = wanted - wanted.mean(axis=0), flown - flown.mean(axis=0)
     if math.sqrt(float((wanted**2).mean())) < _LEAST_MOTION:
         return math.nan
-    steps = range(round(_LONGEST / _PERIOD) + 1)
-    return _PERIOD * max(steps, key=lambda step: _alike(wanted[: len(wanted) - step], flown[step:]))
+    last = round(_LONGEST / _PERIOD)
+    likeness = [_alike(wanted[: len(wanted) - step], flown[step:]) for step in range(last + 1)]
+    best = int(np.argmax(likeness))
+    return _PERIOD * best if best < last and likeness[best] > _LEAST_LIKENESS else math.nan
+
+
+def _finite(times: ArrayLike, values: ArrayLike) -> tuple[Array, Array]:
+    at, rows = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
+    good = np.isfinite(rows).all(axis=1) & np.isfinite(at)
+    return at[good], rows[good]
 
 
 def _alike(first: Array, second: Array) -> float:

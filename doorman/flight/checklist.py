@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
@@ -102,10 +102,7 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
                "wait until its estimator has a position")  # fmt: skip
     yield _row("disarmed", not state.armed, f"{state.mode}, {'armed' if state.armed else 'disarmed'}",
                "land and disarm it first")  # fmt: skip
-    low = {name: rate for name, rate in status.wanted_rates.items()
-           if rate >= 50.0 and status.rates.get(name, 0.0) < _LEAST_RATE * rate}  # fmt: skip
-    words = ", ".join(f"{name} {status.rates.get(name, 0.0):.0f} of {rate:.0f}/s" for name, rate in low.items())
-    yield _row("telemetry", not low, words or "rates as asked for", "a faster line, or lower rates")
+    yield _telemetry(links)
     yield _row("clock", status.synchronised and status.round_trip < _MOST_ROUND_TRIP,
                f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
                "wait, or find what slows the line down", Verdict.WARNING if status.synchronised else Verdict.BAD)  # fmt: skip
@@ -121,6 +118,25 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     words = "; ".join(("failed", *status.warnings)) if ready_to_arm is False else "passed"
     yield _row("autopilot's own checks", ready_to_arm is not False, "not reported" if ready_to_arm is None else words,
                "mend what it says, or see its parameters")  # fmt: skip
+
+
+def _telemetry(links: VehicleLinks) -> Check:
+    """Rates of what is flown on, and of what the thrust in hover is measured by."""
+    status = links.autopilot.status()
+    needed = {name: rate for name, rate in status.asked_rates.items() if status.wanted_rates[name] >= 50.0}
+    if links.config.pixhawk.setpoints == "attitude":
+        needed["ATTITUDE_TARGET"] = status.asked_rates["ATTITUDE_TARGET"]
+
+    def words(rates: Mapping[str, float]) -> str:
+        return ", ".join(f"{name} {status.rates.get(name, 0.0):.0f} of {rate:.0f}/s" for name, rate in rates.items())
+
+    low = {name: rate for name, rate in needed.items() if status.rates.get(name, 0.0) < _LEAST_RATE * rate}
+    if low:
+        return Check("telemetry", Verdict.BAD, words(low), "a faster line, or lower rates")
+    less = {name: status.wanted_rates[name] for name, rate in needed.items() if rate < status.wanted_rates[name]}
+    if less:
+        return Check("telemetry", Verdict.WARNING, words(less), "it refused more: a quicker loop (SCHED_LOOP_RATE)")
+    return Check("telemetry", Verdict.GOOD, "rates as asked for")
 
 
 def _mocap(links: VehicleLinks) -> Iterator[Check]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import BackendError
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
-from doorman.hardware.pixhawk import Authority, EventKind, Outcome
+from doorman.hardware.pixhawk import Authority, EventKind, Outcome, PositionSetpoint
 from doorman.hardware.safety import Action, Fault, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.mission.motion import way_out
@@ -113,6 +113,7 @@ class GuardedFlight:
         if config.setpoints != "attitude" or config.hover_force is None:
             return ""
         self.say("measure the thrust in hover")
+        self.links.autopilot.hold(at=PositionSetpoint(self.places.hover, self.places.yaw))
         given = config.thrust_curve
         compensated = given is not None and given.hover_voltage is not None
         try:
@@ -122,7 +123,9 @@ class GuardedFlight:
         except BackendError as error:
             return f"measure the thrust in hover: {error}"
         self.say(f"{config.hover_force:.1f} N are {curve.hover_thrust:.2f} of full thrust")
-        return ""
+        if self.supervisor.action is not None:
+            return f"measure the thrust in hover: {self.supervisor.reason}"
+        return "" if self.links.engaged else "measure the thrust in hover: the vehicle is not ours any more"
 
     def descend(self) -> End:
         """Whatever happened: the vehicle ends on the ground, or with somebody else; nobody watches it any more then.

@@ -259,7 +259,8 @@ class Opening:
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         nudge, forgotten = (_NUDGE, _FORGOTTEN) if self._push is None else (_PUSHED_NUDGE, _PUSHED_FORGOTTEN)
-        if self._nudges and self._rest is None and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
+        stays = self._rest is not None and self._passes > 1
+        if self._nudges and not stays and abs(rate) < _STICKS and abs(off) > self._settings.hold_tolerance:
             stiction = self._stiction + math.copysign(nudge * min(abs(off) / _FAR, 1.0) * time_step, off)
             self._stiction = min(max(stiction, -_MOST_STICTION), _MOST_STICTION)
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -15,6 +16,8 @@ _GATE = 0.5
 """Innovation that is rejected [m], unless it persists."""
 _RESET_AFTER = 1.0
 _POSES_NEEDED = 10
+_DATUM_DELAY = 1.0
+"""From the origin to the height's new zero [s]."""
 
 
 @dataclass(frozen=True)
@@ -53,23 +56,20 @@ class Estimator:
         self._rejected_since: float | None = None
         self.failed = False
         """Whether the position estimate is lost."""
-        self._datum = 0.0
+        self._datum, self._datum_due = 0.0, math.inf
         self.has_origin = True
 
     def require_origin(self) -> None:
         """Have no position before an origin is given."""
         self.has_origin = False
 
-    def set_origin(self, armed: bool) -> None:
-        """Take an origin, once; on the ground, what is believed to be the height now becomes zero, as ArduPilot has it.
+    def set_origin(self, now: float, armed: bool) -> None:
+        """Take an origin; disarmed, what is believed to be the height soon after becomes zero, as ArduPilot has it.
 
-        Poses that come go on being fused as they are; what is told of the height is higher by that from then on.
+        Poses that come go on being fused as they are; what is told of the height is larger by that from then on.
         """
-        if self.has_origin:
-            return
         self.has_origin = True
-        if not armed and self.accepted_poses > 0 and self._history:
-            self._datum = float(self._history[-1][1][2] + self._error[2])
+        self._datum_due = math.inf if armed else now + _DATUM_DELAY
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         """Estimate at a time of the autopilot's clock [s]."""
@@ -83,6 +83,9 @@ class Estimator:
         elif now - self._aided_at > 0.2:
             self._error_rate = self._error_rate + dt * self._bias
             self._error = self._error + dt * self._error_rate
+        if now >= self._datum_due:
+            self._datum_due = math.inf
+            self._datum = float(truth.position[2] + self._error[2]) if self.accepted_poses > 0 else 0.0
         enough = not self.vision or self.accepted_poses >= _POSES_NEEDED
         valid = enough and now - self._aided_at < self._timeout and not self.failed and self.has_origin
         return Estimate(

@@ -245,7 +245,7 @@ class Protocol:
 
     def _origin(self, message: Any) -> None:
         if not self._estimator.has_origin:
-            self._estimator.set_origin(self._brain.armed)
+            self._estimator.set_origin(self._clock(), self._brain.armed)
             self._origin_message = mavlink.MAVLink_gps_global_origin_message(
                 message.latitude, message.longitude, message.altitude
             )

@@ -150,7 +150,7 @@ class AuthorityKeeper:
             if disarmed and self._state is Authority.LANDING:
                 self.withdraw(now)
             elif disarmed and self._state is Authority.ENGAGED:
-                if self._disarm_expected:
+                if self._disarm_expected or self._landing:
                     self.withdraw(now)
                 else:
                     self._lose("the autopilot disarmed", now)

@@ -150,10 +150,13 @@ class Autopilot:
             Names of the parameters that were written and read back.
 
         Raises:
-            BackendError: unless `write_parameters` is set.
+            BackendError: unless `write_parameters` is set, and the autopilot is heard and disarmed.
         """
         if not self.config.write_parameters:
             raise BackendError("parameters are written only on request", field="write_parameters", allowed="True")
+        sample = self._link.tracker.sample
+        if sample.armed or time.monotonic() - sample.heartbeat_time > self.config.timeouts.heartbeat:
+            raise BackendError("parameters are written on the ground only", field="armed", allowed="heard and disarmed")
         rules = self._rules()
         return parameters.fix(self._link, rules, parameters.check(self._link, rules))
 
@@ -259,6 +262,10 @@ class Autopilot:
             sequences.wait_for_sample(self._link, calibration.add, remaining)
         old = self._link.stream.curve
         curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
+        if old is not None:
+            curve = replace(
+                old, hover_thrust=curve.hover_thrust, hover_force=hover_force, hover_voltage=curve.hover_voltage
+            )
         self._link.stream.curve = curve
         return curve
 

@@ -62,7 +62,10 @@ class FrameSplitter:
                 yield frame
             else:
                 end = start + length
-                whole = not self._is_read(frame) and (end == len(buffer) or buffer[end] in _STARTS)
+                unread = not self._is_read(frame)
+                if unread and end == len(buffer):
+                    break  # what follows will tell
+                whole = unread and buffer[end] in _STARTS
                 self._counters.skipped_bytes += length if whole else 1
                 start += length if whole else 1
         del buffer[:start]

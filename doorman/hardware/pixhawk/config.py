@@ -82,7 +82,8 @@ class PixhawkConfig:
     ground_station: bool = True
     """Whether our heartbeat is a ground station's, whose loss trips the autopilot's own failsafe."""
     origin: tuple[float, float, float] | None = (47.397742, 8.545594, 488.0)
-    """Latitude [°], longitude [°], altitude [m] given to ArduPilot without GPS; any place will do."""
+    """Latitude [°], longitude [°], altitude [m] given to ArduPilot without GPS; any place will do, but for sea level: at an
+    altitude of zero it sets its height to zero every second."""
     signing_key: Path | None = None
     """File with the MAVLink signing key; unsigned messages are then ignored."""
     listen_only: bool = False
@@ -122,6 +123,8 @@ class PixhawkConfig:
         for name in ("hover_force", "min_voltage", "climb_rate"):
             if getattr(self, name) is not None:
                 _check_positive(getattr(self, name), name)
+        if self.origin is not None and not abs(self.origin[2]) >= 1.0:
+            raise BackendError("ArduPilot needs another altitude", field="origin", given=self.origin, allowed="not 0 m")
         if self.rates.setpoint < 10.0:
             raise BackendError("too slow to hold the autopilot", field="rates.setpoint", allowed=">= 10 1/s")
 

@@ -87,6 +87,7 @@ class Exchange:
         with self._condition:
             self._acknowledgements.clear()
             self._parameters.clear()
+            self._texts.clear()
 
     def acknowledgement(self, command: int, after: int) -> Acknowledgement | None:
         """Newest acknowledgement of a command with a number beyond `after`."""

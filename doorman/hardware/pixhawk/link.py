@@ -189,7 +189,7 @@ class Link:
         if origin is not None:
             for request in origin.messages(now, *identity):
                 self._transmit(line, request)
-        pose = self.mocap.message(now) if origin is None or origin.settled(now) else None
+        pose = self.mocap.message(now) if origin is None or origin.settled(now, self.tracker.sample.armed) else None
         if pose is not None:
             self._transmit(line, pose)
         if self._sync.due(now):

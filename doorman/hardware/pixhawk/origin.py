@@ -1,7 +1,7 @@
 """A place on earth for ArduPilot without GPS: given until it has one, and poses only after that.
 
 ArduPilot calls the height at which it stands zero in the second after it got its origin (`AP_Baro::update_field_elevation`).
-A pose that came before makes that a step: from then on its local frame lies lower than mocap's by the height of the pose.
+A pose that came before makes that a step: from then on its heights are larger than mocap's by the height of the pose.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from doorman.hardware.pixhawk.messages import Message, mavlink
 _PERIOD = 1.0
 _SETTLING = 2.0
 """Between the origin and the first pose [s]."""
-_PATIENCE = 10.0
-"""For the autopilot to say that it has an origin; then poses are sent all the same [s]."""
+_PATIENCE = 20.0
+"""For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
 
 
 class Origin:
@@ -34,9 +34,11 @@ class Origin:
         """The autopilot says that it has an origin."""
         self._heard = min(self._heard, now)
 
-    def settled(self, now: float) -> bool:
-        """Whether poses may be sent."""
-        return now > min(self._heard + _SETTLING, self._began + _PATIENCE)
+    def settled(self, now: float, armed: bool) -> bool:
+        """Whether poses may be sent; the height's zero of an armed vehicle stays."""
+        if armed:
+            return True
+        return now > (self._heard + _SETTLING if self._heard <= now else self._began + _PATIENCE)
 
     def messages(self, now: float, system: int, component: int) -> list[Message]:
         """What is due: the origin, and the question whether it was taken, which right after boot it is not."""

@@ -11,8 +11,8 @@ _CHECK_PERIOD = 1.0
 _SHORTFALL = 0.7
 """A stream below this share of its rate is asked for again."""
 _LONGEST_WAIT = 16.0
-_TRIES_BEFORE_LESS = 1
-"""Unheard requests before a lower rate is asked for: ArduPilot refuses one above 0.8 of its loop's."""
+_TRIES_BEFORE_LESS = 2
+"""Unheard requests before half the rate is asked for: ArduPilot refuses one above 0.8 of its loop's."""
 _LEAST_SHARE = 0.25
 """Of the wanted rate that is asked for."""
 _TRIES_BEFORE_STREAMS = 3
@@ -27,6 +27,10 @@ _DATA_STREAMS = {
 @dataclass
 class _Stream:
     rate: float
+    share: float = 1.0
+    """Of the rate, that is asked for."""
+    known: bool = False
+    """Whether it was heard since then."""
     heard: int = 0
     measured: float = 0.0
     tries: int = 0
@@ -51,6 +55,11 @@ class RateKeeper:
         """Rate over the last second [1/s], by message identifier."""
         return {identifier: stream.measured for identifier, stream in self._streams.items()}
 
+    @property
+    def asked(self) -> dict[int, float]:
+        """Rates that are asked for now, no larger than those wanted [1/s], by message identifier."""
+        return {identifier: stream.rate * stream.share for identifier, stream in self._streams.items()}
+
     def heard(self, identifier: int) -> None:
         """Count a message."""
         stream = self._streams.get(identifier)
@@ -61,6 +70,7 @@ class RateKeeper:
         """Ask for everything again at once, as after a reboot."""
         for stream in self._streams.values():
             stream.tries, stream.wait, stream.next_request = 0, 0.0, 0.0
+            stream.share, stream.known = 1.0, False
         self._next_check, self._last_check = 0.0, None
 
     def requests(self, now: float, system: int, component: int) -> list[Message]:
@@ -73,8 +83,9 @@ class RateKeeper:
         for identifier, stream in self._streams.items():
             if elapsed is not None:
                 stream.measured = stream.heard / elapsed
+            stream.known = stream.known or stream.heard > 0
             stream.heard = 0
-            if stream.measured >= _SHORTFALL * stream.rate:
+            if stream.measured >= _SHORTFALL * stream.rate * stream.share:
                 stream.tries, stream.wait = 0, 0.0
             elif now >= stream.next_request:
                 messages += self._request(identifier, stream, now, system, component)
@@ -84,8 +95,9 @@ class RateKeeper:
         stream.tries += 1
         stream.wait = min(_LONGEST_WAIT, max(_CHECK_PERIOD, 2.0 * stream.wait)) if stream.tries > 2 else 0.0
         stream.next_request = now + stream.wait
-        unheard = 0 if stream.measured > 0.0 else max(0, stream.tries - 1 - _TRIES_BEFORE_LESS)
-        interval = float(interval_us(stream.rate * max(0.5**unheard, _LEAST_SHARE)))
+        if not stream.known and stream.tries > _TRIES_BEFORE_LESS:
+            stream.share = max(0.5 * stream.share, _LEAST_SHARE)
+        interval = float(interval_us(stream.rate * stream.share))
         messages = [
             mavlink.MAVLink_command_long_message(
                 system, component, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, float(identifier), interval, 0, 0, 0, 0, 0

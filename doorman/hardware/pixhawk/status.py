@@ -36,7 +36,9 @@ class LinkStatus:
     rates: Mapping[str, float]
     """Measured messages per second, by name."""
     wanted_rates: Mapping[str, float]
-    """Asked-for messages per second, by name."""
+    """Messages per second that would be best, by name."""
+    asked_rates: Mapping[str, float]
+    """Messages per second that are asked for, by name: less where the autopilot refused more."""
     messages: int
     corrupted: int
     disordered: int
@@ -70,6 +72,7 @@ def link_status(link: Link, now: float) -> LinkStatus:
         round_trip=link.clock.round_trip,
         rates=_by_name(link.rates.measured),
         wanted_rates=_by_name(wanted_rates(link.config)),
+        asked_rates=_by_name(link.rates.asked),
         messages=counters.messages,
         corrupted=counters.corrupted + counters.malformed,
         disordered=link.tracker.counters.disordered,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -41,7 +42,7 @@ def _missing(links: VehicleLinks) -> str:
     state = links.autopilot.state()
     if state.status is not SampleStatus.FRESH:
         return "the autopilot's position"
-    if apart(links) > TOGETHER:
+    if not apart(links) <= TOGETHER:
         return "the autopilot to follow mocap's poses"
     if state.ready_to_arm is False:
         return "the autopilot's own checks"
@@ -49,7 +50,7 @@ def _missing(links: VehicleLinks) -> str:
 
 
 def apart(links: VehicleLinks) -> float:
-    """Distance between mocap's pose and the autopilot's estimate [m]; 0 without mocap or without a fresh pose.
+    """Distance between mocap's pose and the autopilot's estimate [m]; 0 without mocap, NaN without a pose that can be used.
 
     Args:
         links: Open.
@@ -57,4 +58,4 @@ def apart(links: VehicleLinks) -> float:
     if links.mocap is None:
         return 0.0
     pose = links.mocap.read()
-    return float(np.linalg.norm(pose.position - links.autopilot.state().position)) if pose.fresh else 0.0
+    return float(np.linalg.norm(pose.position - links.autopilot.state().position)) if pose.usable else math.nan

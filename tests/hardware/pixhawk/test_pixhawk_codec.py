@@ -104,6 +104,12 @@ def test_a_message_of_no_interest_that_is_defined_otherwise_is_not_damage(codec)
     assert codec.counters.corrupted == 0
 
 
+def test_a_header_of_no_interest_in_the_noise_costs_no_message_however_the_bytes_come(codec):
+    data = bytes([0xFD, 200, 0, 0, 1, 1, 1, 35, 1, 0]) + b"".join(packets(11)) + bytes(300)
+    found = [message for byte in data for message in codec.decode(bytes([byte]), "wire")]
+    assert stamps(found) == list(range(1, 12))
+
+
 def test_messages_of_no_interest_are_not_decoded(codec):
     data = mavlink.MAVLink_vfr_hud_message(1.0, 1.0, 1, 1, 1.0, 1.0).pack(vehicle())
     assert codec.decode(data, "wire") == []

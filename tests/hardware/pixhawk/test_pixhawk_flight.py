@@ -114,17 +114,21 @@ def test_a_flight_by_mocap_alone(rigs, flavour):
 
 def test_the_height_of_ardupilot_is_that_of_mocap(rigs):
     """It calls zero the height at which it stands when it gets its origin: poses that came before would be off by it."""
-    plant = SimplePlant(ground=0.4)
-    rig = rigs("ardupilot", {"mocap": True}, vision=True, pace=1.0, plant=plant).open()
+    rig = rigs("ardupilot", {"mocap": True}, vision=True, pace=1.0, plant=SimplePlant(ground=0.4)).open()
 
-    def settled() -> bool:
+    def look() -> float:
         truth = rig.emulator.truth
         rig.pilot.mocap(time.monotonic(), truth.position, truth.quaternion)
         state = rig.pilot.state()
-        return state.status is SampleStatus.FRESH and abs(float(state.position[2]) - 0.4) < 0.02
+        return float(state.position[2]) if state.status is SampleStatus.FRESH else math.nan
 
-    assert wait_until(settled)
-    assert rig.emulator.protocol.received["VISION_POSITION_ESTIMATE"] >= 10
+    assert wait_until(lambda: look() > 0.0)
+    assert look() == pytest.approx(0.4, abs=0.05)
+    heights, begin = [], time.monotonic()
+    while time.monotonic() < begin + 1.5:
+        heights.append(look())
+        time.sleep(0.02)
+    assert np.nanmax(np.abs(np.array(heights) - 0.4)) < 0.05, "and it stays"
 
 
 def test_an_autopilot_with_a_slow_loop_is_heard_more_rarely(rigs):
@@ -132,6 +136,8 @@ def test_an_autopilot_with_a_slow_loop_is_heard_more_rarely(rigs):
     rig.emulator.parameters["SCHED_LOOP_RATE"] = 150
     rig.open()
     assert wait_until(lambda: 80.0 < rig.pilot.status().rates["ATTITUDE_QUATERNION"] < 120.0)
+    status = rig.pilot.status()
+    assert status.asked_rates["ATTITUDE_QUATERNION"] == 100.0 and status.wanted_rates["ATTITUDE_QUATERNION"] == 200.0
 
 
 def test_mocap_poses_that_cannot_be_used_are_refused(rigs):

@@ -124,3 +124,15 @@ def test_every_rule_accepts_what_it_would_write(dialect):
             assert rule.value is not None and rule.accepts(rule.value(given)), rule.names
         assert rule.why and rule.wanted and all(len(name) <= 16 for name in rule.names)
         assert rule.severity in Severity
+
+
+def test_nothing_is_written_in_the_air(rigs, flavour):
+    rig = rigs(flavour, {"write_parameters": True})
+    rig.fly()
+    with pytest.raises(BackendError, match="ground"):
+        rig.pilot.fix_parameters()
+
+
+def test_an_origin_at_sea_level_is_refused():
+    with pytest.raises(BackendError, match="origin"):
+        PixhawkConfig("udp:14540", origin=(47.0, 8.0, 0.0))

@@ -294,10 +294,22 @@ def test_a_rate_that_the_autopilot_refuses_is_asked_for_by_half():
     intervals = [message.param2 for message in asked if message.get_type() == "COMMAND_LONG"]
     assert intervals[:2] == [5000.0, 5000.0], "a request may get lost"
     assert intervals[2:] == [10000.0, *[20000.0] * (len(intervals) - 3)], "and no less than a quarter"
-    for _ in range(100):
-        keeper.heard(31)
-    (again,) = [message for k in range(12, 40) for message in keeper.requests(10.0 + k, *TARGET)][:1]
-    assert again.param2 >= 10000.0 or keeper.measured[31] > 0.0
+    assert keeper.asked[31] == 50.0
+
+
+def test_a_rate_that_was_granted_is_kept_through_a_silence():
+    keeper = RateKeeper({31: 200.0})
+    now = 10.0
+    while keeper.asked[31] > 100.0:
+        keeper.requests(now := now + 1.0, *TARGET)
+    for _ in range(20):
+        for _ in range(100):
+            keeper.heard(31)
+        assert keeper.requests(now := now + 1.0, *TARGET) == [], "half is what was asked for"
+    asked = [message for k in range(1, 11) for message in keeper.requests(now + k, *TARGET)]
+    assert {message.param2 for message in asked if message.get_type() == "COMMAND_LONG"} == {10000.0}
+    keeper.restart()
+    assert keeper.asked[31] == 200.0
 
 
 # ---------------------------------------------------------------- origin
@@ -305,22 +317,24 @@ def test_a_rate_that_the_autopilot_refuses_is_asked_for_by_half():
 
 def test_the_origin_is_given_until_it_is_heard_and_poses_follow_later():
     origin = Origin((47.4, 8.5, 488.0))
-    assert not origin.settled(0.0)
+    assert not origin.settled(0.0, armed=False) and origin.settled(0.0, armed=True)
     given, asked = origin.messages(5.0, *TARGET)
     assert (given.latitude, given.longitude, given.altitude) == (474000000, 85000000, 488000)
     assert (asked.command, asked.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, 49.0)
     assert origin.messages(5.5, *TARGET) == [] and len(origin.messages(6.1, *TARGET)) == 2
     origin.heard(6.2)
     assert origin.messages(7.5, *TARGET) == []
-    assert not origin.settled(8.1) and origin.settled(8.3)
+    assert not origin.settled(8.1, armed=False) and origin.settled(8.3, armed=False)
     origin.reset()
-    assert not origin.settled(8.4) and origin.messages(8.5, *TARGET), "after a reboot, anew"
+    assert not origin.settled(8.4, armed=False) and origin.messages(8.5, *TARGET), "after a reboot, anew"
 
 
 def test_poses_are_sent_to_an_autopilot_that_tells_no_origin_too():
     origin = Origin((47.4, 8.5, 488.0))
     origin.messages(5.0, *TARGET)
-    assert not origin.settled(14.9) and origin.settled(15.1)
+    assert not origin.settled(24.9, armed=False) and origin.settled(25.1, armed=False)
+    origin.heard(25.2)
+    assert not origin.settled(27.1, armed=False) and origin.settled(27.3, armed=False)
 
 
 def test_a_timer_keeps_its_rate_and_does_not_make_up_for_what_it_missed():
