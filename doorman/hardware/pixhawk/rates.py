@@ -30,7 +30,9 @@ class _Stream:
     share: float = 1.0
     """Of the rate, that is asked for."""
     known: bool = False
-    """Whether it was heard since then."""
+    """Whether it was ever heard."""
+    again: int = 0
+    """Times that the whole rate is to be asked for once more: what was silent may not have been refused."""
     heard: int = 0
     measured: float = 0.0
     tries: int = 0
@@ -70,7 +72,7 @@ class RateKeeper:
         """Ask for everything again at once, as after a reboot."""
         for stream in self._streams.values():
             stream.tries, stream.wait, stream.next_request = 0, 0.0, 0.0
-            stream.share, stream.known = 1.0, False
+            stream.share, stream.known, stream.again = 1.0, False, 0
         self._next_check, self._last_check = 0.0, None
 
     def requests(self, now: float, system: int, component: int) -> list[Message]:
@@ -83,10 +85,16 @@ class RateKeeper:
         for identifier, stream in self._streams.items():
             if elapsed is not None:
                 stream.measured = stream.heard / elapsed
-            stream.known = stream.known or stream.heard > 0
+            if stream.heard > 0 and not stream.known:
+                stream.known, stream.again = True, _TRIES_BEFORE_LESS
             stream.heard = 0
+            if stream.measured >= _SHORTFALL * stream.rate:
+                stream.share = 1.0
             if stream.measured >= _SHORTFALL * stream.rate * stream.share:
                 stream.tries, stream.wait = 0, 0.0
+                if stream.share < 1.0 and stream.again > 0:
+                    stream.again -= 1
+                    messages.append(_interval_request(identifier, stream.rate, system, component))
             elif now >= stream.next_request:
                 messages += self._request(identifier, stream, now, system, component)
         return messages
@@ -97,12 +105,7 @@ class RateKeeper:
         stream.next_request = now + stream.wait
         if not stream.known and stream.tries > _TRIES_BEFORE_LESS:
             stream.share = max(0.5 * stream.share, _LEAST_SHARE)
-        interval = float(interval_us(stream.rate * stream.share))
-        messages = [
-            mavlink.MAVLink_command_long_message(
-                system, component, mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, float(identifier), interval, 0, 0, 0, 0, 0
-            )
-        ]
+        messages = [_interval_request(identifier, stream.rate * stream.share, system, component)]
         if stream.tries > _TRIES_BEFORE_STREAMS and stream.measured == 0.0 and identifier in _DATA_STREAMS:
             messages.append(
                 mavlink.MAVLink_request_data_stream_message(
@@ -110,3 +113,19 @@ class RateKeeper:
                 )
             )
         return messages
+
+
+def _interval_request(identifier: int, rate: float, system: int, component: int) -> Message:
+    return mavlink.MAVLink_command_long_message(
+        system,
+        component,
+        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
+        0,
+        float(identifier),
+        float(interval_us(rate)),
+        0,
+        0,
+        0,
+        0,
+        0,
+    )

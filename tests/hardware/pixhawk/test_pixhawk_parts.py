@@ -302,14 +302,28 @@ def test_a_rate_that_was_granted_is_kept_through_a_silence():
     now = 10.0
     while keeper.asked[31] > 100.0:
         keeper.requests(now := now + 1.0, *TARGET)
+    asked = []
     for _ in range(20):
         for _ in range(100):
             keeper.heard(31)
-        assert keeper.requests(now := now + 1.0, *TARGET) == [], "half is what was asked for"
+        asked += keeper.requests(now := now + 1.0, *TARGET)
+    assert [message.param2 for message in asked] == [5000.0] * 2, "it may have been silent for another reason"
+    assert keeper.asked[31] == 100.0, "but it was refused"
     asked = [message for k in range(1, 11) for message in keeper.requests(now + k, *TARGET)]
     assert {message.param2 for message in asked if message.get_type() == "COMMAND_LONG"} == {10000.0}
     keeper.restart()
     assert keeper.asked[31] == 200.0
+
+
+def test_a_stream_that_begins_late_runs_at_its_whole_rate():
+    keeper, now, rate = RateKeeper({32: 100.0}), 10.0, 0.0
+    for k in range(40):
+        for message in keeper.requests(now + k, *TARGET):
+            if message.get_type() == "COMMAND_LONG":
+                rate = 1e6 / message.param2
+        for _ in range(round(rate) if k > 12 else 0):  # without a position there is none to send
+            keeper.heard(32)
+    assert keeper.asked[32] == 100.0 and keeper.measured[32] == pytest.approx(100.0)
 
 
 # ---------------------------------------------------------------- origin
