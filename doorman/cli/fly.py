@@ -22,8 +22,7 @@ from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError
 from doorman.feasibility import check
 from doorman.flight import Check, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
-from doorman.flight.attitude_lag import MOST as MOST_LAG
-from doorman.flight.attitude_lag import attitude_lag
+from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
 from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
@@ -261,7 +260,7 @@ def _print_report(report: FlightReport, session: FlightSession, path: Path, lag:
         f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
         f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"
     )
-    if lag > MOST_LAG:
+    if lag > LARGE_LAG:
         say(
             f"The attitude lags {lag * 1e3:.0f} ms behind its setpoints: tune the autopilot's attitude and rate loops "
             "(docs/hardware/pixhawk.md)."

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
-MOST = 0.15
-"""A larger lag is worth a word: with PX4 and ArduPilot, contact held at 0.11 to 0.13 s and was lost at 0.2 s [s]."""
+LARGE_LAG = 0.15
+"""One that is worth a word: with PX4 and ArduPilot, contact held at 0.11 to 0.13 s and was lost at 0.2 s [s]."""
 _PERIOD = 0.005
 _LONGEST = 0.5
 _LEAST_MOTION = 0.003

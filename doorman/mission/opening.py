@@ -226,12 +226,11 @@ class Opening:
         Else the push that overcomes the friction of a slow door carries it beyond the goal, by degrees.
         """
         torque = estimate.door_disturbance
-        arrives = abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING
         if abs(off) > self._at_goal:
             self._rest = None
         elif self._passes > 1 and abs(self._rate) < _SLOW:
             self._rest = torque if self._rest is None else self._rest
-        elif not self._rested and arrives:
+        elif not self._rested and abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING:
             self._rested = True  # once: a door that does not stay so is held against its friction
             friction = (1.0 - self._settings.hold_share) * max(0.0, estimate.hinge.friction)
             if self._rate < 0.0:

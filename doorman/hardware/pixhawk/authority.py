@@ -7,7 +7,7 @@ from threading import RLock
 
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.events import EventKind, EventLog
-from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.messages import Message, command_message, mavlink
 from doorman.hardware.pixhawk.modes import Mode
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 from doorman.hardware.pixhawk.stream import SetpointStream
@@ -111,26 +111,10 @@ class AuthorityKeeper:
             self._requests += 1
             confirmation = min(255, self._requests - 1)
             if self._requests % 2 == 0:
-                return [
-                    mavlink.MAVLink_command_long_message(
-                        *target,
-                        mavlink.MAV_CMD_NAV_LAND,
-                        confirmation,
-                        0,
-                        0,
-                        0,
-                        float("nan"),
-                        float("nan"),
-                        float("nan"),
-                        0,
-                    )
-                ]
+                here = (0.0, 0.0, 0.0, *[float("nan")] * 3)
+                return [command_message(target, mavlink.MAV_CMD_NAV_LAND, *here, confirmation=confirmation)]
             mode = dialect.mode_parameters(dialect.land_mode)
-            return [
-                mavlink.MAVLink_command_long_message(
-                    *target, mavlink.MAV_CMD_DO_SET_MODE, confirmation, *mode, 0, 0, 0, 0
-                )
-            ]
+            return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
         """Take in what a heartbeat says."""

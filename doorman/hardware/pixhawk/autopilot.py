@@ -13,6 +13,7 @@ from doorman.hardware.pixhawk import parameters, sequences
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import Event
 from doorman.hardware.pixhawk.link import Link
+from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.mocap import MocapPose
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameter_rules import Rule, rules_for
@@ -23,6 +24,9 @@ from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoin
 from doorman.hardware.pixhawk.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.stream import here
 from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
+
+_REMEMBERED = 40.0
+"""ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
 
 class Autopilot:
@@ -128,6 +132,10 @@ class Autopilot:
     def events(self) -> tuple[Event, ...]:
         """Events since the last call, oldest first."""
         return self._link.events.drain()
+
+    def complaints(self) -> tuple[str, ...]:
+        """Texts of severity warning or worse in the last 40 s, each once: the autopilot repeats those that hold."""
+        return tuple(self._link.exchange.texts(time.monotonic() - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING))
 
     def status(self) -> LinkStatus:
         """Figures of the link as of now."""

@@ -7,7 +7,7 @@ import time
 from doorman.hardware.pixhawk.events import EventKind
 from doorman.hardware.pixhawk.exchange import Acknowledgement
 from doorman.hardware.pixhawk.link import Link
-from doorman.hardware.pixhawk.messages import mavlink
+from doorman.hardware.pixhawk.messages import command_message, mavlink
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 
 _TRIES = 5
@@ -37,9 +37,8 @@ def command(link: Link, number: int, *parameters: float, tries: int = _TRIES) ->
     """
     started = time.monotonic()
     start = link.exchange.count
-    padded = [*parameters, *[0.0] * (7 - len(parameters))]
     for confirmation in range(tries):
-        link.send(mavlink.MAVLink_command_long_message(*link.target, number, confirmation, *padded))
+        link.send(command_message(link.target, number, *parameters, confirmation=confirmation))
         answer = _wait(link, number, start, link.config.timeouts.answer)
         if answer is not None:
             return _outcome(link, number, answer, started)

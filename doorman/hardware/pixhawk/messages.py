@@ -16,3 +16,16 @@ Message = Any
 
 mavlink: Any = ardupilotmega
 """Message classes and constants of MAVLink 2: the common ones and ArduPilot's."""
+
+
+def command_message(target: tuple[int, int], number: int, *parameters: float, confirmation: int = 0) -> Message:
+    """COMMAND_LONG.
+
+    Args:
+        target: System and component.
+        number: MAV_CMD.
+        parameters: The first of its seven parameters; the rest are 0.
+        confirmation: How often it was sent before.
+    """
+    padded = [*parameters, *[0.0] * (7 - len(parameters))]
+    return mavlink.MAVLink_command_long_message(*target, number, confirmation, *padded)

@@ -6,7 +6,7 @@ A pose that came before makes that a step: from then on its heights are larger t
 
 from __future__ import annotations
 
-from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.messages import Message, command_message, mavlink
 
 _PERIOD = 1.0
 _SETTLING = 2.0
@@ -49,7 +49,5 @@ class Origin:
         wanted = float(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN)
         return [
             mavlink.MAVLink_set_gps_global_origin_message(system, *self._place),
-            mavlink.MAVLink_command_long_message(
-                system, component, mavlink.MAV_CMD_REQUEST_MESSAGE, 0, wanted, 0, 0, 0, 0, 0, 0
-            ),
+            command_message((system, component), mavlink.MAV_CMD_REQUEST_MESSAGE, wanted),
         ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.messages import Message, command_message, mavlink
 from doorman.hardware.pixhawk.units import interval_us
 
 _CHECK_PERIOD = 1.0
@@ -116,16 +116,5 @@ class RateKeeper:
 
 
 def _interval_request(identifier: int, rate: float, system: int, component: int) -> Message:
-    return mavlink.MAVLink_command_long_message(
-        system,
-        component,
-        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
-        0,
-        float(identifier),
-        float(interval_us(rate)),
-        0,
-        0,
-        0,
-        0,
-        0,
-    )
+    interval = float(interval_us(rate))
+    return command_message((system, component), mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(identifier), interval)

@@ -14,9 +14,6 @@ from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.mocap import MocapStatistics
 from doorman.hardware.pixhawk.stream import Source
 
-_REMEMBERED = 40.0
-"""Texts are warnings for so long: ArduPilot repeats what keeps it from arming every 30 s [s]."""
-
 
 @dataclass(frozen=True)
 class LinkStatus:
@@ -48,8 +45,6 @@ class LinkStatus:
     longest_setpoint_gap: float
     """[s]"""
     mocap: MocapStatistics
-    warnings: tuple[str, ...]
-    """Texts of the autopilot of severity warning or worse in the last 40 s, each once: it repeats those that hold."""
 
 
 def link_status(link: Link, now: float) -> LinkStatus:
@@ -81,7 +76,6 @@ def link_status(link: Link, now: float) -> LinkStatus:
         bad_signatures=counters.bad_signatures,
         longest_setpoint_gap=link.stream.longest_gap,
         mocap=link.mocap.statistics(),
-        warnings=tuple(link.exchange.texts(now - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING)),
     )
 
 
