@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import BackendError
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
-from doorman.hardware.pixhawk import Authority, EventKind, Outcome, PositionSetpoint
+from doorman.hardware.pixhawk import Authority, EventKind, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.safety import Action, Fault, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.mission.motion import way_out
@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else lands [s]."""
+_UNHEARD_PATIENCE = 3.0
+"""For an autopilot that is silent to be heard again [s]."""
+_BLIND_PATIENCE = 2.0
+"""In a hold, for the state of an autopilot that is heard to become fresh, before the vehicle flies back without [s]."""
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
 _RELEASE_TIME = 0.6
@@ -152,11 +156,10 @@ class GuardedFlight:
                 self.say("land")
                 autopilot.land()
         self.say("wait for the motors to stop")
-        begin = time.monotonic()
+        begin, patience = time.monotonic(), {End.STILL_ARMED: _LANDING_PATIENCE, End.UNHEARD: _UNHEARD_PATIENCE}
         while (end := self._end()) is not End.NOT_FLOWN:
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
-            waited = time.monotonic() - begin
-            if waited > (_LANDING_PATIENCE if end is End.STILL_ARMED else _RELEASE_TIME):
+            if time.monotonic() - begin > patience.get(end, _RELEASE_TIME):
                 break
             time.sleep(0.02)
         return end
@@ -182,14 +185,14 @@ class GuardedFlight:
         autopilot, places = self.links.autopilot, self.places
         autopilot.resume()
         autopilot.hold()
-        if not self._let_go():
+        if not self._let_go() or not self._heard():
             return
         state = autopilot.state()
         yaw = float(state.attitude[2])
         for place in self._way_out(state.position):
             if not fly_to(autopilot, place, yaw, _ON_THE_WAY) and not self._may_fly_back():
                 return
-        blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings)
+        blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings) or not self._fresh
         if not blind and fly_to(autopilot, places.hover, yaw):  # else every second adds to the error of dead reckoning
             fly_to(autopilot, places.hover, places.yaw)
 
@@ -213,6 +216,29 @@ class GuardedFlight:
                         self.links.servos.recover(_RECOVERY)
             time.sleep(0.02)
         return False
+
+    def _heard(self) -> bool:
+        """Hover until the autopilot's state is fresh, or has been old for long although its other messages come.
+
+        Returns:
+            Whether the vehicle is still ours; the supervisor ends the wait for a link that stays silent.
+        """
+        begin, told = time.monotonic(), False
+        while self._may_fly_back() and not self._fresh:
+            if not told:
+                told = True
+                self.say("the autopilot's state is old: hover until it is fresh")
+            if EventKind.LINK_LOST in self.links.autopilot.status().conditions:
+                begin = time.monotonic()
+            elif time.monotonic() - begin > _BLIND_PATIENCE:
+                self.say("the autopilot's state stays old: fly back by its own position control")
+                break
+            time.sleep(0.02)
+        return self._may_fly_back()
+
+    @property
+    def _fresh(self) -> bool:
+        return self.links.autopilot.state().status is SampleStatus.FRESH
 
     def _way_out(self, position: Array) -> list[Array]:
         """Out of the doorway, square to its frame."""

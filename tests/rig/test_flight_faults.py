@@ -149,6 +149,31 @@ def test_link_cut(rig):
             rig.far.set(line, False)
 
 
+def test_telemetry_is_silent_for_a_while(rig):
+    flight = swinging(rig)
+    rig.far.set("rig.autopilot.outgoing.cut", True)
+    until(lambda: flight.session.supervisor.findings, "a finding")
+    time.sleep(1.0)
+    rig.far.set("rig.autopilot.outgoing.cut", False)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) <= {Fault.STATE}, "it hovers and flies back"
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_telemetry_stays_late(rig):
+    """Heartbeats come, no state is fresh any more: the vehicle must not come down onto the sill."""
+    flight = swinging(rig)
+    rig.far.set("rig.autopilot.outgoing.delay", 0.8)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.STATE in found(report)
+    assert Action.LAND not in {finding.action for finding in report.findings}
+    assert_down(rig)
+    assert_before_the_door(rig)
+
+
 def test_battery_low(rig):
     flight = at_hover(rig)
     rig.far.set("rig.autopilot.battery.remaining", 0.17)

@@ -22,7 +22,7 @@ from doorman.hardware.pixhawk.requirements import prepare_attitude
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
 from doorman.hardware.pixhawk.status import LinkStatus, link_status
-from doorman.hardware.pixhawk.stream import here
+from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
 
 _REMEMBERED = 40.0
@@ -218,14 +218,15 @@ class Autopilot:
         """Stay where the vehicle is, or go to a place and stay there, by position setpoints.
 
         Args:
-            at: Where; here if not given.
+            at: Where; here if not given, which a position of the last second tells.
             latch: Refuse the controller's setpoints until `resume`.
         """
-        sample = self.state()
-        place = here(sample) if at is None else at
-        if place is None or sample.status is not SampleStatus.FRESH:
-            return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
-        if not self._link.authority.hold(place, latch=latch):
+        if at is None:
+            sample = self.state()
+            at = here(sample) if sample.age(time.monotonic()) < LONGEST_BLIND_HOLD else None
+        if at is None:
+            return Outcome(OutcomeStatus.NOT_READY, "no position and attitude of the last second")
+        if not self._link.authority.hold(at, latch=latch):
             return Outcome(OutcomeStatus.CONTROL_LOST, "the vehicle is not under our command")
         return Outcome(OutcomeStatus.DONE)
 

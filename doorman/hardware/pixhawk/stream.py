@@ -23,7 +23,7 @@ from doorman.hardware.pixhawk.setpoints import (
 from doorman.hardware.pixhawk.thrust import ThrustCurve
 from doorman.hardware.pixhawk.units import seconds_to_boot_ms
 
-_LONGEST_BLIND_HOLD = 1.0
+LONGEST_BLIND_HOLD = 1.0
 """A position older than this [s] is no place to hold: the stream ends and the autopilot's own failsafe acts."""
 
 
@@ -144,7 +144,7 @@ class SetpointStream:
         if not stale:
             return setpoint, False
         if changed:
-            self._hold = here(sample) if now - sample.position_time < _LONGEST_BLIND_HOLD else None
+            self._hold = here(sample) if now - sample.position_time < LONGEST_BLIND_HOLD else None
         return self._hold, True
 
     def _normalised(self, setpoint: AttitudeSetpoint, sample: VehicleSample) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.dynamixel import LATCHED
-from doorman.hardware.pixhawk import VehicleSample
+from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -104,7 +104,7 @@ class Observer:
             force=self._force.update(sample, thrust),
             pose=None if pose is None else pose.quality,
             divergence=float(np.linalg.norm(pose.position - sample.position))
-            if pose is not None and usable
+            if pose is not None and usable and sample.status is not SampleStatus.STALE
             else math.nan,
             battery=sample.battery.remaining,
             servo_fault=servos.fault,

@@ -82,11 +82,11 @@ def _servos_stopped(seen: Observation, _: SafetyLimits) -> bool:
 
 RULES: tuple[Rule, ...] = (
     Rule(Fault.PILOT, 0.0, Action.RELEASE, lambda seen, _: seen.authority is Authority.LOST),
-    Rule(Fault.LINK, 0.0, Action.RELEASE, _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
-    Rule(Fault.HEARTBEAT, 0.0, Action.LAND, _conditions(EventKind.HEARTBEAT_LOST)),
-    Rule(Fault.STATE, 0.3, Action.LAND, _conditions(EventKind.STATE_STALE)),
+    Rule(Fault.LINK, 3.0, Action.RELEASE, _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
     Rule(Fault.DIVERGENCE, 0.3, Action.LAND, lambda seen, limits: seen.divergence > limits.divergence),
     Rule(Fault.TILT, 0.05, Action.LAND, lambda seen, limits: seen.tilt > limits.tilt),
+    Rule(Fault.STATE, 0.3, Action.RETREAT, _conditions(EventKind.STATE_STALE)),
+    Rule(Fault.HEARTBEAT, 0.0, Action.RETREAT, _conditions(EventKind.HEARTBEAT_LOST)),
     Rule(Fault.POSE, 0.05, Action.RETREAT,
          lambda seen, _: seen.pose in (PoseQuality.LOST, PoseQuality.NONE) or EventKind.MOCAP_LOST in seen.conditions),
     Rule(Fault.BATTERY_CRITICAL, 1.0, Action.RETREAT, lambda seen, limits: seen.battery < limits.critical_battery),

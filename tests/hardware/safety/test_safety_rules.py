@@ -67,7 +67,7 @@ def test_every_rule_is_broken_by_something_here():
 
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.fault.name.lower())
 def test_rule(rule):
-    found = [row for row in assess(replace(GOOD, **BROKEN[rule.fault]), 3.0) if row[1] is rule.fault]
+    found = [row for row in assess(replace(GOOD, **BROKEN[rule.fault]), rule.patience + 1.0) if row[1] is rule.fault]
     assert len(found) == 1, "found once while it lasts"
     after, _, action = found[0]
     assert action is rule.action
@@ -100,7 +100,7 @@ def test_a_fault_that_comes_again_is_found_again():
 
 def test_the_gravest_comes_first():
     seen = replace(GOOD, authority=Authority.LOST, conditions=frozenset({EventKind.HEARTBEAT_LOST}))
-    assert [finding.action for finding in Assessor(LIMITS).assess(seen)] == [Action.RELEASE, Action.LAND]
+    assert [finding.action for finding in Assessor(LIMITS).assess(seen)] == [Action.RELEASE, Action.RETREAT]
 
 
 def test_nothing_is_found_on_the_ground():
