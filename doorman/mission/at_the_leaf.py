@@ -33,6 +33,10 @@ _MOST_TURNS = 20
 """Headings that are tried while the tip looks for the leaf."""
 _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
+_NEAR_THE_DISC = 0.05
+"""A leaf that is nearer to the rotor disc is looked at [m]:"""
+_BRAKING = 0.3
+"""would it be met within this [s]?"""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 
@@ -127,6 +131,16 @@ class AtTheLeaf:
             posture[2] += back
         self._yaw = float(posture[2])
         return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
+
+    def hits_the_rotors(self, estimate: Estimate) -> bool:
+        """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be.
+
+        A tip that touches keeps the disc away as long as there is a gap.
+        """
+        gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
+        closing = float(door_normal(estimate.door_angle) @ estimate.velocity)
+        closing += self._coupling.distance_from_hinge * estimate.door_rate
+        return gap < (0.0 if estimate.touching else min(_BRAKING * closing, _NEAR_THE_DISC))
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

@@ -75,8 +75,9 @@ class Glide:
 
 
 def arm_rates_to(target: Array, arm_angles: Array) -> Array:
-    """Joint rates towards a posture, shape (n,) [rad/s]."""
-    return np.asarray(np.clip(_ARM_GAIN * (target - arm_angles), -_ARM_RATE, _ARM_RATE))
+    """Joint rates towards a posture on the straight line, which a saturated joint would leave, shape (n,) [rad/s]."""
+    rates = _ARM_GAIN * (target - arm_angles)
+    return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max()), 1e-9)))
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:

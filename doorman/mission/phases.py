@@ -44,6 +44,10 @@ _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends."""
+_PAST = math.radians(10.0)
+"""A leaf that is so far beyond the goal cannot be brought back by a push [rad];"""
+_LOST_PAST = math.radians(2.5)
+"""one that was lost is not looked for so far beyond it [rad]."""
 _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
@@ -142,7 +146,8 @@ class Sequence:
         """Give up: let go of the door, retreat and hover."""
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = reason
-            touching = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
+            at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
+            touching = at_the_leaf and (self._grips or estimate.touching)
             self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
@@ -160,11 +165,23 @@ class Sequence:
             limit = float(getattr(self._settings.time_out, self.phase.value))
             if estimate.time - self._entered > limit:
                 self._time_out(estimate, limit)
+        if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.RECOVER):
+            self._guard(estimate)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
         closed = self._grips and (
             self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None)
         )
         return Action(setpoint, closed)
+
+    def _guard(self, estimate: Estimate) -> None:
+        """Give up where a push would do harm or no good."""
+        angle = float(np.degrees(estimate.door_angle))
+        if self._leaf.hits_the_rotors(estimate):
+            self.abort(estimate, f"the rotors come too near to the leaf at {angle:.0f}°")
+            return
+        past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
+        if estimate.door_angle < float(self._model.goal_state[3]) - past:
+            self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
 
     def _time_out(self, estimate: Estimate, limit: float) -> None:
         reason = f"{self.phase.value} took longer than {limit:g} s"

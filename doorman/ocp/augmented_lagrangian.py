@@ -239,20 +239,23 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
 
     The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
     """
+    end = work.nominal.inputs.shape[0] - 1
+    last = end
     for turn in range(sweeps):
         work.result[RESULT.SWEEPS] += 1.0
-        while not sweep(model, work, penalty, regularization):
-            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
+        while not sweep(model, work, penalty, regularization, last):
+            last, regularization = end, max(10.0 * regularization, _FIRST_REGULARIZATION)
             if regularization > _LARGEST_REGULARIZATION:
                 return -1
         step_along(work)
-        if not classify(work, work.trial, penalty):
+        last = classify(work, work.trial, penalty)
+        if last < 0:
             return 1
         if turn > _FLIPS:  # both ends satisfy the linearised dynamics, as the nominal trajectory need not
             part = best_part(model, work, work.saved, penalty)
             if part < 1.0:
                 shorten(work, work.saved, part)
-                classify(work, work.trial, penalty)
+                last = max(last, classify(work, work.trial, penalty))
         if turn >= _FLIPS:
             copy_trajectory(work.trial, work.saved)
     return 0

@@ -259,7 +259,7 @@ class Hybrid(Cddp):
             "shift": lambda: guess.shift_guess(work, state, 0.0, 1),
             "linearise": lambda: kernels.linearize(model, work),
             "active set": lambda: real_time.mark_active(work, penalty),
-            "backward": lambda: sweep.sweep(model, work, penalty, 0.0),
+            "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
             "forward": lambda: sweep.step_along(work),
             "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
             "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True),

@@ -33,9 +33,14 @@ EXTRA_ITERATIONS = 2
 _ENOUGH = 0.003
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _FAR = 0.02
-"""The same after that."""
-_PRICE = 1e-3
+"""The same after that, if it changed by less than the one before."""
+_PRICE = 5e-5
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
+_HIGH_PRICE = 1e-3
+"""The same after that."""
+_TRUST = 0.1
+"""Share of the penalty with which the shifted plan's rows are weighed against their multipliers: its active set is the better
+guess of the two, unless the state has jumped."""
 
 
 @kernel
@@ -69,12 +74,13 @@ def follow(
     """
     guess.shift_guess(work, state, shift, limit)
     work.result[RESULT.SWEEPS] = 0.0
-    done, most = 0, max_iterations + extra_iterations
+    done, most, change = 0, max_iterations + extra_iterations, np.inf
     before, slowest = clock(), 0.0
-    while done < most and (done < max_iterations or is_rough(model, work, _ENOUGH if done == max_iterations else _FAR)):
+    while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations, change)):
         if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
-        if not iterate_once(model, work):
+        change = np.inf if done == 0 else work.result[RESULT.CHANGE]
+        if not iterate_once(model, work, done == 0):
             return NO_SWEEP
         done += 1
         now = clock()
@@ -87,11 +93,19 @@ def follow(
 
 
 @kernel
-def iterate_once(model: object, work: Workspace) -> bool:
-    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
+def iterate_once(model: object, work: Workspace, first: bool) -> bool:
+    """One iteration with the full step; False if no sweep goes through or the step is not finite.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        first: Whether the active set is read off the nominal trajectory; else the last sweep's step has left it, which the
+            rows' curvature does not disturb.
+    """
     penalty = work.settings.penalty
     linearize(model, work)
-    mark_active(work, penalty)
+    if first:
+        mark_active(work, _TRUST * penalty)
     settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
     work.result[RESULT.SETTLED] = settled
     if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
@@ -131,8 +145,17 @@ def price(work: Workspace, penalty: float) -> float:
 
 
 @kernel
-def is_rough(model: object, work: Workspace, enough: float) -> bool:
-    """Whether the last iteration changed so much that another one is worth its time."""
-    if work.result[RESULT.CHANGE] > enough:
+def is_rough(model: object, work: Workspace, extra: int, change: float) -> bool:
+    """Whether the last iteration changed so much that another one is worth its time.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        extra: Iterations beyond the planned ones so far.
+        change: Of the iteration before.
+    """
+    converging = extra > 0 and work.result[RESULT.CHANGE] <= change
+    if work.result[RESULT.CHANGE] > (_FAR if converging else _ENOUGH):
         return True
-    return bool(work.result[RESULT.PRICE] > _PRICE * (1.0 + abs(total_cost(model, work, work.nominal))))
+    price = _HIGH_PRICE if extra > 0 else _PRICE
+    return bool(work.result[RESULT.PRICE] > price * (1.0 + abs(total_cost(model, work, work.nominal))))

@@ -11,13 +11,14 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, multiply_rows, store
 from doorman.ocp.functions import expand_end_cost, expand_stage_cost
+from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.node_elimination import eliminate_inputs
 from doorman.ocp.workspace import RESULT, Trajectory, Workspace
 
 
 @kernel
 def terminal_value(model: object, work: Workspace) -> None:
-    """Value function of the last state; the sweep's sums to zero."""
+    """Value function of the last state; the predicted decrease is none so far."""
     nx = len(work.sizes.states)
     last, weights, value = work.nominal.states[work.nominal.inputs.shape[0]], work.weights, work.node.value
     value[:, :] = 0.0
@@ -34,6 +35,16 @@ def terminal_value(model: object, work: Workspace) -> None:
             for j in range(nx):
                 value[i, j] += hessian[i, j]
     work.result[RESULT.DECREASE] = 0.0
+
+
+@kernel
+def value_behind(model: object, work: Workspace, node: int) -> None:
+    """Value function of state node + 1 as the last sweep left it, or anew at the horizon's end."""
+    if node == work.nominal.inputs.shape[0] - 1:
+        terminal_value(model, work)
+        work.policy.sums[node + 1, :] = 0.0
+    else:
+        copy_rows(work.policy.values[node + 1], work.node.value)
 
 
 @kernel
@@ -154,25 +165,37 @@ def penalize_input(work: Workspace, k: int, penalty: float) -> None:
 
 
 @kernel
-def sweep(model: object, work: Workspace, penalty: float, regularization: float) -> bool:
-    """Policy of every node with the penalties of the active set; False if a Q_uu is not positive definite."""
+def sweep(model: object, work: Workspace, penalty: float, regularization: float, last: int) -> bool:
+    """Policy of the nodes up to `last` with the penalties of the active set; False if a Q_uu is not positive definite.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        penalty: 1/μ.
+        regularization: Relative addition to the input weights.
+        last: N − 1, or the last node whose active set is not that of the sweep before, on the same linearisation with the same
+            regularization: behind it everything stays.
+    """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    node, decrease, costate = work.node, 0.0, 0.0
-    terminal_value(model, work)
+    node, policy = work.node, work.policy
+    value_behind(model, work, last)
+    decrease, costate = policy.sums[last + 1, 0], policy.sums[last + 1, 1]
     afresh = True
-    for k in range(work.nominal.inputs.shape[0] - 1, -1, -1):
+    for k in range(last, -1, -1):
         if work.active.state_count[k] > 0:
             penalize_state(work, k, penalty)
         afresh = set_base(model, work, k, penalty, regularization, afresh)
         if not eliminate_inputs(
             work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
-            work.policy.gains, work.policy.factors, node.rows, node.scaled,
+            policy.gains, policy.factors, node.rows, node.scaled,
         ):  # fmt: skip
             return False
         for a in range(nu):
             decrease += node.rows[a, nx] * node.scaled[a, nx]
         for i in range(nx):
             costate = max(costate, abs(node.value[i, nx]))
+        copy_rows(node.value, policy.values[k])
+        policy.sums[k, 0], policy.sums[k, 1] = decrease, costate
     work.result[RESULT.DECREASE] = 0.5 * decrease
     work.result[RESULT.COSTATE] = costate
     return bool(abs(decrease) < np.inf)
@@ -220,15 +243,19 @@ def step_along(work: Workspace) -> None:
 
 
 @kernel
-def classify(work: Workspace, at: Trajectory, penalty: float) -> bool:
-    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows; whether the set flipped."""
-    flipped = False
+def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
+    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows.
+
+    Returns:
+        The last node whose set is another now; −1 if none is.
+    """
+    last = -1
     for k in range(at.inputs.shape[0]):
-        changed = classify_state(work, at, k, penalty)
-        flipped |= changed
-        changed = classify_input(work, at, k, penalty)
-        flipped |= changed
-    return flipped
+        if classify_state(work, at, k, penalty):
+            last = k
+        if classify_input(work, at, k, penalty):
+            last = k
+    return last
 
 
 @kernel

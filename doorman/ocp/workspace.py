@@ -142,6 +142,10 @@ class Policy(NamedTuple):
     """[K | k], (N, nu, narrow): δu = K δx + k."""
     factors: Array
     """U of Q_uu = Uᵀ D U with D on the diagonal, (N, nu, padded nu)."""
+    values: Array
+    """[V_xx | V_x] without the penalties of state k, (N + 1, nx, narrow)."""
+    sums: Array
+    """Of the nodes from k on: twice the predicted decrease of the cost, and the largest |V_x|, (N + 1, 2)."""
 
 
 class Node(NamedTuple):
@@ -264,7 +268,10 @@ class Workspace(NamedTuple):
             linear=Linearization(
                 np.zeros((n, nx, wide)), np.zeros((n, nh, narrow)), np.zeros((n, ng, wide)), np.zeros((nt, narrow))
             ),
-            policy=Policy(np.zeros((n, nu, narrow)), np.zeros((n, nu, factors_width(nu)))),
+            policy=Policy(
+                np.zeros((n, nu, narrow)), np.zeros((n, nu, factors_width(nu))),
+                np.zeros((n + 1, nx, narrow)), np.zeros((n + 1, 2)),
+            ),
             node=Node(
                 np.zeros((nx, narrow)), np.zeros((nx, narrow)), np.zeros((nu, wide)), np.zeros((nu, wide)),
                 np.zeros((nu, wide)), np.zeros(wide + 2 * VECTOR_WIDTH), np.zeros((max(nx, nh, ng, nt), nx + nu)),

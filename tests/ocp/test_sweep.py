@@ -29,15 +29,15 @@ def random_sweep(problem: Problem, rng: np.random.Generator, defects: bool = Tru
     return work
 
 
-def swept(problem: Problem, work: Workspace, regularization: float = 0.0) -> bool:
-    return bool(sweep(Handle(problem.model), held(work), PENALTY, regularization))
+def swept(problem: Problem, work: Workspace, regularization: float = 0.0, last: int = N - 1) -> bool:
+    return bool(sweep(Handle(problem.model), held(work), PENALTY, regularization, last))
 
 
 def stepped(work: Workspace) -> bool:
     """Step of the last sweep; whether the active set flips there."""
     memory = held(work)
     step_along(memory)
-    return bool(classify(memory, work.trial, PENALTY))
+    return bool(classify(memory, work.trial, PENALTY) >= 0)
 
 
 @pytest.mark.parametrize("regularization", [0.0, 3.0])
@@ -116,6 +116,22 @@ def test_multipliers_and_activity_follow_from_the_linearised_rows(problem: Probl
     count_active(work)
     np.testing.assert_array_equal(counts[0], work.active.state_count)
     np.testing.assert_array_equal(counts[1], work.active.input_count)
+
+
+def test_a_sweep_begins_again_where_the_active_set_flipped_last(problem: Problem, rng: np.random.Generator) -> None:
+    work = random_sweep(problem, rng)
+    for last in (N - 1, 5, 0, N - 2):
+        assert swept(problem, work)
+        others = random_horizon(problem, rng, True)
+        activate(others, problem, rng)
+        for now, new in zip(work.active, others.active, strict=True):
+            if len(now) == N:  # node k holds what penalises state k + 1 and input k
+                now[: last + 1] = new[: last + 1]
+        assert swept(problem, work, last=last)
+        part = [np.array(each) for each in (*work.policy, work.result[[RESULT.DECREASE, RESULT.COSTATE]])]
+        assert swept(problem, work)
+        for one, whole in zip(part, (*work.policy, work.result[[RESULT.DECREASE, RESULT.COSTATE]]), strict=True):
+            np.testing.assert_array_equal(one, whole)
 
 
 def test_an_active_set_that_fits_its_step_does_not_flip(problem: Problem, rng: np.random.Generator) -> None:
