@@ -369,7 +369,10 @@ class SimulationSection(_Section):
 
 
 class Distribution(_Section):
-    """How one value of a campaign is drawn: evenly between `min` and `max`, from a `choice`, or with `mean` and `std`."""
+    """How one value of a campaign is drawn.
+
+    Evenly between `min` and `max`, from a `choice`, with `mean` and `std`, or as another key is (`same_as`).
+    """
 
     min: Number | None = None
     max: Number | None = None
@@ -378,11 +381,15 @@ class Distribution(_Section):
     mean: Number | None = None
     std: NonNegative | None = None
     """Of a normal distribution."""
+    same_as: str | None = None
+    """Another key that is drawn, whose value this one gets."""
 
     @model_validator(mode="after")
     def _one_form(self) -> Distribution:
-        if {name for name, value in self if value is not None} not in ({"min", "max"}, {"choice"}, {"mean", "std"}):
-            raise ValueError("min and max, or choice, or mean and std")
+        if {name for name, value in self if value is not None} not in (
+            {"min", "max"}, {"choice"}, {"mean", "std"}, {"same_as"},
+        ):  # fmt: skip
+            raise ValueError("min and max, or choice, or mean and std, or same_as")
         if self.min is not None and self.max is not None and self.min > self.max:
             raise ValueError("min up to max")
         return self
@@ -408,6 +415,15 @@ class CampaignSection(_Section):
     @classmethod
     def _dotted(cls, tables: Any) -> Any:
         return _flat(tables) if isinstance(tables, dict) else tables
+
+    @field_validator("vary")
+    @classmethod
+    def _sources_are_drawn(cls, vary: dict[str, Distribution]) -> dict[str, Distribution]:
+        drawn = [key for key, distribution in vary.items() if distribution.same_as is None]
+        for key, distribution in vary.items():
+            if distribution.same_as is not None and distribution.same_as not in drawn:
+                raise ValueError(f"{key}: same_as one of {', '.join(drawn) or 'none, as no key is drawn by itself'}")
+        return vary
 
 
 def _flat(tables: dict[str, Any], prefix: str = "") -> dict[str, Any]:

@@ -11,7 +11,7 @@ import pytest
 from doorman import Model, Recording, Scenario
 from doorman.kinematics.door import door_normal
 from doorman.mission import Mission, Phase
-from doorman.mission.motion import Glide, way_out
+from doorman.mission.motion import Glide, arm_rates_to, way_out
 from doorman.recording import Recorder
 from doorman.simulation import SimulatedBackend
 from doorman.simulation.simulator import Disturbance
@@ -126,6 +126,16 @@ def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there() -> None:
     assert verdict(summary)[0], verdict(summary)[1]
 
 
+def test_a_leaf_that_is_blown_past_the_goal_is_not_chased() -> None:
+    recording, mission = flown(hand(50.0, 6.0, lambda off, rate: -3.0 - 5.0 * rate))
+    opened, reason = mission.outcome
+    assert not opened and "the leaf has gone past the goal" in reason
+    assert phases(recording)[-3:] == ["retreat", "done", "end"]
+    summary, truth = recording.summary, recording["truth"]
+    assert summary is not None and summary["collisions"] == 0
+    assert truth["position"][-1, 0] < -0.8, "out of the doorway"
+
+
 def test_a_blocked_door_is_given_up_with_numbers() -> None:
     def blocked(time: float, angle: float, rate: float) -> float:
         return 400.0 * (math.radians(70.0) - angle) - 40.0 * rate if angle < math.radians(70.0) else 0.0
@@ -152,6 +162,19 @@ def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None
                 lowest, highest = min(0.0, position[1] - radius), max(width, position[1] + radius)
                 assert lowest - 0.01 < glide.position[1] - radius and glide.position[1] + radius < highest + 0.01
     assert glide.position[0] < -radius - 0.5
+
+
+def test_the_arm_goes_straight_to_a_posture() -> None:
+    """A joint that saturates alone would take the arm past postures that nobody has checked."""
+    begin, target = np.array([0.1, 1.1, -0.8, -0.25]), np.array([0.0, 1.57, -1.57, 0.0])
+    angles, way = begin.copy(), target - begin
+    for _ in range(400):
+        rates = arm_rates_to(target, angles)
+        assert np.abs(rates).max() <= 0.5 + 1e-12
+        angles = angles + 0.01 * rates
+        share = (angles - begin) @ way / (way @ way)
+        np.testing.assert_allclose(angles, begin + share * way, atol=1e-12)
+    np.testing.assert_allclose(angles, target, atol=1e-2)
 
 
 def test_a_glide_keeps_speed_and_acceleration() -> None:

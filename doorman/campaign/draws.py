@@ -43,8 +43,9 @@ def draw(campaign: CampaignSection, run: int) -> Draw:
     seed = int(np.random.default_rng([campaign.seed, run]).integers(_SEEDS))
     values = {}
     for key, distribution in campaign.vary.items():
-        generator = np.random.default_rng([campaign.seed, run, zlib.crc32(key.encode())])
-        values[key] = _value(distribution, generator)
+        source = key if distribution.same_as is None else distribution.same_as
+        generator = np.random.default_rng([campaign.seed, run, zlib.crc32(source.encode())])
+        values[key] = _value(campaign.vary[source], generator)
     return Draw(run, seed, values)
 
 
@@ -54,7 +55,7 @@ def _value(distribution: Distribution, generator: np.random.Generator) -> Any:
     if distribution.mean is not None and distribution.std is not None:
         return _rounded(distribution.mean + distribution.std * generator.standard_normal())
     if distribution.min is None or distribution.max is None:
-        raise AssertionError("a distribution has one of three forms")
+        raise AssertionError("what is drawn by itself has one of three forms")
     return min(max(_rounded(generator.uniform(distribution.min, distribution.max)), distribution.min), distribution.max)
 
 

@@ -132,15 +132,18 @@ class AtTheLeaf:
         self._yaw = float(posture[2])
         return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
 
-    def hits_the_rotors(self, estimate: Estimate) -> bool:
+    def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be.
 
-        A tip that touches keeps the disc away as long as there is a gap.
+        Args:
+            estimate: What is known now.
+            searching: Whether the tip looks for the leaf; one that touches it, if only now and then, keeps the disc away as
+                long as there is a gap.
         """
         gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
         closing = float(door_normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.distance_from_hinge * estimate.door_rate
-        return gap < (0.0 if estimate.touching else min(_BRAKING * closing, _NEAR_THE_DISC))
+        return gap < (min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else 0.0)
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

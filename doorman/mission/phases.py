@@ -44,6 +44,8 @@ _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends."""
+_DOUBT = 0.1
+"""For which rotors must seem to have met a leaf that the tip has not lost [s]: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad];"""
 _LOST_PAST = math.radians(2.5)
@@ -127,6 +129,7 @@ class Sequence:
         self._targets: list[Array] = []
         self._arm = model.start_arm
         self._let_go_at = 0.0
+        self._clear_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
             Phase.HOLD: self._hold, Phase.RECOVER: self._recover, Phase.RELEASE: self._release,
@@ -176,12 +179,21 @@ class Sequence:
     def _guard(self, estimate: Estimate) -> None:
         """Give up where a push would do harm or no good."""
         angle = float(np.degrees(estimate.door_angle))
-        if self._leaf.hits_the_rotors(estimate):
+        searching = self._searching(estimate.time)
+        near = self._leaf.hits_the_rotors(estimate, searching)
+        self._clear_at = self._clear_at if near else estimate.time
+        if near and (searching or estimate.time - self._clear_at > _DOUBT):
             self.abort(estimate, f"the rotors come too near to the leaf at {angle:.0f}°")
             return
         past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
+
+    def _searching(self, now: float) -> bool:
+        """Whether the tip looks for the leaf away from where it last was."""
+        if self.phase is Phase.TOUCH:
+            return self._since is None
+        return self.phase is Phase.RECOVER and self._entered is not None and now - self._entered > _FAR
 
     def _time_out(self, estimate: Estimate, limit: float) -> None:
         reason = f"{self.phase.value} took longer than {limit:g} s"
@@ -199,6 +211,7 @@ class Sequence:
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
         self.phase, self._entered, self._since = phase, estimate.time, None
         if phase is Phase.OPEN:
+            self._clear_at = estimate.time
             self._opening.resume(estimate.time, self._settings.touch_force)
             if not self._grips:
                 self._estimator.contact.declare(True)
@@ -207,6 +220,7 @@ class Sequence:
             self._arm = np.array(estimate.arm_angles)
             self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
+            self._clear_at = estimate.time
             self._leaf.begin(float(self._model.start_state[2]))
             self._estimator.contact.declare(False)
         elif phase in (Phase.RECOVER, Phase.RELEASE):
@@ -324,8 +338,7 @@ class Sequence:
     def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         if estimate.touching:
             self._enter(Phase.OPEN, estimate, "contact regained")
-        assert self._entered is not None
-        return self._follow(estimate, far=estimate.time - self._entered > _FAR)
+        return self._follow(estimate, far=self._searching(estimate.time))
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""

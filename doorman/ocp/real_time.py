@@ -38,9 +38,6 @@ _PRICE = 5e-5
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
 _HIGH_PRICE = 1e-3
 """The same after that."""
-_TRUST = 0.1
-"""Share of the penalty with which the shifted plan's rows are weighed against their multipliers: its active set is the better
-guess of the two, unless the state has jumped."""
 
 
 @kernel
@@ -80,7 +77,7 @@ def follow(
         if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
         change = np.inf if done == 0 else work.result[RESULT.CHANGE]
-        if not iterate_once(model, work, done == 0):
+        if not iterate_once(model, work):
             return NO_SWEEP
         done += 1
         now = clock()
@@ -93,19 +90,11 @@ def follow(
 
 
 @kernel
-def iterate_once(model: object, work: Workspace, first: bool) -> bool:
-    """One iteration with the full step; False if no sweep goes through or the step is not finite.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        first: Whether the active set is read off the nominal trajectory; else the last sweep's step has left it, which the
-            rows' curvature does not disturb.
-    """
+def iterate_once(model: object, work: Workspace) -> bool:
+    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
     penalty = work.settings.penalty
     linearize(model, work)
-    if first:
-        mark_active(work, _TRUST * penalty)
+    mark_active(work, penalty)
     settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
     work.result[RESULT.SETTLED] = settled
     if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:

@@ -44,6 +44,14 @@ def test_draws_have_their_distributions():
     assert abs(np.corrcoef(mass, noise)[0, 1]) < 0.06
 
 
+def test_a_key_may_be_drawn_as_another_one_is():
+    both = section(**{"a.one": {"min": 0.0, "max": 2.0}, "a.other": {"same_as": "a.one"}})
+    alone = section(**{"a.one": {"min": 0.0, "max": 2.0}})
+    for run in range(20):
+        drawn = draw(both, run).values
+        assert drawn["a.other"] == drawn["a.one"] == draw(alone, run).values["a.one"]
+
+
 def test_rounding_stays_inside_the_bounds():
     narrow = section(**{"simulation.door_mass": {"min": 6.00000049, "max": 6.00000051}})
     assert {draw(narrow, run).values["simulation.door_mass"] for run in range(50)} <= {6.00000049, 6.00000051}
@@ -93,6 +101,9 @@ def test_what_cannot_be_drawn_is_an_error_before_any_flight(tmp_path, vary, fiel
         ("a.b = { mni = 1.0, max = 2.0 }", "campaign.vary.a.b.mni", "min, max, choice, mean, std"),
         ("a.b = { mean = 1.0, std = -1.0 }", "campaign.vary.a.b.std", "greater than or equal to 0"),
         ("a.b = 3.0", "campaign.vary.a", "min, max"),
+        ('a.b = { same_as = "c.d" }', "campaign.vary", "same_as one of none"),
+        ('a.b = { same_as = "a.b" }', "campaign.vary", "same_as one of none"),
+        ('a.b = { same_as = "a.c", min = 1.0 }', "campaign.vary.a.b", "or same_as"),
     ],
 )
 def test_a_wrong_distribution_is_an_error_of_the_file(tmp_path, vary, field, allowed):

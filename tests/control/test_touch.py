@@ -211,3 +211,27 @@ def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
     place, small, large = (settled(model, converter, plan, np.array([0.0, 0.0, z])) for z in (0.0, -0.03, -0.08))
     assert small[2] == pytest.approx(place[2], abs=1e-6)
     assert large[2] == pytest.approx(place[2] - 0.04, abs=2e-3)
+
+
+def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, converter: StateConverter) -> None:
+    """A tip that is past the leaf's edge, or has turned away, does not keep the disc off it."""
+    leaf, calm = AtTheLeaf(model, converter), hovering(model, 0.1, 0.0, 0.1)[-1]
+    normal, radius = door_normal(calm.door_angle), model.vehicle.radius
+    place = model.door.contact_point(calm.door_angle, model.coupling.distance_from_hinge, model.coupling.height)
+
+    def flying(gap: float, speed: float, touching: bool = False, door_rate: float = 0.0) -> Estimate:
+        state = calm.state.copy()
+        state[:2], state[4] = 0.0, door_rate
+        position = place - (radius + gap) * normal
+        return replace(calm, position=position, velocity=speed * normal, state=state, touching=touching)
+
+    for searching in (True, False):
+        assert not leaf.hits_the_rotors(flying(0.04, 0.1), searching)
+        assert leaf.hits_the_rotors(flying(0.04, 0.2), searching) == searching
+        assert not leaf.hits_the_rotors(flying(0.06, 0.5), searching), "far enough to be braked"
+        assert not leaf.hits_the_rotors(flying(0.02, 0.0), searching)
+        assert leaf.hits_the_rotors(flying(-0.01, 0.0), searching)
+        away = -0.2 / model.coupling.distance_from_hinge
+        assert not leaf.hits_the_rotors(flying(0.04, 0.2, door_rate=away), searching), "the leaf swings away as fast"
+        assert not leaf.hits_the_rotors(flying(0.01, 0.2, touching=True), searching), "the tip keeps it off"
+        assert leaf.hits_the_rotors(flying(-0.01, 0.0, touching=True), searching)
