@@ -30,8 +30,8 @@ class Draw:
 def draw(campaign: CampaignSection, run: int) -> Draw:
     """Draw one run.
 
-    Every value has random numbers of its own, made from the campaign's seed, the run and the key: neither the number of runs,
-    nor their order, nor what else is varied changes it.
+    Every value has random numbers of its own, made from the campaign's seed, the run and the key (or the one that it is the
+    same as): neither the number of runs, nor their order, nor what else is varied changes it.
 
     Args:
         campaign: Seed and distributions.

@@ -24,10 +24,10 @@ Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else lands [s]."""
-_UNHEARD_PATIENCE = 3.0
-"""For an autopilot that is silent to be heard again [s]."""
-_BLIND_PATIENCE = 2.0
-"""In a hold, for the state of an autopilot that is heard to become fresh, before the vehicle flies back without [s]."""
+_BLIND_PATIENCE = 3.0
+"""In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
+_STOPS = 5
+"""On one leg of the way back, because the state was old."""
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
 _RELEASE_TIME = 0.6
@@ -104,8 +104,8 @@ class GuardedFlight:
             if not outcome.done:
                 return f"{name}: {outcome}"
         self.say("fly to the hover point")
-        if not fly_to(autopilot, places.hover, places.yaw):
-            return "the hover point was not reached"
+        if not fly_to(autopilot, places.hover, places.yaw, go_on=lambda: self.supervisor.action is None):
+            return self.supervisor.reason or "the hover point was not reached"
         if reason := self._measure_hover():
             return reason
         self.supervisor.rising = False
@@ -154,12 +154,16 @@ class GuardedFlight:
             self._back_off()
             if self._may_fly_back():
                 self.say("land")
-                autopilot.land()
+                if self._fresh:
+                    autopilot.land()
+                else:  # nobody would say when it has
+                    autopilot.request_landing()
         self.say("wait for the motors to stop")
-        begin, patience = time.monotonic(), {End.STILL_ARMED: _LANDING_PATIENCE, End.UNHEARD: _UNHEARD_PATIENCE}
+        begin = time.monotonic()
         while (end := self._end()) is not End.NOT_FLOWN:
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
-            if time.monotonic() - begin > patience.get(end, _RELEASE_TIME):
+            waits = end is End.STILL_ARMED or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
+            if time.monotonic() - begin > (_LANDING_PATIENCE if waits else _RELEASE_TIME):
                 break
             time.sleep(0.02)
         return end
@@ -190,11 +194,11 @@ class GuardedFlight:
         state = autopilot.state()
         yaw = float(state.attitude[2])
         for place in self._way_out(state.position):
-            if not fly_to(autopilot, place, yaw, _ON_THE_WAY) and not self._may_fly_back():
+            if not self._travel(place, yaw, _ON_THE_WAY) and not self._may_fly_back():
                 return
         blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings) or not self._fresh
-        if not blind and fly_to(autopilot, places.hover, yaw):  # else every second adds to the error of dead reckoning
-            fly_to(autopilot, places.hover, places.yaw)
+        if not blind and self._travel(places.hover, yaw):  # else every second adds to the error of dead reckoning
+            self._travel(places.hover, places.yaw)
 
     def _let_go(self) -> bool:
         """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
@@ -217,20 +221,33 @@ class GuardedFlight:
             time.sleep(0.02)
         return False
 
-    def _heard(self) -> bool:
-        """Hover until the autopilot's state is fresh, or has been old for long although its other messages come.
+    def _travel(self, place: Array, yaw: float, timeout: float = 20.0) -> bool:
+        """Fly to a place, and hover on the way where the state is old; blindly where it stays so. Whether it arrived."""
+        stopped = blind = False
 
-        Returns:
-            Whether the vehicle is still ours; the supervisor ends the wait for a link that stays silent.
-        """
-        begin, told = time.monotonic(), False
+        def go_on() -> bool:
+            nonlocal stopped
+            stopped = not blind and not self._fresh
+            return self._may_fly_back() and not stopped
+
+        for _ in range(_STOPS):
+            if fly_to(self.links.autopilot, place, yaw, timeout, go_on):
+                return True
+            if not stopped or not self._may_fly_back():
+                return False
+            self.links.autopilot.hold()
+            if not self._heard():
+                return False
+            blind = not self._fresh
+        return False
+
+    def _heard(self) -> bool:
+        """Hover until the autopilot's state is fresh, or has been old for long; whether the vehicle is still ours."""
+        begin = time.monotonic()
+        if not self._fresh:
+            self.say("the autopilot's state is old: hover until it is fresh")
         while self._may_fly_back() and not self._fresh:
-            if not told:
-                told = True
-                self.say("the autopilot's state is old: hover until it is fresh")
-            if EventKind.LINK_LOST in self.links.autopilot.status().conditions:
-                begin = time.monotonic()
-            elif time.monotonic() - begin > _BLIND_PATIENCE:
+            if time.monotonic() - begin > _BLIND_PATIENCE:
                 self.say("the autopilot's state stays old: fly back by its own position control")
                 break
             time.sleep(0.02)

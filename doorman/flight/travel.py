@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,23 +20,26 @@ _CALM = 0.1
 _PERIOD = 0.02
 
 
-def fly_to(autopilot: Autopilot, place: Array, yaw: float, timeout: float = 20.0) -> bool:
+def fly_to(
+    autopilot: Autopilot, place: Array, yaw: float, timeout: float = 20.0, go_on: Callable[[], bool] = lambda: True
+) -> bool:
     """Stream position setpoints along a `StraightWay` until the vehicle has arrived.
 
     Args:
         autopilot: Engaged, in the air.
         place: Of O_B, shape (3,), world frame [m].
         yaw: Heading [rad].
-        timeout: [s].
+        timeout: For arriving after the setpoint has [s].
+        go_on: Asked at every step whether to.
 
     Returns:
-        Whether it arrived; False too if the vehicle is not ours any more, or is landing.
+        Whether it arrived; False too if the vehicle is not ours any more, is landing, or is not to go on.
     """
     state = autopilot.state()
     way = StraightWay(time.monotonic(), state.position, place, float(state.attitude[2]), yaw)
     end = way.since + way.duration
     while (now := time.monotonic()) < end + timeout:
-        if not autopilot.setpoint(way.setpoint(now)):
+        if not go_on() or not autopilot.setpoint(way.setpoint(now)):
             return False
         if autopilot.status().authority is not Authority.ENGAGED:
             return False

@@ -143,7 +143,7 @@ class AtTheLeaf:
         gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
         closing = float(door_normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.distance_from_hinge * estimate.door_rate
-        return gap < (min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else 0.0)
+        return gap < (min(max(_BRAKING * closing, 0.0), _NEAR_THE_DISC) if searching and not estimate.touching else 0.0)
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

@@ -34,6 +34,8 @@ _CLOSE = math.radians(0.8)
 """A pushed door that stands this near to the goal is held: to move it on would take a jerk that friction turns into more."""
 STILL_OPEN = math.radians(1.5)
 """A held door that is farther off is pushed again, if it is not open enough."""
+_BEYOND = math.radians(2.0)
+"""One that is so far past the goal has not been opened as asked."""
 _STANDS = 0.01
 """A door whose average rate is smaller stands [rad/s]."""
 _AVERAGED = 0.5
@@ -303,7 +305,7 @@ class Opening:
             self._side, self._passes = math.copysign(1.0, off), self._passes + 1
         good = abs(off) < self._settings.hold_tolerance and abs(self._rate) < 2.0 * _SLOW
         slow = abs(off) < self._at_goal and abs(self._rate) < _SLOW
-        held = self._held is not None and off < STILL_OPEN and abs(self._rate) < _STANDS
+        held = self._held is not None and -_BEYOND < off < STILL_OPEN and abs(self._rate) < _STANDS
         self._good_since = (self._good_since if self._good_since is not None else now) if good else None
         self._slow_since = (self._slow_since if self._slow_since is not None else now) if slow else None
         near = abs(off) < _NEAR

@@ -91,6 +91,7 @@ class Observer:
         thrust = backend.thrust if commanding else math.nan
         pose = None if links.mocap is None else links.mocap.read()
         usable = pose is not None and pose.usable
+        stale = sample.status is SampleStatus.STALE
         return Observation(
             now=now,
             armed=sample.armed,
@@ -98,13 +99,13 @@ class Observer:
             authority=status.authority,
             conditions=status.conditions,
             position=pose.position if pose is not None and usable else sample.position,
-            speed=float(np.linalg.norm(sample.velocity)),
-            tilt=_tilt(sample.attitude),
+            speed=math.nan if stale else float(np.linalg.norm(sample.velocity)),
+            tilt=math.nan if stale else _tilt(sample.attitude),
             thrust_share=thrust / self._max_thrust,
             force=self._force.update(sample, thrust),
             pose=None if pose is None else pose.quality,
             divergence=float(np.linalg.norm(pose.position - sample.position))
-            if pose is not None and usable and sample.status is not SampleStatus.STALE
+            if pose is not None and usable and not stale
             else math.nan,
             battery=sample.battery.remaining,
             servo_fault=servos.fault,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.pixhawk import Authority
+from doorman.hardware.pixhawk import Authority, SampleStatus
 from doorman.hardware.pixhawk.straight_way import StraightWay
 from doorman.hardware.safety.assessor import Assessor, Finding
 from doorman.hardware.safety.limits import SafetyLimits
@@ -28,6 +29,8 @@ ABORT_WITHIN = 20.0
 
 _LETTING_GO = 5.0
 """Longest time for the gripper to open before that [s]."""
+_HOVERING = 3.0
+"""Longest time for the state to become fresh before that [s]."""
 _SETTLING = 1.0
 """At the end of that way [s]."""
 OnAbort = Callable[[str], None]
@@ -67,6 +70,7 @@ class Supervisor:
         self._thread: threading.Thread | None = None
         self._on_abort: OnAbort | None = None
         self._aborted_at: float | None = None
+        self._cause: Finding | None = None
         self._ordered_at: float | None = None
         self._acknowledged = False
         self.rising = False
@@ -136,7 +140,7 @@ class Supervisor:
     def reason(self) -> str:
         """The fault behind the gravest action, in words; empty as long as all is well."""
         with self._lock:
-            return next((finding.fault.value for finding in self.findings if finding.action == self.action), "")
+            return "" if self._cause is None else self._cause.fault.value
 
     # ------------------------------------------------------------ the thread
 
@@ -160,7 +164,7 @@ class Supervisor:
             self.findings.append(finding)
             if self.action is not None and finding.action <= self.action:
                 return
-            self.action = finding.action
+            self.action, self._cause = finding.action, finding
             self._act(finding)
 
     def _act(self, finding: Finding) -> None:
@@ -203,6 +207,9 @@ class Supervisor:
             return
         if self._leaving is None and self._refuge is not None:
             state = autopilot.state()
+            waited = now - ordered if ordered is not None else math.inf
+            if state.status is not SampleStatus.FRESH and waited < ACKNOWLEDGE_WITHIN + _HOVERING:
+                return
             if np.isfinite(state.position).all():
                 yaw = float(state.attitude[2])
                 self._leaving = StraightWay(now, state.position, self._refuge(state.position), yaw, yaw)
