@@ -35,6 +35,8 @@ _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
 _NEAR_THE_DISC = 0.05
 """A leaf that is nearer to the rotor disc is looked at [m]:"""
+_NO_GAP = 0.015
+"""One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
 """would it be met within this [s]?"""
 _BLUNTED = 0.25
@@ -143,7 +145,8 @@ class AtTheLeaf:
         gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
         closing = float(door_normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.distance_from_hinge * estimate.door_rate
-        return gap < (min(max(_BRAKING * closing, 0.0), _NEAR_THE_DISC) if searching and not estimate.touching else 0.0)
+        soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else _NO_GAP
+        return gap < max(soon, _NO_GAP)
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

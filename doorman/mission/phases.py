@@ -145,12 +145,12 @@ class Sequence:
             return Tie.PUSHING
         return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
 
-    def abort(self, estimate: Estimate, reason: str) -> None:
-        """Give up: let go of the door, retreat and hover."""
+    def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
+        """Give up: let go of the door, gently unless `at_once`, retreat and hover."""
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = reason
             at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
-            touching = at_the_leaf and (self._grips or estimate.touching)
+            touching = at_the_leaf and not at_once and (self._grips or estimate.touching)
             self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
@@ -183,7 +183,7 @@ class Sequence:
         near = self._leaf.hits_the_rotors(estimate, searching)
         self._clear_at = self._clear_at if near else estimate.time
         if near and (searching or estimate.time - self._clear_at > _DOUBT):
-            self.abort(estimate, f"the rotors come too near to the leaf at {angle:.0f}°")
+            self.abort(estimate, f"the rotors come too near to the leaf at {angle:.0f}°", at_once=True)
             return
         past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:

@@ -230,8 +230,8 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
         assert leaf.hits_the_rotors(flying(0.04, 0.2), searching) == searching
         assert not leaf.hits_the_rotors(flying(0.06, 0.5), searching), "far enough to be braked"
         assert not leaf.hits_the_rotors(flying(0.02, 0.0), searching)
-        assert leaf.hits_the_rotors(flying(-0.01, 0.0), searching)
+        assert leaf.hits_the_rotors(flying(0.01, -0.1), searching)
         away = -0.2 / model.coupling.distance_from_hinge
         assert not leaf.hits_the_rotors(flying(0.04, 0.2, door_rate=away), searching), "the leaf swings away as fast"
-        assert not leaf.hits_the_rotors(flying(0.01, 0.2, touching=True), searching), "the tip keeps it off"
-        assert leaf.hits_the_rotors(flying(-0.01, 0.0, touching=True), searching)
+        assert not leaf.hits_the_rotors(flying(0.02, 0.2, touching=True), searching), "the tip keeps it off"
+        assert leaf.hits_the_rotors(flying(0.01, 0.0, touching=True), searching)
