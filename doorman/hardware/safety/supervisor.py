@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import threading
 import time
 from collections.abc import Callable
@@ -192,22 +191,22 @@ class Supervisor:
             if seen.commanding and seen.now - self._aborted_at > ABORT_WITHIN:
                 self.report(Fault.MISSION_STUCK)
         elif self.action is Action.RETREAT and self._ordered_at is not None and seen.armed:
-            if not self._acknowledged and seen.now - self._ordered_at > ACKNOWLEDGE_WITHIN:
-                self._leave(seen.now)
+            waited = seen.now - self._ordered_at
+            if not self._acknowledged and waited > ACKNOWLEDGE_WITHIN:
+                self._leave(seen.now, waited)
         elif self.action is Action.LAND and seen.armed and seen.authority is Authority.ENGAGED:
             self._links.autopilot.request_landing()
 
-    def _leave(self, now: float) -> None:
-        """Fly straight to the refuge, since nobody else does, and land there."""
-        autopilot, ordered = self._links.autopilot, self._ordered_at
+    def _leave(self, now: float, waited: float) -> None:
+        """Fly straight to the refuge, since nobody else has for as long as was waited [s], and land there."""
+        autopilot = self._links.autopilot
         self._links.let_go()
         if self._links.holding:  # to fly away would pull on the door
-            if ordered is not None and now - ordered > ACKNOWLEDGE_WITHIN + _LETTING_GO:
+            if waited > ACKNOWLEDGE_WITHIN + _LETTING_GO:
                 self.report(Fault.SESSION)
             return
         if self._leaving is None and self._refuge is not None:
             state = autopilot.state()
-            waited = now - ordered if ordered is not None else math.inf
             if state.status is not SampleStatus.FRESH and waited < ACKNOWLEDGE_WITHIN + _HOVERING:
                 return
             if np.isfinite(state.position).all():
