@@ -223,7 +223,7 @@ class EstimationSection(_Section):
     vehicle_observer_rate: Positive = 15.0
     """Bandwidth of the observer of velocity and outer force [rad/s]."""
     wind_rate: Positive = 1.0
-    """Bandwidth of the wind's estimate in free flight [rad/s]; it rests in contact."""
+    """Bandwidth of the wind's estimate in free flight [rad/s]; in contact it fades to the average of free flight so fast."""
     angle_deviation: Positive = 0.01
     """Of the door's angle at the start [rad]."""
     angle_noise: Positive = 0.005
@@ -239,7 +239,9 @@ class EstimationSection(_Section):
     torque_time: Positive = 2.0
     """their correlation time [s]."""
     leaf_wind: tuple[NonNegative, Positive] = (1.0, 0.5)
-    """On the leaf, in the direction of the wind on the vehicle, where there is any [N]."""
+    """On the leaf, in the direction of the wind on the vehicle, where there is any [N];"""
+    leaf_wind_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.7
+    """its mean is as much nearer to what the vehicle feels: 0 leaves it there, 1 expects the same on both."""
     leaf_wind_deviation: Positive = 0.25
     """Of the wind on the leaf in every direction [N]."""
     damping: tuple[NonNegative, Positive] = (0.7, 0.7)

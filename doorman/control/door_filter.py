@@ -187,7 +187,8 @@ class DoorFilter:
         self._torque_deviation += settings.torque_deviation_in_wind * strength
         self.covariance[TORQUE, TORQUE] = self._torque_deviation**2
         if strength > 0.0:
-            mean, deviation = settings.leaf_wind
+            typical, deviation = settings.leaf_wind
+            mean = typical + settings.leaf_wind_share * (strength - typical)
             along = min(strength / _FELT, 1.0) / strength * wind
             self.state[WIND_X:] = mean * along
             self.covariance[WIND_X:, WIND_X:] += deviation**2 * np.outer(along, along)

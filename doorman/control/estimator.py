@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 _REACH = 0.03
 """A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
+_AVERAGED = 30.0
+"""Longest time in free flight over which the wind is averaged [s]."""
 
 
 class Tie(Enum):
@@ -55,7 +57,7 @@ class Estimate:
     tip_speed: float
     """Of the tip along the door's normal [m/s]."""
     wind: Array
-    """Outer force of free flight, shape (3,), world frame [N]."""
+    """Outer force of free flight, in contact as it blew on average before, shape (3,), world frame [N]."""
     tip_force: Array
     """Force of the tip on the door, shape (3,), world frame [N]."""
     normal_force: float
@@ -99,7 +101,8 @@ class Estimator:
         self._door_inertia = model.door.inertia
         self._lever = model.coupling.distance_from_hinge
         self._beyond: float | None = None
-        self._wind = np.zeros(3)
+        self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
+        self._free_time = 0.0
         self._yaw = 0.0
 
     def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
@@ -120,8 +123,7 @@ class Estimator:
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
         near = self._near(tip_angle)
         may_touch = near or self.contact.touching
-        if tie is Tie.FREE or (tie is Tie.PUSHING and not may_touch):
-            self._wind = self._wind + min(self._rate * time_step, 1.0) * (vehicle.outer_force - self._wind)
+        self._follow_wind(tie is Tie.FREE or (tie is Tie.PUSHING and not may_touch), time_step)
         tip_force = self._wind - vehicle.outer_force
         normal = door_normal(self.door.angle)
         normal_force = float(normal @ tip_force)
@@ -158,9 +160,18 @@ class Estimator:
             tip_angle: Angle of the tip about the hinge now [rad].
             wind: On the vehicle before that, shape (3,), world frame [N].
         """
-        self._wind = wind.copy()
+        self._wind, self._mean_wind = wind.copy(), wind.copy()
         self.door.meet(tip_angle)
         self.contact.declare(True)
+
+    def _follow_wind(self, free: bool, time_step: float) -> None:
+        """In free flight the wind is what is felt; at the leaf a gust is forgotten, and what has blown on average stays."""
+        if free:
+            self._free_time += time_step
+            share = time_step / min(max(self._free_time, time_step), _AVERAGED) if time_step > 0.0 else 0.0
+            self._mean_wind = self._mean_wind + share * (self._vehicle.outer_force - self._mean_wind)
+        blows = self._vehicle.outer_force if free else self._mean_wind
+        self._wind = self._wind + min(self._rate * time_step, 1.0) * (blows - self._wind)
 
     def _near(self, tip_angle: float) -> bool:
         return self._lever * (tip_angle - self.door.angle - 2.0 * self.door.angle_deviation) < _REACH
@@ -177,12 +188,12 @@ class Estimator:
         acting, seen, now = force + self._wind, measurement.pose_time, measurement.time
         if tie is Tie.GRIPPED:
             push = self._push_of_a_grip(acting, *tip, time_step)
-            self.door.update(push, True, tip[0], seen, now, time_step, wind=self._wind)
+            self.door.update(push, True, tip[0], seen, now, time_step, wind=self._mean_wind)
             self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
             return
         self._beyond = None
         push = float(door_normal(self.door.angle) @ acting)
-        self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._wind)
+        self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._mean_wind)
         if touching:
             push = float(door_normal(self.door.angle) @ acting)
             self._hinge_torque.update(self.door.angle, self.door.rate, push, self._door_inertia, time_step)

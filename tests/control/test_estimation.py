@@ -238,6 +238,17 @@ def test_wind_on_the_leaf_does_not_pass_for_friction_where_the_vehicle_feels_it(
         assert error < 0.5 * off(sign, felt=0.0)[0]
 
 
+def test_a_strong_wind_on_the_vehicle_is_expected_on_the_leaf_too(model: Model) -> None:
+    def expected(felt: float, share: float) -> float:
+        door = DoorFilter(model, EstimationSection(leaf_wind=(1.0, 0.5), leaf_wind_share=share))
+        door.update(0.3, True, math.pi / 2, 0.0, 0.0, TICK, wind=np.array([0.0, felt, 0.0]))
+        return float(np.linalg.norm(door.state[7:]))
+
+    assert [expected(felt, 0.0) for felt in (0.0, 0.5, 2.0)] == pytest.approx([0.0, 1.0, 1.0])
+    assert [expected(felt, 0.7) for felt in (0.0, 0.5, 2.0)] == pytest.approx([0.0, 0.65, 1.7])
+    assert [expected(felt, 1.0) for felt in (0.0, 0.5, 2.0)] == pytest.approx([0.0, 0.5, 2.0])
+
+
 def test_wind_makes_the_filter_less_sure(model: Model) -> None:
     hinges = [filtered(model, Swing(model, **HINGES[0]), 1, felt=felt).hinge() for felt in ((0.0, 0.0), (1.5, 0.0))]
     assert hinges[1].friction_deviation > 1.1 * hinges[0].friction_deviation

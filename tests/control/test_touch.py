@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -42,8 +43,11 @@ def plan(model: Model, converter: StateConverter) -> Plan:
     return Planner(model).plan(state)
 
 
-def hovering(model: Model, away: float, push: float, seconds: float) -> list[Estimate]:
-    """A vehicle held still `away` from the contact by rotors that press with `push`, after a calm second of hover."""
+def hovering(model: Model, away: float, push: float, seconds: float, gust: float = 0.0) -> list[Estimate]:
+    """A vehicle held still `away` from the contact by rotors that press with `push`, after a second of hover.
+
+    That is calm but for the last tenth of it, in which a gust of so many newtons comes from the leaf.
+    """
     estimator, angle = Estimator(model, StateConverter(model)), float(model.start_state[3])
     normal, arm, rest = door_normal(angle), model.start_arm, np.zeros(3)
     place = model.coupling.vehicle_position([0.0, 0.0, float(model.start_state[2])], angle, arm) - away * normal
@@ -51,7 +55,8 @@ def hovering(model: Model, away: float, push: float, seconds: float) -> list[Est
     weight, estimates = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY]), []
     for tick in range(round((1.0 + seconds) / TICK)):
         now = tick * TICK
-        tie, force = (Tie.FREE, weight) if now < 1.0 else (Tie.PUSHING, weight + push * normal)
+        blows = gust if 0.9 < now < 1.0 else 0.0
+        tie, force = (Tie.FREE, weight + blows * normal) if now < 1.0 else (Tie.PUSHING, weight + push * normal)
         measurement = Measurement(now, place, rest, attitude, rest, arm, np.zeros(model.n_arm), now)
         estimates.append(estimator.update(measurement, force, tie, TICK if tick else 0.0))
     return estimates
@@ -70,6 +75,13 @@ def test_a_tip_away_from_the_leaf_feels_wind_and_no_touch(model: Model) -> None:
     wind = -1.0 * door_normal(float(model.start_state[3]))  # what holds the vehicle still against that push
     np.testing.assert_allclose(estimates[-1].wind, wind, atol=0.1)
     assert abs(estimates[-1].normal_force) < 0.1
+
+
+def test_a_gust_before_the_touch_is_forgotten_and_the_wind_before_it_is_not(model: Model) -> None:
+    estimates = hovering(model, 0.0, 1.0, 5.0, gust=3.0)
+    before, after = (abs(estimates[round(at / TICK)].normal_force - 1.0) for at in (1.1, 5.9))
+    assert before > 0.05, "as the gust blew when the tip came"
+    assert after < 0.5 * before
 
 
 def test_a_tip_that_is_stopped_before_the_leafs_place_has_met_the_leaf_there(
@@ -182,12 +194,28 @@ def test_a_held_leaf_that_the_tip_has_lost_is_followed(model: Model, converter: 
     sequence = Sequence(model, converter, schedule, Estimator(model, converter), lambda *_: None)
     last = at_rest(model, np.zeros(3))
     holding = converter.hold(last.position, float(last.state[2]))
-    assert sequence._in_touch(holding, replace(last, touching=True)) is holding
+    assert sequence._in_touch(holding, replace(last, touching=True), TICK) is holding
     state = last.state.copy()
     for rate, least in ((0.0, 0.3), (-0.1, 1.0)):  # towards the goal the leaf runs away
         state[4] = rate
-        setpoint = sequence._in_touch(holding, replace(last, touching=False, tip_speed=0.0, state=state))
+        setpoint = sequence._in_touch(holding, replace(last, touching=False, tip_speed=0.0, state=state), TICK)
         assert setpoint.push is not None and setpoint.push > least
+
+
+def test_the_heading_comes_into_step_with_a_leaf_that_the_tip_has_just_lost(
+    model: Model, converter: StateConverter
+) -> None:
+    leaf, last, middle = AtTheLeaf(model, converter), at_rest(model, np.zeros(3)), math.radians(60.0)
+    state = last.state.copy()
+    state[3] = middle
+    behind, in_step = replace(last, state=state), leaf._in_step(middle)
+    wanted = float(in_step[2])
+    leaf.begin(float(state[2]), behind)
+    yaws = [leaf.follow(behind, 0.0, TICK).yaw for _ in range(round(6.0 / TICK))]
+    assert abs(wanted - float(state[2])) > 0.2, "else this shows nothing"
+    assert model.constraints(in_step).max() < -model.scenario.planner.margin
+    assert max(abs(np.diff([float(state[2]), *yaws]))) < 0.25 * TICK
+    assert yaws[-1] == pytest.approx(wanted, abs=1e-9)
 
 
 def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateConverter) -> None:
