@@ -26,7 +26,7 @@ import doorman
 ROOT = Path(__file__).parent.parent
 PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
     "campaign", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk", "hardware.safety",
-    "hardware.vehicle", "mission", "ocp", "recording", "rig", "simulation", "visualization",
+    "hardware.vehicle", "mission", "ocp", "recording", "rig", "scenario", "simulation", "visualization",
 ))]  # fmt: skip
 """Packages that export names."""
 

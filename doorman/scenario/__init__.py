@@ -1,0 +1,42 @@
+"""Scenario: URDFs, contact, start, goal and options of one task, checked when read from TOML.
+
+Every key has a default (the paper's task); an unknown key is an error that names its nearest neighbour. Angles are in rad,
+everything else in SI units.
+"""
+
+from doorman.scenario.campaign import CampaignSection, Distribution
+from doorman.scenario.flight import (
+    ContactStateSection,
+    ControlSection,
+    EstimationSection,
+    MissionSection,
+    MissionTimeOutsSection,
+)
+from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
+from doorman.scenario.scenario import Scenario
+from doorman.scenario.simulation import GustSection, NoiseSection, SensorsSection, SimulationSection
+from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
+
+__all__ = [
+    "CampaignSection",
+    "ContactSection",
+    "ContactStateSection",
+    "ControlSection",
+    "Distribution",
+    "DoorSection",
+    "EstimationSection",
+    "GoalSection",
+    "GustSection",
+    "LimitsSection",
+    "MissionSection",
+    "MissionTimeOutsSection",
+    "NoiseSection",
+    "PlannerSection",
+    "PushSection",
+    "Scenario",
+    "SensorsSection",
+    "SimulationSection",
+    "StartSection",
+    "VehicleSection",
+    "WeightsSection",
+]

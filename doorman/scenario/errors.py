@@ -1,0 +1,47 @@
+"""Errors of a scenario's values: what pydantic finds, in words of TOML."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from doorman.exceptions import ScenarioError
+
+_ALLOWED = {
+    "model_type": "a table",
+    "tuple_type": "a list",
+    "missing": "a longer list",
+    "too_long": "a shorter list",
+    "string_too_short": "a name",
+    "string_type": "a string",
+    "float_type": "a number",
+    "int_type": "an integer",
+}
+"""Words of TOML for what pydantic says in words of Python, by its type of error."""
+
+
+def explain(root: type[BaseModel], error: ValidationError, path: Path) -> ScenarioError:
+    """Turn the first of pydantic's findings into one error of ours."""
+    first = error.errors(include_url=False)[0]
+    field = ".".join(str(part) for part in first["loc"])
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if first["type"] != "extra_forbidden":
+        said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+        words = _ALLOWED.get(first["type"]) or said
+        return ScenarioError(f"wrong value{more}", file=path, field=field, given=first["input"], allowed=words)
+    section: type[BaseModel] = root
+    for part in first["loc"][:-1]:
+        section = _below(section, str(part))
+    keys = list(section.model_fields)
+    nearest = difflib.get_close_matches(str(first["loc"][-1]), keys, n=1, cutoff=0.0)[0]
+    return ScenarioError(
+        f"unknown key; the nearest is '{nearest}'{more}", file=path, field=field, allowed=", ".join(keys)
+    )
+
+
+def _below(section: Any, part: str) -> Any:
+    """The section under a key, or the type of the values where a section maps names to sections."""
+    return section.model_fields[part].annotation if hasattr(section, "model_fields") else get_args(section)[1]

@@ -1,0 +1,82 @@
+"""The planner: its model and horizon, its weights, and what it may ask of vehicle, arm and tip."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from doorman.scenario.values import NonNegative, Positive, Section
+
+
+class WeightsSection(Section):
+    """Diagonals of the cost; by default the paper's, extended to the arm's number of joints."""
+
+    state: tuple[NonNegative, ...] | None = None
+    terminal: tuple[NonNegative, ...] | None = None
+    input: tuple[Positive, ...] | None = None
+
+
+class PlannerSection(Section):
+    """Receding-horizon planner."""
+
+    model: Literal["quasi_static", "lagrangian"] = "quasi_static"
+    """The paper's simplified dynamics, or the full ones of vehicle and door."""
+
+    time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
+    horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50
+    rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
+    iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 1
+    """Iterations of `replan`; a cold plan iterates to convergence."""
+    margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
+    """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""
+    weights: WeightsSection = WeightsSection()
+
+
+class LimitsSection(Section):
+    """What the planner may ask of vehicle and arm; joint angles are the URDF's, the largest thrust the vehicle's."""
+
+    enabled: Annotated[bool, Field(strict=True)] = True
+    """Whether the limits are constraints of the plan."""
+    min_thrust: NonNegative = 0.0
+    """[N]."""
+    body_rates: tuple[Positive, Positive, Positive] = (3.8, 3.8, 3.4)
+    """Largest |Ω| about each axis [rad/s]."""
+    joint_rates: Positive | None = None
+    """Largest |Ḣ| of every joint [rad/s]; by default the URDF's."""
+    tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=math.pi / 2)] = 0.6
+    """Largest angle between the body's z axis and the vertical [rad]."""
+
+
+class PushSection(Section):
+    """What a plan may ask of a tip that can only push (`contact.kind = "push"`)."""
+
+    max_rate: Positive = 0.11
+    """Largest rate of the door [rad/s]."""
+    max_acceleration: Positive = 0.06
+    """Largest acceleration of the door in the sense of opening [rad/s²]."""
+    stopping_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = 0.3
+    """η: share of the estimated resistance that a plan counts on to stop the door before the goal."""
+    least_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.5
+    """Least push, as a share of the estimated resistance; at most 1 − η, else the door cannot always be stopped."""
+    least_force: Positive = 0.1
+    """Least normal force of the tip, whatever the resistance [N]."""
+    friction_coefficient: Positive = 0.6
+    """μ between tip and leaf that a plan counts on."""
+    max_yaw_torque: Positive = 0.12
+    """Largest torque about the vertical by which the tip's force may turn the vehicle [N m]; rotors make little against it."""
+    velocity_gain: Positive = 6.0
+    """Impedance along the normal: force per difference of the tip's speed from the plan's [N s/m]."""
+    hold_tolerance: Positive = 0.006
+    """A gripped door that stands within this of the goal is open; unit of `hold_gain` [rad]."""
+    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.3
+    """Share of the estimated friction by which a held door may still be pressed on: 0 is what closer and wind need alone."""
+    hold_gain: NonNegative = 0.5
+    """Change of the push while a held door is off by more than 0.8°, per tolerance [N/s]."""
+
+    @model_validator(mode="after")
+    def _can_brake(self) -> PushSection:
+        if self.least_share + self.stopping_share > 1.0:
+            raise ValueError("least_share + stopping_share <= 1, else a door cannot always be stopped")
+        return self
