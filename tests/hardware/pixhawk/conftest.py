@@ -6,9 +6,12 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from pixhawk_parts import CONFIG
 from pixhawk_rig import Rig
 
 from doorman.hardware.pixhawk import Authority
+from doorman.hardware.pixhawk.events import EventLog
+from doorman.hardware.pixhawk.stream import SetpointStream
 
 
 @pytest.fixture
@@ -49,3 +52,15 @@ def hovering() -> Iterator[Callable[[str], Rig]]:
 def flavour(request: pytest.FixtureRequest) -> str:
     """Both autopilots in turn."""
     return str(request.param)
+
+
+@pytest.fixture
+def events() -> EventLog:
+    """A log of its own for every test."""
+    return EventLog()
+
+
+@pytest.fixture
+def stream(events: EventLog) -> SetpointStream:
+    """A stream that notes its events in that log."""
+    return SetpointStream(CONFIG, events)

@@ -8,11 +8,24 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from doorman.hardware.emulators.autopilot import EmulatedAutopilot
 from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
-from doorman.hardware.pixhawk import Autopilot, Event, EventKind, PixhawkConfig, SampleStatus, ThrustCurve, Timeouts
+from doorman.hardware.pixhawk import (
+    AttitudeSetpoint,
+    Autopilot,
+    Event,
+    EventKind,
+    PixhawkConfig,
+    SampleStatus,
+    ThrustCurve,
+    Timeouts,
+)
 
+NO = np.zeros(3)
 WEIGHT = 3.0 * 9.81
+HOVER = AttitudeSetpoint(WEIGHT, NO)
 PATIENCE = 8.0
 """Longest wait of a test for something that takes far less [s]."""
 PACE = 3.0
@@ -112,3 +125,13 @@ class Rig:
         self.pilot._link.config = replace(self.config, on_stop="leave")
         self.pilot.stop()
         self.emulator.stop()
+
+
+def landed(rig: Rig) -> bool:
+    """Whether the vehicle stands on the ground in time, disarmed."""
+    return wait_until(lambda: not rig.emulator.brain.armed and rig.emulator.truth.on_ground)
+
+
+def fresh(rig: Rig) -> bool:
+    """Whether the state gets fresh in time."""
+    return wait_until(lambda: rig.pilot.state().status is SampleStatus.FRESH)

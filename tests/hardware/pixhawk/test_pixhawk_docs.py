@@ -53,8 +53,9 @@ def test_the_table_of_parameters_is_that_of_the_check():
 
 
 def test_every_fault_is_a_test_and_every_test_a_fault():
-    source = ast.parse((HERE / "test_pixhawk_faults.py").read_text(encoding="utf-8"))
-    tests = [node.name for node in source.body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")]
+    modules = [HERE / f"test_pixhawk_{what}_faults.py" for what in ("link", "command", "data", "process")]
+    nodes = [node for path in modules for node in ast.parse(path.read_text(encoding="utf-8")).body]
+    tests = [node.name for node in nodes if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")]
     assert [row[4].strip("`") for row in table("## Faults")] == tests
     assert len(tests) == len(set(tests)) >= 25
 

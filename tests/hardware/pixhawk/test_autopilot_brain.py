@@ -1,0 +1,282 @@
+"""Rules of the emulated autopilot, with time made up: modes, arming, streams and failsafes of PX4 and ArduPilot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from autopilot_sandbox import LEVEL, NED, Sandbox
+from pixhawk_rig import NO
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.emulators import autopilot_px4 as px4
+from doorman.hardware.emulators.autopilot_ardupilot import GUIDED, LAND, ArduPilotBrain
+from doorman.hardware.emulators.autopilot_brain import PositionTarget
+from doorman.hardware.emulators.autopilot_control import Task
+from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
+
+
+def offboard(sandbox: Sandbox) -> None:
+    sandbox.step(0.6, sandbox.hold)
+    assert sandbox.brain.request_mode((1.0, 6.0, 0.0)) == 0
+    assert sandbox.brain.mode == px4.OFFBOARD
+
+
+@pytest.fixture
+def vehicle_px4() -> Sandbox:
+    return Sandbox(px4.Px4Brain(ParameterStore(PX4_DEFAULTS, bytewise=True)))
+
+
+@pytest.fixture
+def vehicle_ardupilot() -> Sandbox:
+    return Sandbox(ArduPilotBrain(ParameterStore(ARDUPILOT_DEFAULTS, bytewise=False), start_up=22.0))
+
+
+def test_px4_acknowledges_offboard_without_a_stream_and_does_not_change(vehicle_px4):
+    for stream in (None, vehicle_px4.hold):
+        before = vehicle_px4.brain.mode
+        assert vehicle_px4.brain.request_mode((1.0, 6.0, 0.0)) == 0
+        assert vehicle_px4.brain.mode == before
+        vehicle_px4.step(0.1, stream)
+    offboard(vehicle_px4)
+
+
+def test_px4_calls_less_than_two_setpoints_a_second_no_stream(vehicle_px4):
+    for _ in range(6):
+        vehicle_px4.hold()
+        vehicle_px4.step(0.6)
+    vehicle_px4.brain.request_mode((1.0, 6.0, 0.0))
+    assert vehicle_px4.brain.mode != px4.OFFBOARD
+
+
+def test_px4_drops_other_frames_silently(vehicle_px4):
+    target = PositionTarget(2552, mavlink.MAV_FRAME_LOCAL_FRD, NO, NO, NO, 0.0)
+    vehicle_px4.step(1.0, lambda: vehicle_px4.brain.position_target(target))
+    vehicle_px4.brain.request_mode((1.0, 6.0, 0.0))
+    assert vehicle_px4.brain.mode != px4.OFFBOARD
+
+
+@pytest.mark.parametrize(("action", "mode"), [(4, px4.LAND), (0, px4.RETURN), (5, px4.LOITER)])
+def test_px4_without_its_stream_does_what_its_parameter_says(vehicle_px4, action, mode):
+    vehicle_px4.brain.parameters["COM_OBL_RC_ACT"] = action
+    offboard(vehicle_px4)
+    assert vehicle_px4.brain.request_arming(True, False) == 0
+    vehicle_px4.step(0.5, vehicle_px4.hold)
+    vehicle_px4.position[2] = 1.0
+    vehicle_px4.step(0.9)
+    assert vehicle_px4.brain.mode == px4.OFFBOARD, "COM_OF_LOSS_T is one second"
+    vehicle_px4.step(0.8)
+    assert vehicle_px4.brain.mode == mode and vehicle_px4.brain.failsafe
+    assert any("offboard" in text for _, text in vehicle_px4.brain.texts)
+
+
+def test_px4_lands_from_offboard_when_its_position_is_gone(vehicle_px4):
+    offboard(vehicle_px4)
+    vehicle_px4.brain.request_arming(True, False)
+    vehicle_px4.valid = False
+    vehicle_px4.step(2.0, vehicle_px4.hold)
+    assert vehicle_px4.brain.mode == px4.LAND
+
+
+def test_px4_flies_attitude_without_a_position(vehicle_px4):
+    vehicle_px4.valid = False
+    vehicle_px4.step(1.0, vehicle_px4.tilt)
+    vehicle_px4.brain.request_mode((1.0, 6.0, 0.0))
+    assert vehicle_px4.brain.mode == px4.OFFBOARD
+
+
+def test_px4_does_not_arm_without_stream_position_or_station(vehicle_px4):
+    offboard(vehicle_px4)
+    vehicle_px4.step(1.5)
+    assert vehicle_px4.brain.request_arming(True, False) == 1
+    vehicle_px4.step(0.6, vehicle_px4.hold)
+    vehicle_px4.valid = False
+    vehicle_px4.step(0.1, vehicle_px4.hold)
+    vehicle_px4.brain.texts.clear()
+    assert vehicle_px4.brain.request_arming(True, False) == 1
+    vehicle_px4.valid = True
+    vehicle_px4.brain.parameters["NAV_DLL_ACT"] = 2
+    vehicle_px4.station_age = math.inf
+    vehicle_px4.step(0.1, vehicle_px4.hold)
+    assert vehicle_px4.brain.request_arming(True, False) == 1
+    assert "GCS" in vehicle_px4.brain.texts[-1][1]
+    vehicle_px4.station_age = 0.5
+    vehicle_px4.step(0.1, vehicle_px4.hold)
+    assert vehicle_px4.brain.request_arming(True, False) == 0
+
+
+@pytest.mark.parametrize(("action", "mode"), [(2, px4.RETURN), (3, px4.LAND)])
+def test_px4_acts_on_the_loss_of_the_station(vehicle_px4, action, mode):
+    vehicle_px4.brain.parameters["NAV_DLL_ACT"] = action
+    offboard(vehicle_px4)
+    vehicle_px4.brain.request_arming(True, False)
+    vehicle_px4.station_age = 11.0
+    vehicle_px4.step(0.2, vehicle_px4.hold)
+    assert vehicle_px4.brain.mode == mode
+
+
+def test_px4_disarms_if_it_does_not_take_off(vehicle_px4):
+    vehicle_px4.brain.request_arming(True, False)
+    vehicle_px4.step(9.0)
+    assert vehicle_px4.brain.armed
+    vehicle_px4.step(2.0)
+    assert not vehicle_px4.brain.armed
+
+
+def test_the_pilot_always_wins(vehicle_px4, vehicle_ardupilot):
+    offboard(vehicle_px4)
+    vehicle_px4.brain.pilot_mode("position")
+    vehicle_px4.step(1.0, vehicle_px4.hold)
+    assert vehicle_px4.brain.mode == px4.POSITION
+    vehicle_ardupilot.brain.request_mode((1.0, 4.0, 0.0))
+    vehicle_ardupilot.brain.pilot_mode("loiter")
+    assert vehicle_ardupilot.brain.mode == 5
+    for sandbox in (vehicle_px4, vehicle_ardupilot):
+        with pytest.raises(ValueError, match="unknown mode"):
+            sandbox.brain.pilot_mode("warp")
+
+
+def guided(sandbox: Sandbox) -> None:
+    assert sandbox.brain.request_mode((1.0, 4.0, 0.0)) == 0
+    assert sandbox.brain.request_arming(True, False) == 0
+    sandbox.step(0.1)
+
+
+def test_ardupilot_waits_for_its_gyros(vehicle_ardupilot):
+    vehicle_ardupilot.now = 21.0
+    vehicle_ardupilot.brain.request_mode((1.0, 4.0, 0.0))
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.request_arming(True, False) == 4
+    assert "yros" in vehicle_ardupilot.brain.texts[-1][1]
+    vehicle_ardupilot.step(1.0)
+    assert vehicle_ardupilot.brain.request_arming(True, False) == 0
+
+
+def test_ardupilot_needs_a_position_for_guided(vehicle_ardupilot):
+    vehicle_ardupilot.valid = False
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.request_mode((1.0, 4.0, 0.0)) == 4
+    assert vehicle_ardupilot.brain.mode == 0
+
+
+def test_ardupilot_takes_off_by_command_only(vehicle_ardupilot):
+    brain = vehicle_ardupilot.brain
+    vehicle_ardupilot.hold()
+    assert brain.request_take_off(1.0) == 4, "disarmed"
+    guided(vehicle_ardupilot)
+    assert vehicle_ardupilot.step(0.5, vehicle_ardupilot.hold).task is Task.IDLE, "a setpoint lifts nothing"
+    assert brain.request_take_off(0.0) == 4
+    assert brain.request_take_off(1.0) == 0
+    demand = vehicle_ardupilot.step(0.1)
+    assert demand.task is Task.POSITION and demand.position[2] == 1.0
+    vehicle_ardupilot.position[2] = 0.3
+    vehicle_ardupilot.step(0.1)
+    assert brain.request_take_off(1.0) == 4, "it flies already"
+    vehicle_ardupilot.hold()
+    assert vehicle_ardupilot.step(0.0).position[2] == pytest.approx(0.8), "a setpoint ends the take-off"
+
+
+def airborne(sandbox: Sandbox) -> None:
+    guided(sandbox)
+    sandbox.brain.request_take_off(1.0)
+    sandbox.step(0.1)
+    sandbox.position[2] = 1.0
+    sandbox.step(0.1)
+
+
+def test_ardupilot_ignores_setpoints_while_disarmed(vehicle_ardupilot):
+    vehicle_ardupilot.brain.request_mode((1.0, 4.0, 0.0))
+    vehicle_ardupilot.hold()
+    airborne(vehicle_ardupilot)
+    assert vehicle_ardupilot.step(0.1).position[2] == 1.0
+
+
+def test_ardupilot_takes_thrust_for_a_climb_rate_unless_told_otherwise(vehicle_ardupilot):
+    airborne(vehicle_ardupilot)
+    vehicle_ardupilot.tilt(0.5)
+    demand = vehicle_ardupilot.step(0.0)
+    assert demand.task is Task.CLIMB_RATE and demand.climb_rate == 0.0
+    vehicle_ardupilot.tilt(0.75)
+    assert vehicle_ardupilot.step(0.0).climb_rate > 1.0
+    vehicle_ardupilot.brain.parameters["GUID_OPTIONS"] = 8
+    vehicle_ardupilot.tilt(0.6)
+    demand = vehicle_ardupilot.step(0.0)
+    assert demand.task is Task.ATTITUDE and demand.thrust == pytest.approx(0.6)
+
+
+def test_ardupilot_divides_thrust_by_the_tilt(vehicle_ardupilot):
+    vehicle_ardupilot.brain.parameters["GUID_OPTIONS"] = 8
+    airborne(vehicle_ardupilot)
+    tilted_by = np.array([math.cos(0.2), math.sin(0.2), 0.0, 0.0])
+    vehicle_ardupilot.tilt(0.4, tilted_by)
+    assert vehicle_ardupilot.step(0.0).thrust == pytest.approx(0.4 / math.cos(0.4))
+    vehicle_ardupilot.brain.parameters["ATC_ANGLE_BOOST"] = 0
+    vehicle_ardupilot.tilt(0.4, tilted_by)
+    assert vehicle_ardupilot.step(0.0).thrust == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "mask"), [(1.01 * LEVEL, 7), (LEVEL, 0), (LEVEL, 7 | 64), (math.nan * LEVEL, 7)]
+)
+def test_ardupilot_stops_at_a_target_that_is_ill_defined(vehicle_ardupilot, quaternion, mask):
+    vehicle_ardupilot.brain.parameters["GUID_OPTIONS"] = 8
+    airborne(vehicle_ardupilot)
+    vehicle_ardupilot.tilt(0.6, quaternion, mask)
+    assert vehicle_ardupilot.step(0.0).task is Task.VELOCITY
+
+
+def test_ardupilot_forgets_attitude_and_velocity_but_never_a_position(vehicle_ardupilot):
+    brain = vehicle_ardupilot.brain
+    brain.parameters["GUID_OPTIONS"] = 8
+    airborne(vehicle_ardupilot)
+    vehicle_ardupilot.tilt(0.6, np.array([math.cos(0.2), math.sin(0.2), 0.0, 0.0]))
+    assert vehicle_ardupilot.step(2.9).task is Task.ATTITUDE, "GUID_TIMEOUT is three seconds"
+    demand = vehicle_ardupilot.step(0.3)
+    assert demand.task is Task.CLIMB_RATE and np.allclose(demand.quaternion, LEVEL)
+    brain.position_target(PositionTarget(2503, NED, NO, np.array([0.5, 0.0, 0.0]), NO, 0.0))
+    assert vehicle_ardupilot.step(0.1).velocity[0] == 0.5
+    assert vehicle_ardupilot.step(3.2).velocity[0] == 0.0
+    vehicle_ardupilot.hold()
+    assert vehicle_ardupilot.step(60.0).task is Task.POSITION
+
+
+def test_ardupilot_lands_without_station_or_estimate(vehicle_ardupilot):
+    airborne(vehicle_ardupilot)
+    vehicle_ardupilot.station_age = 6.0
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.mode == GUIDED, "FS_GCS_ENABLE is 0 by default"
+    vehicle_ardupilot.brain.parameters["FS_GCS_ENABLE"] = 5
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.mode == LAND and vehicle_ardupilot.brain.failsafe
+
+
+@pytest.mark.parametrize("fixture", ["vehicle_px4", "vehicle_ardupilot"])
+def test_a_landing_ends_disarmed_on_the_ground(request, fixture):
+    sandbox = request.getfixturevalue(fixture)
+    sandbox.brain.request_arming(True, False)
+    sandbox.brain.landed = False
+    sandbox.position[2], sandbox.velocity[2] = 1.0, -0.6
+    sandbox.brain.request_land()
+    assert sandbox.step(5.0).task is Task.LAND and sandbox.brain.armed
+    assert sandbox.brain.request_arming(False, False) == sandbox.brain.refused_result, "not in the air"
+    sandbox.position[2], sandbox.velocity[2] = 0.0, 0.0
+    sandbox.step(3.0)
+    assert not sandbox.brain.armed
+
+
+@pytest.mark.parametrize("fixture", ["vehicle_px4", "vehicle_ardupilot"])
+def test_a_landing_that_something_stops_is_over(request, fixture):
+    sandbox = request.getfixturevalue(fixture)
+    sandbox.brain.request_arming(True, False)
+    sandbox.brain.landed = False
+    sandbox.position[2], sandbox.velocity[2] = 1.0, 0.0
+    sandbox.brain.request_land()
+    sandbox.step(0.8)
+    assert sandbox.brain.armed and not sandbox.brain.landed, "it has not begun to sink"
+    sandbox.velocity[2] = -0.6
+    sandbox.step(3.0)
+    assert sandbox.brain.armed and not sandbox.brain.landed
+    sandbox.velocity[2] = -0.02
+    sandbox.step(4.0)
+    assert not sandbox.brain.armed

@@ -1,0 +1,127 @@
+"""Authority: who commands, by the heartbeat alone."""
+
+from __future__ import annotations
+
+import pytest
+from pixhawk_parts import TARGET
+from pixhawk_rig import NO
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.pixhawk import Authority, EventKind, PositionSetpoint
+from doorman.hardware.pixhawk.authority import AuthorityKeeper
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
+from doorman.hardware.pixhawk.modes import ardupilot_mode, px4_mode, px4_number
+from doorman.hardware.pixhawk.stream import Source
+
+OFFBOARD, LAND, MANUAL = PX4.companion_mode, PX4.land_mode, px4_mode(px4_number(3))
+
+
+@pytest.fixture
+def keeper(stream, events):
+    return AuthorityKeeper(stream, events)
+
+
+def beat(keeper, mode, armed=True, status=4, now=10.0, dialect=PX4):
+    keeper.heartbeat(mode, armed, status, dialect, now)
+
+
+def engaged(keeper, stream):
+    stream.hold(PositionSetpoint(NO, 0.0))
+    keeper.prepare()
+    beat(keeper, OFFBOARD)
+    assert keeper.state is Authority.ENGAGED
+
+
+def test_the_heartbeat_alone_engages(keeper, stream):
+    keeper.prepare()
+    beat(keeper, MANUAL)
+    assert keeper.state is Authority.PREPARING
+    beat(keeper, OFFBOARD)
+    assert keeper.state is Authority.ENGAGED
+
+
+def test_another_mode_ends_all_commanding_until_it_is_asked_for_again(keeper, stream, events):
+    engaged(keeper, stream)
+    beat(keeper, MANUAL)
+    assert keeper.state is Authority.LOST and stream.source is Source.OFF
+    beat(keeper, OFFBOARD)
+    assert keeper.state is Authority.LOST, "the pilot's switch back is no permission"
+    assert EventKind.CONTROL_LOST in events.conditions
+    assert not keeper.request_landing(None)
+    keeper.prepare()
+    beat(keeper, OFFBOARD)
+    assert EventKind.CONTROL_LOST not in events.conditions
+
+
+@pytest.mark.parametrize(("dialect", "mode"), [(PX4, LAND), (ARDUPILOT, ardupilot_mode(9))])
+def test_landing_is_asked_for_until_it_is_seen(keeper, stream, dialect, mode):
+    stream.hold(PositionSetpoint(NO, 0.0))
+    keeper.prepare()
+    beat(keeper, dialect.companion_mode, dialect=dialect)
+    assert keeper.request_landing(None)
+    asked = [keeper.requests(10.0 + 0.1 * k, dialect, TARGET) for k in range(10)]
+    commands = [message.command for messages in asked for message in messages]
+    assert commands == [mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_DO_SET_MODE]
+    assert stream.source is Source.HOLD, "until then it is held, so that no failsafe acts"
+    beat(keeper, mode, dialect=dialect)
+    assert keeper.state is Authority.LANDING and stream.source is Source.OFF
+    assert keeper.requests(20.0, dialect, TARGET) == []
+    assert keeper.request_landing(None)
+    beat(keeper, mode, armed=False, dialect=dialect)
+    assert keeper.state is Authority.NONE
+
+
+def test_the_controller_is_kept_out_of_a_landing(keeper, stream):
+    engaged(keeper, stream)
+    assert keeper.hold(PositionSetpoint(NO, 0.0), latch=False)
+    assert stream.offer(PositionSetpoint(NO, 0.0), 10.0)
+    assert keeper.request_landing(PositionSetpoint(NO, 0.0))
+    assert stream.source is Source.HOLD and not stream.offer(PositionSetpoint(NO, 0.0), 10.0)
+    beat(keeper, MANUAL)
+    assert not keeper.hold(PositionSetpoint(NO, 0.0), latch=False)
+    assert stream.source is Source.OFF
+
+
+def test_the_pilot_may_interrupt_a_landing(keeper, stream):
+    engaged(keeper, stream)
+    keeper.request_landing(None)
+    beat(keeper, LAND)
+    beat(keeper, MANUAL)
+    assert keeper.state is Authority.LOST and not keeper.landing_requested
+    engaged(keeper, stream)
+    keeper.request_landing(None)
+    beat(keeper, MANUAL)
+    assert keeper.state is Authority.LOST and keeper.requests(99.0, PX4, TARGET) == []
+
+
+def test_a_landed_vehicle_that_disarms_and_goes_back_to_its_mode_is_not_lost(keeper, stream, events):
+    engaged(keeper, stream)
+    keeper.request_landing(None)
+    beat(keeper, LAND)
+    beat(keeper, OFFBOARD, armed=False)
+    assert keeper.state is Authority.NONE
+    assert EventKind.CONTROL_LOST not in events.conditions
+
+
+def test_disarming_that_nobody_asked_for_is_a_loss_of_control(keeper, stream, events):
+    engaged(keeper, stream)
+    beat(keeper, OFFBOARD, armed=False)
+    assert keeper.state is Authority.LOST
+    engaged(keeper, stream)
+    keeper.expect_disarm()
+    beat(keeper, OFFBOARD, armed=True)
+    beat(keeper, OFFBOARD, armed=False)
+    assert keeper.state is Authority.NONE
+
+
+def test_a_critical_state_is_a_failsafe(keeper, events):
+    for status, expected in ((4, False), (5, True), (6, True), (3, False)):
+        beat(keeper, MANUAL, status=status)
+        assert (EventKind.AUTOPILOT_FAILSAFE in events.conditions) is expected
+
+
+def test_changes_of_mode_and_arming_are_noted_once(keeper, events):
+    for mode, armed in ((MANUAL, False), (MANUAL, True), (LAND, True), (LAND, True), (LAND, False)):
+        beat(keeper, mode, armed=armed)
+    kinds = [event.kind for event in events.drain()]
+    assert kinds == [EventKind.ARMED, EventKind.MODE_CHANGED, EventKind.DISARMED]

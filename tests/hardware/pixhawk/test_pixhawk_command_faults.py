@@ -1,0 +1,147 @@
+"""Faults of who commands, injected on real sockets; the table in docs/hardware/pixhawk.md names these tests."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pixhawk_rig import HOVER, QUICK, fresh, landed, wait_until
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.exceptions import BackendError
+from doorman.hardware.emulators.autopilot_px4 import POSITION
+from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
+
+
+def test_pilot_changes_the_mode(hovering, flavour):
+    rig = hovering(flavour)
+    assert rig.pilot.setpoint(HOVER)
+    rig.emulator.pilot_mode("position")
+    assert ("position" if flavour == "px4" else "loiter") in rig.happens(EventKind.CONTROL_LOST).message
+    assert not rig.pilot.setpoint(HOVER)
+    assert rig.pilot.hold().status is OutcomeStatus.CONTROL_LOST
+    assert rig.pilot.land().status is OutcomeStatus.CONTROL_LOST
+    counts = rig.emulator.protocol.received
+    name = "SET_ATTITUDE_TARGET"
+    quiet, beats = counts[name], counts["HEARTBEAT"]
+    assert wait_until(lambda: counts["HEARTBEAT"] > beats)
+    assert counts[name] <= quiet + 1 and rig.emulator.brain.armed, "nothing is commanded, and nothing falls down"
+    assert rig.pilot.engage().done, "only a new request takes it back"
+
+
+def test_pilot_kills_the_motors(rigs):
+    rig = rigs("px4").fly()
+    rig.emulator.kill_switch()
+    assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
+    assert not rig.pilot.setpoint(HOVER)
+
+
+def test_autopilot_loses_its_estimate(rigs):
+    rig = rigs("px4").fly()
+    rig.emulator.fail_estimator()
+    rig.happens(EventKind.CONTROL_LOST)
+    rig.happens(EventKind.AUTOPILOT_FAILSAFE)
+    rig.says("ailsafe")
+    assert landed(rig)
+
+
+def test_arming_refused(rigs):
+    rig = rigs("px4", {"timeouts": replace(QUICK, arming=0.5)}).open()
+    assert rig.pilot.engage().done
+    rig.emulator.refuse_arming("PreArm: hatch open")
+    outcome = rig.pilot.arm()
+    assert outcome.status is OutcomeStatus.REFUSED and "hatch open" in outcome.message
+    rig.emulator.refuse_arming()
+    outcome = rig.pilot.arm(0.2)
+    assert outcome.status is OutcomeStatus.REFUSED and not rig.pilot.state().armed
+    rig.happens(EventKind.COMMAND_REFUSED)
+    rig.emulator.allow_arming()
+    assert rig.pilot.arm().done
+
+
+def test_mode_refused(rigs):
+    rig = rigs("ardupilot", {"timeouts": replace(QUICK, mode=0.5, stream_before_mode=0.2)}).open()
+    rig.emulator.fail_estimator()
+    assert wait_until(lambda: not rig.emulator.estimate.position_valid)
+    outcome = rig.pilot.engage()
+    assert not outcome.done
+    assert rig.pilot.status().authority is Authority.NONE
+    counts = rig.emulator.protocol.received
+    before, beats = counts["SET_POSITION_TARGET_LOCAL_NED"], counts["HEARTBEAT"]
+    assert wait_until(lambda: counts["HEARTBEAT"] > beats)
+    assert counts["SET_POSITION_TARGET_LOCAL_NED"] <= before + 1, "the stream has ended"
+
+
+def test_commands_lost_and_unanswered(rigs):
+    rig = rigs("px4").open()
+    rig.emulator.protocol.ignore_commands = 2
+    assert rig.pilot.engage().done
+    rig.emulator.protocol.mute_commands = 2
+    assert rig.pilot.arm().done
+    rig.emulator.protocol.ignore_commands = 1000
+    assert rig.pilot.disarm().status is OutcomeStatus.TIMED_OUT
+    rig.happens(EventKind.COMMAND_UNANSWERED)
+
+
+def test_autopilot_reboots(rigs):
+    rig = rigs("px4").fly()
+    rig.emulator.reboot(silence=0.3)
+    rig.happens(EventKind.REBOOTED)
+    rig.happens(EventKind.CONTROL_LOST)
+    assert not rig.pilot.setpoint(HOVER)
+    assert fresh(rig), "rates are asked for again"
+    assert not rig.pilot.state().armed
+
+
+def test_clock_jumps(hovering):
+    rig = hovering("px4")
+    rig.emulator.jump_clock(1.5)
+    rig.happens(EventKind.CLOCK_JUMPED)
+    assert fresh(rig)
+    status = rig.pilot.status()
+    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock, abs=0.5)
+    assert status.authority is Authority.ENGAGED
+    assert EventKind.REBOOTED not in {event.kind for event in rig.seen}
+
+
+def test_foreign_systems_talk(rigs):
+    rig = rigs("px4").open()
+    stranger, station = (7, 1), (254, 190)
+    for sender, kind, vendor in ((stranger, 13, 12), (station, 6, 8)):
+        rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(kind, vendor, 0x81, 6 << 16, 4, 3), *sender)
+        rig.emulator.send_as(mavlink.MAVLink_local_position_ned_message(2**31, 9, 9, 9, 0, 0, 0), *sender)
+        rig.emulator.send_as(mavlink.MAVLink_command_ack_message(400, 0), *sender)
+    rig.happens(EventKind.FOREIGN)
+    assert wait_until(lambda: rig.pilot.status().foreign >= 6)
+    sample = rig.pilot.state()
+    assert np.linalg.norm(sample.position) < 0.1 and not sample.armed and sample.mode.name == "auto: loiter"
+
+
+def test_other_vehicle_first(rigs):
+    """Told which system to fly, it waits for that one."""
+    rig = rigs("px4", {"vehicle_system": 3, "timeouts": replace(QUICK, open=0.3)})
+    rig.emulator.start()
+    with pytest.raises(BackendError, match="none of a vehicle that is to be flown"):
+        rig.pilot.open()
+    plane = rigs("px4", {"timeouts": replace(QUICK, open=0.3)}, vehicle_type=1)
+    plane.emulator.start()
+    with pytest.raises(BackendError, match="multirotor"):
+        plane.pilot.open()
+
+
+def test_signature_missing(rigs, tmp_path):
+    key = tmp_path / "key"
+    key.write_bytes(bytes(range(32)))
+    key.chmod(0o600)
+    rig = rigs("px4", {"signing_key": key, "timeouts": replace(QUICK, open=0.3)})
+    rig.emulator.start()
+    with pytest.raises(BackendError, match="signatures"):
+        rig.pilot.open()
+    rig.happens(EventKind.BAD_SIGNATURE)
+    signed = rigs("px4", {"signing_key": key}, signing_key=bytes(range(32))).open()
+    assert signed.pilot.engage().done and signed.pilot.arm().done
+    signed.emulator.send_as(mavlink.MAVLink_heartbeat_message(13, 12, 0x81, POSITION, 4, 3), 1, 1)
+    signed.happens(EventKind.BAD_SIGNATURE)
+    assert signed.pilot.status().authority is Authority.ENGAGED

@@ -1,0 +1,94 @@
+"""Events, answers and texts of the autopilot, and the watchdog over what is old or low."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import replace
+
+import pytest
+from pixhawk_parts import CONFIG, sample
+
+from doorman.hardware.pixhawk import Battery, EventKind
+from doorman.hardware.pixhawk.events import CONDITIONS, EventLog
+from doorman.hardware.pixhawk.exchange import Exchange, StatusText
+from doorman.hardware.pixhawk.timesync import ClockMap
+from doorman.hardware.pixhawk.watchdog import Watchdog
+
+
+def test_conditions_begin_and_end_once(events):
+    assert events.condition(EventKind.LINK_LOST, True, 1.0, "silence", silent=0.7)
+    assert not events.condition(EventKind.LINK_LOST, True, 2.0, "silence")
+    assert events.condition(EventKind.LINK_LOST, False, 3.0, "silence")
+    begin, end = events.drain()
+    assert begin.begins and begin.values["silent"] == 0.7 and not end.begins
+    assert events.drain() == () and events.conditions == frozenset()
+    assert EventKind.LINK_LOST in CONDITIONS and EventKind.REBOOTED not in CONDITIONS
+
+
+def test_a_flood_of_events_is_cut_and_the_memory_is_bounded():
+    log = EventLog(capacity=10)
+    for k in range(100):
+        log.happen_at_most(1.0, EventKind.CORRUPTED, 0.1 * k, "noise")
+    assert len(log.drain()) == 10
+    for k in range(1000):
+        log.happen(EventKind.STATUS_TEXT, float(k), "text")
+    assert len(log.drain()) == 10
+
+
+def test_answers_that_are_older_than_the_question_do_not_count():
+    exchange = Exchange()
+    exchange.post_acknowledgement(400, 0)
+    asked = exchange.count
+    assert exchange.acknowledgement(400, asked) is None
+    assert exchange.wait(lambda: exchange.acknowledgement(400, asked), 0.01) is None
+    timer = threading.Timer(0.02, lambda: exchange.post_acknowledgement(400, 4))
+    timer.start()
+    answer = exchange.wait(lambda: exchange.acknowledgement(400, asked), 5.0)
+    timer.join()
+    assert answer is not None and answer.result == 4
+
+
+def test_texts_come_once_each():
+    exchange = Exchange()
+    for time in (1.0, 2.0, 3.0):
+        exchange.post_text(StatusText(time, 2, "PreArm: gyros"))
+    assert exchange.texts(1.5) == ["PreArm: gyros"] and exchange.texts(5.0) == []
+    exchange.post_text(StatusText(4.0, 6, "EKF3 IMU0 origin set"))
+    assert exchange.texts(1.5, 4) == ["PreArm: gyros"]
+
+
+@pytest.mark.parametrize(
+    ("silent", "changes", "expected"),
+    [
+        (0.1, {}, set()),
+        (0.6, {}, {EventKind.LINK_LOST}),
+        (0.1, {"heartbeat_time": 6.0}, {EventKind.HEARTBEAT_LOST}),
+        (0.1, {"position_time": 9.7}, {EventKind.STATE_STALE}),
+        (0.1, {"attitude_time": -math.inf}, {EventKind.STATE_STALE}),
+        (0.1, {"battery": Battery(remaining=0.1, time=9.0)}, {EventKind.BATTERY_LOW}),
+        (0.1, {"battery": Battery(alarm=True, time=9.0)}, {EventKind.BATTERY_LOW}),
+        (0.1, {"battery": Battery(voltage=13.0, time=9.0)}, {EventKind.BATTERY_LOW}),
+        (0.1, {"battery": Battery(voltage=15.0, remaining=0.5, time=9.0)}, set()),
+        (0.1, {"battery": Battery(time=9.0)}, set()),
+    ],
+)
+def test_the_watchdog_knows_what_is_old_and_what_is_low(events, silent, changes, expected):
+    watchdog = Watchdog(replace(CONFIG, min_voltage=14.0), events)
+    watchdog.check(10.0, 10.0 - silent, sample(**changes), ClockMap(), None)
+    assert events.conditions == expected | {EventKind.CLOCK_UNSYNCHRONISED}
+
+
+def test_a_battery_at_its_threshold_does_not_flicker(events):
+    watchdog = Watchdog(CONFIG, events)
+    for remaining in (0.21, 0.199, 0.201, 0.199, 0.202):
+        watchdog.check(10.0, 10.0, sample(battery=Battery(remaining=remaining, time=9.0)), ClockMap(), None)
+    assert [event.begins for event in events.drain() if event.kind is EventKind.BATTERY_LOW] == [True]
+
+
+def test_a_pose_that_stays_away_is_noticed(events):
+    watchdog = Watchdog(CONFIG, events)
+    watchdog.check(10.0, 10.0, sample(), ClockMap(), 9.7)
+    assert EventKind.MOCAP_LOST not in events.conditions
+    watchdog.check(10.0, 10.0, sample(), ClockMap(), 9.4)
+    assert EventKind.MOCAP_LOST in events.conditions

@@ -1,0 +1,65 @@
+"""Poses of motion capture on their way to the autopilot, and the origin that they need first."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from pixhawk_parts import TARGET
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+
+from doorman.hardware.pixhawk import LocalFrame
+from doorman.hardware.pixhawk.mocap import MocapOutlet, MocapPose
+from doorman.hardware.pixhawk.origin import Origin
+
+
+def test_the_origin_is_given_until_it_is_heard_and_poses_follow_later():
+    origin = Origin((47.4, 8.5, 488.0))
+    assert not origin.settled(0.0, armed=False) and origin.settled(0.0, armed=True)
+    given, asked = origin.messages(5.0, *TARGET)
+    assert (given.latitude, given.longitude, given.altitude) == (474000000, 85000000, 488000)
+    assert (asked.command, asked.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, 49.0)
+    assert origin.messages(5.5, *TARGET) == [] and len(origin.messages(6.1, *TARGET)) == 2
+    origin.heard(6.2)
+    assert origin.messages(7.5, *TARGET) == []
+    assert not origin.settled(8.1, armed=False) and origin.settled(8.3, armed=False)
+    origin.reset()
+    assert not origin.settled(8.4, armed=False) and origin.messages(8.5, *TARGET), "after a reboot, anew"
+
+
+def test_poses_are_sent_to_an_autopilot_that_tells_no_origin_too():
+    origin = Origin((47.4, 8.5, 488.0))
+    origin.messages(5.0, *TARGET)
+    assert not origin.settled(24.9, armed=False) and origin.settled(25.1, armed=False)
+    origin.heard(25.2)
+    assert not origin.settled(27.1, armed=False) and origin.settled(27.3, armed=False)
+
+
+def pose(time: float) -> MocapPose:
+    return MocapPose.checked(time, [1.0, 2.0, 3.0], [math.cos(0.1), 0.0, 0.0, math.sin(0.1)])
+
+
+def test_a_pose_goes_out_once_with_the_time_of_its_capture():
+    outlet = MocapOutlet(LocalFrame(), 50.0, 0.5)
+    assert outlet.message(10.0) is None
+    assert outlet.offer(pose(9.98), 10.0)
+    message = outlet.message(10.0)
+    assert message.get_type() == "VISION_POSITION_ESTIMATE" and message.usec == 9_980_000
+    assert [message.x, message.y, message.z, message.yaw] == pytest.approx([1.0, -2.0, -3.0, -0.2])
+    assert math.isnan(message.covariance[0])
+    assert outlet.message(10.1) is None
+    assert outlet.statistics().median_delay == pytest.approx(0.02)
+
+
+def test_poses_are_thinned_to_their_rate_and_old_ones_are_dropped():
+    outlet = MocapOutlet(LocalFrame(), 50.0, 0.5)
+    sent = 0
+    for k in range(200):
+        now = 10.0 + 0.005 * k
+        outlet.offer(pose(now - 0.001), now)
+        sent += outlet.message(now) is not None
+    assert sent == pytest.approx(50, abs=2)
+    outlet.offer(pose(10.999), 11.0)
+    assert outlet.message(12.0) is None, "half a second later it is no pose any more"
+    assert outlet.statistics().dropped == 1
+    assert not outlet.offer(pose(11.0), 13.0)
