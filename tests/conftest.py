@@ -13,7 +13,7 @@ from doorman.scenario import Scenario
 settings.register_profile("doorman", derandomize=True, deadline=None, database=None)
 settings.load_profile("doorman")
 
-LONG = ("test_sphinx", "test_docs", "test_startup", "test_cli", "test_lagrangian_planning", "test_phases", "test_browser",
+LONG = ("test_sphinx", "test_docs", "test_startup", "test_cli_open", "test_lagrangian_planning", "test_phases", "test_browser",
         "test_feasibility", "test_state_figure", "test_flights")  # fmt: skip
 
 

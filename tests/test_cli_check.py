@@ -1,0 +1,43 @@
+"""`doorman check`: what it prints and its exit status."""
+
+from __future__ import annotations
+
+import json
+
+from command_line import run
+
+from doorman.feasibility import Finding, Report, Severity
+
+
+def test_check_says_that_the_paper_is_possible():
+    result = run("check")
+    assert result.exit_code == 0, result.output
+    assert "possible" in result.stdout
+
+
+def test_check_says_why_a_task_is_not_possible():
+    result = run("check", "--set", "vehicle.radius=0.7", "--json")
+    assert result.exit_code == 1, result.output
+    report = json.loads(result.stdout)
+    assert report["possible"] is False
+    failed = [finding for finding in report["findings"] if finding["severity"] == "error"]
+    assert failed
+    for finding in failed:
+        assert finding["message"] and finding["advice"]
+        assert finding["value"] is not None and finding["limit"] is not None
+
+
+def test_check_prints_every_finding_and_what_to_change(monkeypatch):
+    findings = (
+        Finding("reach", Severity.OK, "the arm reaches [far]", 0.5, 0.1, "m"),
+        Finding("tilt", Severity.WARNING, "the plan tilts by 31°", 0.54, 0.5, "rad", "a larger control.max_tilt"),
+        Finding("doorway width", Severity.ERROR, "the doorway is too narrow", -0.2, 0.0, "m", "a wider door"),
+    )
+    monkeypatch.setattr("doorman.cli.check.check", lambda scenario: Report("paper", findings))
+    result = run("check")
+    assert result.exit_code == 1
+    for finding in findings:
+        assert finding.name in result.stdout
+        assert finding.message in result.stdout
+        assert finding.advice in result.stdout
+    assert result.stdout.splitlines()[-1] == "The scenario 'paper' is not possible: doorway width."
