@@ -26,7 +26,7 @@ rig-demo: $(VENV)/.installed-for-rig
 
 # First what runs in real time or takes signals, alone, with kernels compiled ahead; then everything else, two processes at a time.
 # What a busy machine held up in real time gets a second chance; what fails twice fails.
-ALONE := tests/hardware tests/test_recording.py
+ALONE := tests/hardware tests/test_recording_signals.py
 CHOSEN := -m "not compiles"
 
 test: lint

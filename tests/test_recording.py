@@ -1,14 +1,8 @@
-"""Recording: exact round trips, files that were cut off, and every misuse a clear error."""
+"""Recording: exact round trips, and every misuse a clear error."""
 
 import json
 import math
-import signal
-import subprocess
-import sys
-import textwrap
 from pathlib import Path
-from types import FrameType
-from typing import Any
 
 import jsonschema
 import numpy as np
@@ -17,23 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from mcap.reader import make_reader
+from recorded import HEADER, assert_same
 
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.recording import Recorder, Recording
 from doorman.recording.messages import MessageType
-
-HEADER = {"scenario": {"door": {"damping": 0.5}, "goal": {"attitude": (0.0, 0.1, -1.2)}}, "seed": 3, "version": "0.1.0"}
-
-
-def assert_same(left: Recording, right: Recording) -> None:
-    assert left.topics == right.topics
-    assert left.header == right.header
-    for name in left:
-        np.testing.assert_array_equal(left[name].time, right[name].time)
-        assert list(left[name]) == list(right[name])
-        for field, values in left[name].items():
-            np.testing.assert_array_equal(values, right[name][field])
-            assert values.dtype.kind == right[name][field].dtype.kind
 
 
 def test_every_type_survives_in_memory_and_in_the_file(tmp_path):
@@ -223,208 +205,3 @@ def test_closed_recorder_refuses_messages(tmp_path):
     with pytest.raises(RecordingError, match="closed"):
         recorder.write("topic", 0.1, {"value": 1.0})
     assert recorder.recording()["topic"]["value"].tolist() == [1.0]
-
-
-def test_every_truncation_gives_a_prefix(tmp_path):
-    whole_path, cut_path = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
-    with Recorder(whole_path, HEADER) as recorder:
-        for k in range(200):
-            recorder.write("estimate", 0.004 * k, {"state": np.full(9, 0.1 * k)})
-            if k % 5 == 0:
-                recorder.write("plan", 0.004 * k, {"states": np.full((51, 9), k / 3), "status": "ok"})
-    data = whole_path.read_bytes()
-    whole = Recording.load(whole_path)
-    lengths = []
-    for size in [*range(0, len(data), len(data) // 60), *range(len(data) - 12, len(data) + 1)]:
-        cut_path.write_bytes(data[:size])
-        try:
-            cut = Recording.load(cut_path)
-        except RecordingError:
-            assert size < 1000  # only where not even the header is there
-            continue
-        assert cut.complete == (size == len(data))
-        assert cut.header == whole.header
-        for name, topic in cut.items():
-            m = len(topic.time)
-            for field, values in topic.items():
-                np.testing.assert_array_equal(values, whole[name][field][:m])
-        lengths.append(len(cut["estimate"].time) if "estimate" in cut else 0)
-    assert lengths == sorted(lengths) and lengths[0] == 0 and lengths[-1] == 200 and len(set(lengths)) > 5
-
-
-def test_corrupted_chunk_ends_the_recording_before_it(tmp_path):
-    path = tmp_path / "run.mcap"
-    with Recorder(path, {}) as recorder:
-        for k in range(500):
-            recorder.write("topic", 0.01 * k, {"value": float(k)})
-    with path.open("rb") as stream:
-        chunks = make_reader(stream).get_summary().chunk_indexes
-    middle = chunks[len(chunks) // 2]
-    data = bytearray(path.read_bytes())
-    data[middle.chunk_start_offset + middle.chunk_length - 5] ^= 0xFF
-    path.write_bytes(data)
-    recording = Recording.load(path)
-    values = recording["topic"]["value"]
-    assert not recording.complete
-    assert 0 < len(values) < 500
-    np.testing.assert_array_equal(values, np.arange(len(values)))
-
-
-@pytest.mark.parametrize("content", [b"", b"\x89MCAP", b"time,angle\n0.0,1.5\n" * 20, b"\x89MCAP0\r\n"])
-def test_files_that_hold_no_recording(tmp_path, content):
-    path = tmp_path / "bad.mcap"
-    path.write_bytes(content)
-    with pytest.raises(RecordingError) as error:
-        Recording.load(path)
-    assert error.value.file == str(path)
-
-
-def test_mcap_of_somebody_else_and_missing_file(tmp_path):
-    from mcap.writer import Writer
-
-    path = tmp_path / "other.mcap"
-    with path.open("wb") as stream:
-        writer = Writer(stream)
-        writer.start()
-        channel = writer.register_channel("camera", "json", writer.register_schema("image", "jsonschema", b"{}"))
-        writer.add_message(channel, 0, b"{}", 0)
-        writer.finish()
-    with pytest.raises(RecordingError, match="no header"):
-        Recording.load(path)
-    with pytest.raises(RecordingError, match="cannot be read"):
-        Recording.load(tmp_path / "missing.mcap")
-
-
-def test_path_that_cannot_be_opened(tmp_path):
-    (tmp_path / "file").write_text("in the way")
-    with pytest.raises(RecordingError, match="cannot be written"):
-        Recorder(tmp_path / "file" / "run.mcap", {})
-    with pytest.raises(RecordingError, match="cannot be written"):
-        Recorder(tmp_path, {})
-
-
-full_disk = Path("/dev/full")
-
-
-def test_full_disk_keeps_memory_and_is_told_once_at_close():
-    recorder = Recorder(full_disk, {})  # every write to this device fails with ENOSPC
-    for k in range(1000):
-        recorder.write("topic", 0.01 * k, {"value": float(k)})
-    np.testing.assert_array_equal(recorder.recording()["topic"]["value"], np.arange(1000.0))
-    assert not recorder.recording().complete
-    with pytest.raises(RecordingError, match="No space left"):
-        recorder.close()
-    recorder.close()
-    with pytest.raises(ZeroDivisionError) as error, Recorder(full_disk, {}):
-        raise ZeroDivisionError
-    assert "No space left" in error.value.__notes__[0]
-
-
-def test_disk_that_fills_up_leaves_a_readable_file(tmp_path):
-    script = """
-        import resource, signal, sys
-        from pathlib import Path
-        from doorman.exceptions import RecordingError
-        from doorman.recording import Recorder
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-        recorder = Recorder(Path(sys.argv[1]), {})
-        for k in range(20_000):
-            recorder.write("topic", 0.001 * k, {"value": 1 / (k + 1)})
-        assert len(recorder.recording()["topic"].time) == 20_000
-        try:
-            recorder.close()
-        except RecordingError:
-            print("told")
-    """
-    path = tmp_path / "run.mcap"
-    result = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script), path], capture_output=True, text=True, timeout=60
-    )
-    assert result.stdout == "told\n", result.stderr
-    recording = Recording.load(path)
-    values = recording["topic"]["value"]
-    assert not recording.complete and 100 < len(values) < 20_000
-    np.testing.assert_array_equal(values, 1 / np.arange(1.0, len(values) + 1))
-
-
-RECORDING_PROCESS = """
-    import sys, time
-    from pathlib import Path
-    import numpy as np
-    from doorman.recording import Recorder
-    recorder = Recorder(Path(sys.argv[1]), {"seed": 7})
-    state, k = np.arange(9) / 7, 0
-    with recorder:
-        while k < 1_000_000:
-            recorder.write("estimate", 0.004 * k, {"state": k * state, "step": k})
-            if k % 3 == 0:
-                recorder.write("mission", 0.004 * k, {"state": "open"})
-            k += 1
-            sys.stdout.buffer.write(b"%d\\n" % k)
-            sys.stdout.flush()
-"""
-
-
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_killed_process_leaves_a_readable_recording(tmp_path, number):
-    path = tmp_path / "run.mcap"
-    command = [sys.executable, "-c", textwrap.dedent(RECORDING_PROCESS), str(path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
-        assert process.stdout is not None
-        for _ in range(2003):
-            process.stdout.readline()
-        process.send_signal(number)
-        written = max([2003, *(int(line) for line in process.stdout.read().split())])
-        process.wait(timeout=30)
-    recording = Recording.load(path)
-    estimate = recording["estimate"]
-    steps = estimate["step"]
-    np.testing.assert_array_equal(steps, np.arange(len(steps)))
-    np.testing.assert_array_equal(estimate["state"], steps[:, None] * (np.arange(9) / 7))
-    assert recording.header == {"seed": 7}
-    if number == signal.SIGINT:
-        assert recording.complete and len(steps) >= written  # closed by the context manager: nothing is lost
-    else:
-        assert not recording.complete and (written - len(steps)) * 0.004 < 0.5
-
-
-def test_interrupt_at_any_line_leaves_whole_messages(tmp_path):
-    """Ctrl-C strikes at the n-th line that `write` runs, for every n, those of the MCAP library included."""
-    path = tmp_path / "run.mcap"
-    recorder = Recorder(path, {})
-    lines = struck_at = 0
-
-    def strike(frame: FrameType, event: str, _: object) -> Any:
-        nonlocal lines
-        lines += event == "line"
-        if lines == struck_at:
-            sys.settrace(None)
-            signal.raise_signal(signal.SIGINT)
-        return strike
-
-    interrupts, k, previous_trace = 0, 0, sys.gettrace()
-    previous_handler = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        while lines >= struck_at:
-            lines, struck_at, k = 0, struck_at + 1, k + 1
-            recorder.flush()
-            recorder.write(f"topic {k}", 0.2 * k, {"step": -k, "state": np.full(9, -k / 3)})
-            try:
-                sys.settrace(strike)
-                recorder.write(f"topic {k}", 0.2 * k + 0.2, {"step": k, "state": np.full(9, k / 3)})  # writes the batch
-                sys.settrace(None)
-            except KeyboardInterrupt:
-                interrupts += 1
-    finally:
-        sys.settrace(previous_trace)
-        signal.signal(signal.SIGINT, previous_handler)
-    recorder.close()
-    recording, memory = Recording.load(path), recorder.recording()
-    assert interrupts == k - 1 > 300 and recording.complete and len(recording) == k
-    for recorded in (recording, memory):
-        for i in range(1, k + 1):
-            steps = recorded[f"topic {i}"]["step"]
-            assert steps.tolist() in ([-i], [-i, i])
-            np.testing.assert_array_equal(recorded[f"topic {i}"]["state"], steps[:, None] / 3 * np.ones(9))
-    assert recording[f"topic {k}"]["step"].tolist() == [-k, k]  # the last one was not struck
