@@ -28,8 +28,6 @@ _BLOCKED = 1.0
 """A tip that does not get on for so long before it is where the leaf should be has met it there [s];"""
 _ADVANCE = 0.01
 """by so much it would [m]."""
-_TURN_RATE = 0.2
-"""Of the heading while the tip comes back to a leaf that it has just left [rad/s]."""
 _TURN = math.radians(2.0)
 _MOST_TURNS = 20
 """Headings that are tried while the tip looks for the leaf."""
@@ -127,31 +125,14 @@ class AtTheLeaf:
             estimate: What is known now: the leaf is not before the tip.
             speed: Of the tip [m/s].
         """
-        posture = self._in_step(estimate.door_angle)
-        self._yaw = float(posture[2])
-        return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
-
-    def follow(self, estimate: Estimate, speed: float, time_step: float) -> Setpoint:
-        """Move the tip along the normal, back to a leaf that it has just left; the heading comes into step with its angle.
-
-        Args:
-            estimate: What is known now.
-            speed: Of the tip [m/s].
-            time_step: Since the last call [s].
-        """
-        turn = math.remainder(float(self._in_step(estimate.door_angle)[2]) - self._yaw, 2.0 * math.pi)
-        self._yaw += min(max(turn, -_TURN_RATE * time_step), _TURN_RATE * time_step)
-        return self.move(estimate, speed)
-
-    def _in_step(self, door_angle: float) -> Array:
-        """Posture at a door angle, turned back by as much as keeps the disc clear of leaf and jambs, shape (n,) [m], [rad]."""
-        posture = self._model.on_the_way(door_angle)
+        posture = self._model.on_the_way(estimate.door_angle)
         back = math.copysign(_TURN, float(self._model.start_state[2] - posture[2]))
         for _ in range(_MOST_TURNS):
             if self._model.constraints(posture).max() < -self._room:
                 break
             posture[2] += back
-        return posture
+        self._yaw = float(posture[2])
+        return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
 
     def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:
         """Whether the vehicle flies its rotor disc, and not its tip, into the leaf where that is believed to be.

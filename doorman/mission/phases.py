@@ -297,7 +297,7 @@ class Sequence:
                 self.abort(estimate, f"contact was lost {self._recoveries} times")
             else:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
-        return self._in_touch(setpoint, estimate, time_step) if self._opening.held else setpoint
+        return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
 
     def _stays(self, estimate: Estimate) -> bool:
         """Whether friction probably holds the door against its closer, and against the wind on leaf and vehicle, too.
@@ -318,9 +318,9 @@ class Sequence:
         stands = off < STILL_OPEN and abs(estimate.door_rate) < _MOVING
         if held >= self._settings.hold_open * (1.0 if stands else _PATIENCE):
             self._enter(Phase.DONE, estimate, "")
-        return self._in_touch(self._opening.step(estimate, body_rates), estimate, time_step)
+        return self._in_touch(self._opening.step(estimate, body_rates), estimate)
 
-    def _in_touch(self, setpoint: Setpoint, estimate: Estimate, time_step: float) -> Setpoint:
+    def _in_touch(self, setpoint: Setpoint, estimate: Estimate) -> Setpoint:
         """The setpoint that holds the door; a leaf that the tip does not feel is followed instead, up to the goal."""
         if estimate.touching or self._grips or estimate.tip_angle <= float(self._model.goal_state[3]):
             self._following = False
@@ -328,17 +328,17 @@ class Sequence:
         if not self._following:
             self._following = True
             self._leaf.begin(float(estimate.state[2]), estimate)
-        return self._follow(estimate, time_step)
+        return self._follow(estimate)
 
-    def _follow(self, estimate: Estimate, time_step: float, far: bool = False) -> Setpoint:
+    def _follow(self, estimate: Estimate, far: bool = False) -> Setpoint:
         """Follow the door as it is estimated to move, a little faster than it; far, with heading and arm in step with it."""
         speed = self._settings.touch_speed - self._model.coupling.distance_from_hinge * estimate.door_rate
-        return self._leaf.search(estimate, speed) if far else self._leaf.follow(estimate, speed, time_step)
+        return self._leaf.search(estimate, speed) if far else self._leaf.move(estimate, speed)
 
     def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         if estimate.touching:
             self._enter(Phase.OPEN, estimate, "contact regained")
-        return self._follow(estimate, time_step, far=self._searching(estimate.time))
+        return self._follow(estimate, far=self._searching(estimate.time))
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""

@@ -38,6 +38,8 @@ _PRICE = 5e-5
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
 _HIGH_PRICE = 1e-3
 """The same after that."""
+_LAST_SWEEPS = 1
+"""Of extra iterations after the first: what is left to do is small."""
 
 
 @kernel
@@ -74,10 +76,11 @@ def follow(
     done, most, change = 0, max_iterations + extra_iterations, np.inf
     before, slowest = clock(), 0.0
     while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations, change)):
+        sweeps = work.settings.sweeps if done <= max_iterations else _LAST_SWEEPS
         if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
         change = np.inf if done == 0 else work.result[RESULT.CHANGE]
-        if not iterate_once(model, work):
+        if not iterate_once(model, work, sweeps):
             return NO_SWEEP
         done += 1
         now = clock()
@@ -90,12 +93,18 @@ def follow(
 
 
 @kernel
-def iterate_once(model: object, work: Workspace) -> bool:
-    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
+def iterate_once(model: object, work: Workspace, sweeps: int) -> bool:
+    """One iteration with the full step; False if no sweep goes through or the step is not finite.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        sweeps: Largest number of sweeps.
+    """
     penalty = work.settings.penalty
     linearize(model, work)
     mark_active(work, penalty)
-    settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
+    settled = direction(model, work, penalty, sweeps, 0.0)
     work.result[RESULT.SETTLED] = settled
     if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
         return False

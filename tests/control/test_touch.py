@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -194,28 +193,12 @@ def test_a_held_leaf_that_the_tip_has_lost_is_followed(model: Model, converter: 
     sequence = Sequence(model, converter, schedule, Estimator(model, converter), lambda *_: None)
     last = at_rest(model, np.zeros(3))
     holding = converter.hold(last.position, float(last.state[2]))
-    assert sequence._in_touch(holding, replace(last, touching=True), TICK) is holding
+    assert sequence._in_touch(holding, replace(last, touching=True)) is holding
     state = last.state.copy()
     for rate, least in ((0.0, 0.3), (-0.1, 1.0)):  # towards the goal the leaf runs away
         state[4] = rate
-        setpoint = sequence._in_touch(holding, replace(last, touching=False, tip_speed=0.0, state=state), TICK)
+        setpoint = sequence._in_touch(holding, replace(last, touching=False, tip_speed=0.0, state=state))
         assert setpoint.push is not None and setpoint.push > least
-
-
-def test_the_heading_comes_into_step_with_a_leaf_that_the_tip_has_just_lost(
-    model: Model, converter: StateConverter
-) -> None:
-    leaf, last, middle = AtTheLeaf(model, converter), at_rest(model, np.zeros(3)), math.radians(60.0)
-    state = last.state.copy()
-    state[3] = middle
-    behind, in_step = replace(last, state=state), leaf._in_step(middle)
-    wanted = float(in_step[2])
-    leaf.begin(float(state[2]), behind)
-    yaws = [leaf.follow(behind, 0.0, TICK).yaw for _ in range(round(6.0 / TICK))]
-    assert abs(wanted - float(state[2])) > 0.2, "else this shows nothing"
-    assert model.constraints(in_step).max() < -model.scenario.planner.margin
-    assert max(abs(np.diff([float(state[2]), *yaws]))) < 0.25 * TICK
-    assert yaws[-1] == pytest.approx(wanted, abs=1e-9)
 
 
 def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateConverter) -> None:
