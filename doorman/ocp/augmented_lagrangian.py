@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
+from doorman.ocp.active_set import classify
 from doorman.ocp.functions import (
     end_cost,
     linearize_end_constraints,
@@ -24,7 +25,7 @@ from doorman.ocp.functions import (
 )
 from doorman.ocp.inner_search import best_part, shorten
 from doorman.ocp.linear_algebra import copy_rows
-from doorman.ocp.sweep import classify, step_along, sweep
+from doorman.ocp.sweep import step_along, sweep
 from doorman.ocp.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace, copy_trajectory
 
 Array = NDArray[np.float64]

@@ -188,7 +188,7 @@ def backward(model: object, work: Workspace, start: int, regularization: float, 
             set_base(model, work, k, 1.0, regularization, True)
             if not eliminate_inputs(
                 work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
-                work.policy.gains, work.policy.factors, node.rows, node.scaled,
+                work.policy.gains, work.policy.factors, work.policy.values, node.rows, node.scaled,
             ):  # fmt: skip
                 return NOT_CONVEX
             for a in range(nu):

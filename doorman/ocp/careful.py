@@ -17,6 +17,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
+from doorman.ocp.active_set import classify
 from doorman.ocp.augmented_lagrangian import (
     CONVERGED,
     FAILED,
@@ -32,7 +33,6 @@ from doorman.ocp.augmented_lagrangian import (
 )
 from doorman.ocp.functions import constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.linear_algebra import copy_rows
-from doorman.ocp.sweep import classify
 from doorman.ocp.workspace import RESULT, Workspace
 
 FIRST_PENALTY = 30.0

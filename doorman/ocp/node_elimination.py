@@ -20,67 +20,15 @@ from typing import Any
 from llvmlite import ir
 from numba.core import types
 
+from doorman.numba_types.emitter import DOUBLE, Emitter
 from doorman.numba_types.handles import HandleType
 from doorman.numba_types.lanes import builtin
-
-_DOUBLE = ir.DoubleType()
-_FLAGS = ("contract", "nsz", "arcp")
-
-
-class _Emitter:
-    """Vector instructions on C-contiguous arrays of doubles."""
-
-    def __init__(self, context: Any, builder: Any) -> None:
-        self.context, self.builder = context, builder
-
-    def data(self, kind: Any, array: Any) -> Any:
-        """Pointer to an array's first number."""
-        return self.context.make_array(kind)(self.context, self.builder, array).data
-
-    def offset(self, pointer: Any, index: Any, size: int) -> Any:
-        """Pointer to block `index` of blocks of `size` numbers."""
-        return self.builder.gep(pointer, [self.builder.mul(index, ir.Constant(index.type, size))])
-
-    def load(self, pointer: Any, start: int, width: int) -> Any:
-        """`width` numbers from `start` on."""
-        place = self.builder.gep(pointer, [ir.Constant(ir.IntType(64), start)])
-        return self.builder.load(self.builder.bitcast(place, ir.VectorType(_DOUBLE, width).as_pointer()), align=8)
-
-    def store(self, pointer: Any, start: int, value: Any) -> None:
-        """Write a vector, or one number, at `start`."""
-        place = self.builder.gep(pointer, [ir.Constant(ir.IntType(64), start)])
-        self.builder.store(value, self.builder.bitcast(place, value.type.as_pointer()), align=8)
-
-    def number(self, pointer: Any, start: int, width: int) -> Any:
-        """One number of an array in all lanes."""
-        return self.spread(self.builder.load(self.builder.gep(pointer, [ir.Constant(ir.IntType(64), start)])), width)
-
-    def spread(self, value: Any, width: int) -> Any:
-        """A number in all lanes."""
-        one = ir.VectorType(_DOUBLE, 1)
-        first = self.builder.insert_element(ir.Constant(one, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
-        return self.pick(first, [0] * width)
-
-    def pick(self, value: Any, lanes: list[int], other: Any = None) -> Any:
-        """A vector of the given lanes of one vector, or of two in a row."""
-        other = ir.Constant(value.type, ir.Undefined) if other is None else other
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), lanes)
-        return self.builder.shuffle_vector(value, other, mask)
-
-    def add(self, left: Any, right: Any) -> Any:
-        return self.builder.fadd(left, right, flags=_FLAGS)
-
-    def subtract(self, left: Any, right: Any) -> Any:
-        return self.builder.fsub(left, right, flags=_FLAGS)
-
-    def multiply(self, left: Any, right: Any) -> Any:
-        return self.builder.fmul(left, right, flags=_FLAGS)
 
 
 @builtin
 def eliminate_inputs(
     typingctx: Any, sizes: Any, node: Any, time_step: Any, jacobians: Any, value: Any, base_x: Any, base_u: Any,
-    gains: Any, factors: Any, rows: Any, scaled: Any,
+    gains: Any, factors: Any, values: Any, rows: Any, scaled: Any,
 ) -> Any:  # fmt: skip
     """Value function of node k from that of node k + 1, and the policy between them.
 
@@ -95,6 +43,7 @@ def eliminate_inputs(
         base_u: [Q_ux | Q_u | Q_uu] of the stage cost, (nu, wide).
         gains: [K | k] of all nodes, (N, nu, narrow).
         factors: U of all nodes with D on its diagonal, (N, nu, padded nu).
+        values: [V_xx | V_x] of all nodes, (N, nx, narrow).
         rows: R of this node, (nu, wide).
         scaled: L of this node, (nu, wide).
 
@@ -106,20 +55,21 @@ def eliminate_inputs(
         len(held[held.fields.index(name)]) for name in ("states", "inputs", "integrators", "narrow", "wide")
     )
     padded = factors_width(nu)
-    arrays = (jacobians, value, base_x, base_u, gains, factors, rows, scaled)
+    arrays = (jacobians, value, base_x, base_u, gains, factors, values, rows, scaled)
     s, v, g, first_input = nx - m, nu - m, nx, nx + 1
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        emit = _Emitter(context, builder)
+        emit = Emitter(context, builder)
         k = context.cast(builder, args[1], sig.args[1], types.intp)
         pointers = [emit.data(kind, array) for kind, array in zip(sig.args[3:], args[3:], strict=True)]
-        jac, val, cost_x, cost_u, policy, upper, left, right = pointers
+        jac, val, cost_x, cost_u, policy, upper, kept, left, right = pointers
         jac = emit.offset(jac, k, nx * wide)
         policy = emit.offset(policy, k, nu * narrow)
         upper = emit.offset(upper, k, nu * padded)
+        kept = emit.offset(kept, k, nx * narrow)
         step = emit.spread(context.cast(builder, args[2], sig.args[2], types.float64), wide)
-        zero = ir.Constant(ir.VectorType(_DOUBLE, narrow), None)
-        ones = ir.Constant(ir.VectorType(_DOUBLE, wide), [1.0] * wide)
+        zero = ir.Constant(ir.VectorType(DOUBLE, narrow), None)
+        ones = ir.Constant(ir.VectorType(DOUBLE, wide), [1.0] * wide)
         integrated = {first_input + v + i: s + i for i in range(m)}  # column of an input: column of its integral
         scale = emit.pick(ones, [wide + c if c in integrated else c for c in range(wide)], step)
         source = [integrated.get(c, c if s <= c <= g else narrow) for c in range(wide)]  # lane `narrow` is a zero
@@ -152,8 +102,8 @@ def eliminate_inputs(
             row = input_rows[a]
             emit.store(left, a * wide, row)
             pivot = builder.extract_element(row, ir.Constant(ir.IntType(32), first_input + a))
-            positive = builder.and_(positive, builder.fcmp_ordered(">", pivot, ir.Constant(_DOUBLE, 1e-14)))
-            inverse = builder.fdiv(ir.Constant(_DOUBLE, 1.0), pivot)
+            positive = builder.and_(positive, builder.fcmp_ordered(">", pivot, ir.Constant(DOUBLE, 1e-14)))
+            inverse = builder.fdiv(ir.Constant(DOUBLE, 1.0), pivot)
             unit.append(emit.multiply(row, emit.spread(inverse, wide)))
             emit.store(right, a * wide, unit[a])
             for c in range(a + 1, nu):
@@ -168,6 +118,7 @@ def eliminate_inputs(
                 share = emit.pick(input_rows[a], [i] * narrow)
                 total = emit.subtract(total, emit.multiply(share, emit.pick(unit[a], list(range(narrow)))))
             emit.store(val, i * narrow, total)
+            emit.store(kept, i * narrow, total)
         feedback: list[Any] = [None] * nu
         for b in reversed(range(nu)):
             total = builder.fneg(emit.pick(unit[b], list(range(narrow))))

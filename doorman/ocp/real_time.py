@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp import guess
+from doorman.ocp.active_set import classify
 from doorman.ocp.augmented_lagrangian import direction, linearize, move, save, take_multipliers, total_cost
 from doorman.ocp.rollout import take_rollout
-from doorman.ocp.sweep import classify
 from doorman.ocp.workspace import RESULT, Workspace
 
 Array = NDArray[np.float64]
@@ -38,8 +38,6 @@ _PRICE = 5e-5
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
 _HIGH_PRICE = 1e-3
 """The same after that."""
-_LAST_SWEEPS = 1
-"""Of extra iterations after the first: what is left to do is small."""
 
 
 @kernel
@@ -76,11 +74,10 @@ def follow(
     done, most, change = 0, max_iterations + extra_iterations, np.inf
     before, slowest = clock(), 0.0
     while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations, change)):
-        sweeps = work.settings.sweeps if done <= max_iterations else _LAST_SWEEPS
         if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
         change = np.inf if done == 0 else work.result[RESULT.CHANGE]
-        if not iterate_once(model, work, sweeps):
+        if not iterate_once(model, work):
             return NO_SWEEP
         done += 1
         now = clock()
@@ -93,18 +90,12 @@ def follow(
 
 
 @kernel
-def iterate_once(model: object, work: Workspace, sweeps: int) -> bool:
-    """One iteration with the full step; False if no sweep goes through or the step is not finite.
-
-    Args:
-        model: The problem's model.
-        work: Workspace.
-        sweeps: Largest number of sweeps.
-    """
+def iterate_once(model: object, work: Workspace) -> bool:
+    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
     penalty = work.settings.penalty
     linearize(model, work)
     mark_active(work, penalty)
-    settled = direction(model, work, penalty, sweeps, 0.0)
+    settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
     work.result[RESULT.SETTLED] = settled
     if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
         return False

@@ -13,7 +13,7 @@ from doorman.numba_types.lanes import load, multiply_rows, store
 from doorman.ocp.functions import expand_end_cost, expand_stage_cost
 from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.node_elimination import eliminate_inputs
-from doorman.ocp.workspace import RESULT, Trajectory, Workspace
+from doorman.ocp.workspace import RESULT, Workspace
 
 
 @kernel
@@ -187,14 +187,13 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float,
         afresh = set_base(model, work, k, penalty, regularization, afresh)
         if not eliminate_inputs(
             work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
-            policy.gains, policy.factors, node.rows, node.scaled,
+            policy.gains, policy.factors, policy.values, node.rows, node.scaled,
         ):  # fmt: skip
             return False
         for a in range(nu):
             decrease += node.rows[a, nx] * node.scaled[a, nx]
         for i in range(nx):
             costate = max(costate, abs(node.value[i, nx]))
-        copy_rows(node.value, policy.values[k])
         policy.sums[k, 0], policy.sums[k, 1] = decrease, costate
     work.result[RESULT.DECREASE] = 0.5 * decrease
     work.result[RESULT.COSTATE] = costate
@@ -240,81 +239,3 @@ def step_along(work: Workspace) -> None:
             value += linear.end_row_jacobians[i, j] * step[j]
         trial.end_rows[i] = value
     work.result[RESULT.CHANGE] = largest
-
-
-@kernel
-def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
-    """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows.
-
-    Returns:
-        The last node whose set is another now; −1 if none is.
-    """
-    last = -1
-    for k in range(at.inputs.shape[0]):
-        if classify_state(work, at, k, penalty):
-            last = k
-        if classify_input(work, at, k, penalty):
-            last = k
-    return last
-
-
-@kernel
-def classify_state(work: Workspace, at: Trajectory, k: int, penalty: float) -> bool:
-    """The same of the rows and bounds of state k + 1."""
-    active, multipliers, proposal, limits = work.active, work.multipliers, work.proposal, work.limits
-    changed, count, stiff = False, 0, penalty * work.stiffness[k]
-    for i in range(len(work.sizes.rows)):
-        force = multipliers.rows[k, i] + stiff * at.rows[k, i]
-        now = 1 if force > 0.0 else 0
-        proposal.rows[k, i] = max(force, 0.0)
-        changed |= active.rows[k, i] != now
-        active.rows[k, i] = now
-        count += now
-    for i in range(len(work.sizes.state_bounds)):
-        x, multiplier = at.states[k + 1, i], multipliers.states[k, i]
-        above, below = (
-            multiplier + stiff * (x - limits.state_upper[i]),
-            multiplier + stiff * (x - limits.state_lower[i]),
-        )
-        now = 1 if above > 0.0 else (-1 if below < 0.0 else 0)
-        proposal.states[k, i] = max(above, 0.0) + min(below, 0.0)
-        changed |= active.states[k, i] != now
-        active.states[k, i] = now
-        count += abs(now)
-    if k == at.inputs.shape[0] - 1:
-        for i in range(len(work.sizes.end_rows)):
-            force = multipliers.end_rows[i] + penalty * at.end_rows[i]
-            now = 1 if force > 0.0 else 0
-            proposal.end_rows[i] = max(force, 0.0)
-            changed |= active.end_rows[i] != now
-            active.end_rows[i] = now
-            count += now
-    active.state_count[k] = count
-    return changed
-
-
-@kernel
-def classify_input(work: Workspace, at: Trajectory, k: int, penalty: float) -> bool:
-    """The same of the mixed rows and bounds of input k."""
-    active, multipliers, proposal, limits = work.active, work.multipliers, work.proposal, work.limits
-    changed, count = False, 0
-    for i in range(len(work.sizes.input_rows)):
-        force = multipliers.input_rows[k, i] + penalty * at.input_rows[k, i]
-        now = 1 if force > 0.0 else 0
-        proposal.input_rows[k, i] = max(force, 0.0)
-        changed |= active.input_rows[k, i] != now
-        active.input_rows[k, i] = now
-        count += now
-    for i in range(len(work.sizes.input_bounds)):
-        u, multiplier = at.inputs[k, i], multipliers.inputs[k, i]
-        above, below = (
-            multiplier + penalty * (u - limits.input_upper[i]),
-            multiplier + penalty * (u - limits.input_lower[i]),
-        )
-        now = 1 if above > 0.0 else (-1 if below < 0.0 else 0)
-        proposal.inputs[k, i] = max(above, 0.0) + min(below, 0.0)
-        changed |= active.inputs[k, i] != now
-        active.inputs[k, i] = now
-        count += abs(now)
-    active.input_count[k] = count
-    return changed

@@ -143,7 +143,7 @@ class Policy(NamedTuple):
     factors: Array
     """U of Q_uu = Uᵀ D U with D on the diagonal, (N, nu, padded nu)."""
     values: Array
-    """[V_xx | V_x] without the penalties of state k, (N + 1, nx, narrow)."""
+    """[V_xx | V_x] without the penalties of state k, (N, nx, narrow)."""
     sums: Array
     """Of the nodes from k on: twice the predicted decrease of the cost, and the largest |V_x|, (N + 1, 2)."""
 
@@ -270,7 +270,7 @@ class Workspace(NamedTuple):
             ),
             policy=Policy(
                 np.zeros((n, nu, narrow)), np.zeros((n, nu, factors_width(nu))),
-                np.zeros((n + 1, nx, narrow)), np.zeros((n + 1, 2)),
+                np.zeros((n, nx, narrow)), np.zeros((n + 1, 2)),
             ),
             node=Node(
                 np.zeros((nx, narrow)), np.zeros((nx, narrow)), np.zeros((nu, wide)), np.zeros((nu, wide)),

@@ -23,10 +23,10 @@ SIZES = [(1, 1, 0), (1, 1, 1), (2, 1, 0), (3, 2, 1), (3, 5, 2), (7, 7, 0), (4, 4
 @kernel
 def _eliminate(
     sizes: Any, k: int, step: float, jacobians: Array, value: Array, base_x: Array, base_u: Array, gains: Array,
-    factors: Array, rows: Array, scaled: Array,
+    factors: Array, values: Array, rows: Array, scaled: Array,
 ) -> bool:  # fmt: skip
     return bool(
-        eliminate_inputs(sizes, k, step, jacobians, value, base_x, base_u, gains, factors, rows, scaled)
+        eliminate_inputs(sizes, k, step, jacobians, value, base_x, base_u, gains, factors, values, rows, scaled)
     )  # fmt: skip
 
 
@@ -34,7 +34,7 @@ def eliminate(work: Workspace, k: int) -> bool:
     node = work.node
     return _eliminate(
         work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
-        work.policy.gains, work.policy.factors, node.rows, node.scaled,
+        work.policy.gains, work.policy.factors, work.policy.values, node.rows, node.scaled,
     )  # fmt: skip
 
 
@@ -94,7 +94,9 @@ def test_value_and_policy_are_those_of_the_dense_model(nx: int, nu: int, m: int,
         np.testing.assert_allclose(work.node.value[:, :nx], hessian[:nx, :nx] + mixed.T @ policy[:, :nx], **close)
         np.testing.assert_allclose(work.node.value[:, nx], gradient[:nx] + mixed.T @ policy[:, nx], **close)
         for other in {*range(N)} - {k}:
-            assert np.isnan(work.policy.gains[other]).all() and np.isnan(work.policy.factors[other]).all()
+            assert all(
+                np.isnan(array[other]).all() for array in (work.policy.gains, work.policy.factors, work.policy.values)
+            )
 
 
 @pytest.mark.parametrize(("nx", "nu", "m"), SIZES)

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from random_horizon import N, activate, cart, count_active, door, random_horizon
 
 from doorman.numba_types.handles import Handle, held
+from doorman.ocp.active_set import classify
 from doorman.ocp.problem import Problem
-from doorman.ocp.sweep import classify, step_along, sweep
+from doorman.ocp.sweep import step_along, sweep
 from doorman.ocp.workspace import RESULT, Workspace
 
 Array = NDArray[np.float64]
