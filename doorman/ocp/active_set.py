@@ -12,7 +12,7 @@ from doorman.numba_types.emitter import DOUBLE, Emitter
 from doorman.numba_types.lanes import builtin
 from doorman.ocp.workspace import Trajectory, Workspace
 
-_RESULT = types.Tuple((types.int64, types.boolean))
+_RESULT: Any = types.Tuple((types.int64, types.boolean))  # type: ignore[no-untyped-call]
 
 
 class _Marker(Emitter):
