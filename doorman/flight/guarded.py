@@ -104,7 +104,7 @@ class GuardedFlight:
             if not outcome.done:
                 return f"{name}: {outcome}"
         self.say("fly to the hover point")
-        if not fly_to(autopilot, places.hover, places.yaw, go_on=lambda: self.supervisor.action is None):
+        if not fly_to(self.links, places.hover, places.yaw, go_on=lambda: self.supervisor.action is None):
             return self.supervisor.reason or "the hover point was not reached"
         if reason := self._measure_hover():
             return reason
@@ -154,7 +154,7 @@ class GuardedFlight:
             self._back_off()
             if self._may_fly_back():
                 self.say("land")
-                if self._fresh:
+                if autopilot.state().status is SampleStatus.FRESH:
                     autopilot.land()
                 else:  # nobody would say when it has
                     autopilot.request_landing()
@@ -186,18 +186,17 @@ class GuardedFlight:
 
     def _back_off(self) -> None:
         """Let go of the door, fly out of the doorway and to the hover point without turning, and turn there."""
-        autopilot, places = self.links.autopilot, self.places
-        autopilot.resume()
-        autopilot.hold()
+        places = self.places
+        self.links.autopilot.resume()
+        self.links.hold()
         if not self._let_go() or not self._heard():
             return
-        state = autopilot.state()
-        yaw = float(state.attitude[2])
-        for place in self._way_out(state.position):
-            if not self._travel(place, yaw, _ON_THE_WAY) and not self._may_fly_back():
+        where = self.links.whereabouts()
+        for place in self._way_out(where.position):
+            if not self._travel(place, where.yaw, _ON_THE_WAY) and not self._may_fly_back():
                 return
-        blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings) or not self._fresh
-        if not blind and self._travel(places.hover, yaw):  # else every second adds to the error of dead reckoning
+        blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings) or not self._seen
+        if not blind and self._travel(places.hover, where.yaw):  # else every second adds to the error of dead reckoning
             self._travel(places.hover, places.yaw)
 
     def _let_go(self) -> bool:
@@ -227,26 +226,26 @@ class GuardedFlight:
 
         def go_on() -> bool:
             nonlocal stopped
-            stopped = not blind and not self._fresh
+            stopped = not blind and not self._seen
             return self._may_fly_back() and not stopped
 
         for _ in range(_STOPS):
-            if fly_to(self.links.autopilot, place, yaw, timeout, go_on):
+            if fly_to(self.links, place, yaw, timeout, go_on):
                 return True
             if not stopped or not self._may_fly_back():
                 return False
-            self.links.autopilot.hold()
+            self.links.hold()
             if not self._heard():
                 return False
-            blind = not self._fresh
+            blind = not self._seen
         return False
 
     def _heard(self) -> bool:
-        """Hover until the autopilot's state is fresh, or has been old for long; whether the vehicle is still ours."""
+        """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
         begin = time.monotonic()
-        if not self._fresh:
+        if not self._seen:
             self.say("the autopilot's state is old: hover until it is fresh")
-        while self._may_fly_back() and not self._fresh:
+        while self._may_fly_back() and not self._seen:
             if time.monotonic() - begin > _BLIND_PATIENCE:
                 self.say("the autopilot's state stays old: fly back by its own position control")
                 break
@@ -254,8 +253,8 @@ class GuardedFlight:
         return self._may_fly_back()
 
     @property
-    def _fresh(self) -> bool:
-        return self.links.autopilot.state().status is SampleStatus.FRESH
+    def _seen(self) -> bool:
+        return self.links.whereabouts().known
 
     def _way_out(self, position: Array) -> list[Array]:
         """Out of the doorway, square to its frame."""

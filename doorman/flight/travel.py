@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.pixhawk import Authority, Autopilot
+from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import StraightWay
+from doorman.hardware.vehicle import VehicleLinks
 
 Array = NDArray[np.float64]
 
@@ -21,12 +22,12 @@ _PERIOD = 0.02
 
 
 def fly_to(
-    autopilot: Autopilot, place: Array, yaw: float, timeout: float = 20.0, go_on: Callable[[], bool] = lambda: True
+    links: VehicleLinks, place: Array, yaw: float, timeout: float = 20.0, go_on: Callable[[], bool] = lambda: True
 ) -> bool:
     """Stream position setpoints along a `StraightWay` until the vehicle has arrived.
 
     Args:
-        autopilot: Engaged, in the air.
+        links: Of a vehicle that is engaged, in the air.
         place: Of O_B, shape (3,), world frame [m].
         yaw: Heading [rad].
         timeout: For arriving after the setpoint has [s].
@@ -35,16 +36,16 @@ def fly_to(
     Returns:
         Whether it arrived; False too if the vehicle is not ours any more, is landing, or is not to go on.
     """
-    state = autopilot.state()
-    way = StraightWay(time.monotonic(), state.position, place, float(state.attitude[2]), yaw)
+    autopilot, where = links.autopilot, links.whereabouts()
+    way = StraightWay(time.monotonic(), where.position, place, where.yaw, yaw)
     end = way.since + way.duration
     while (now := time.monotonic()) < end + timeout:
         if not go_on() or not autopilot.setpoint(way.setpoint(now)):
             return False
         if autopilot.status().authority is not Authority.ENGAGED:
             return False
-        state = autopilot.state()
-        near = np.linalg.norm(state.position - place) < _NEAR and np.linalg.norm(state.velocity) < _CALM
+        where = links.whereabouts()
+        near = np.linalg.norm(where.position - place) < _NEAR and np.linalg.norm(where.velocity) < _CALM
         if now >= end and near:
             return True
         time.sleep(_PERIOD)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.dynamixel import LATCHED
+from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
@@ -92,6 +93,8 @@ class Observer:
         pose = None if links.mocap is None else links.mocap.read()
         usable = pose is not None and pose.usable
         stale = sample.status is SampleStatus.STALE
+        seen: PoseSample | VehicleSample = pose if pose is not None and usable and stale else sample
+        unknown = stale and not usable
         return Observation(
             now=now,
             armed=sample.armed,
@@ -99,8 +102,8 @@ class Observer:
             authority=status.authority,
             conditions=status.conditions,
             position=pose.position if pose is not None and usable else sample.position,
-            speed=math.nan if stale else float(np.linalg.norm(sample.velocity)),
-            tilt=math.nan if stale else _tilt(sample.attitude),
+            speed=math.nan if unknown else float(np.linalg.norm(seen.velocity)),
+            tilt=math.nan if unknown else _tilt(seen.attitude),
             thrust_share=thrust / self._max_thrust,
             force=self._force.update(sample, thrust),
             pose=None if pose is None else pose.quality,

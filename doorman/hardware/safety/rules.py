@@ -35,6 +35,7 @@ class Fault(Enum):
     LINK = "the autopilot is not heard"
     HEARTBEAT = "the autopilot sends no heartbeats"
     STATE = "the autopilot's state is old"
+    TELEMETRY = "the autopilot is not heard, but seen by the cameras"
     POSE = "the cameras have lost the vehicle"
     DIVERGENCE = "cameras and autopilot disagree"
     TILT = "too much tilt"
@@ -76,6 +77,16 @@ def _outside(seen: Observation, limits: SafetyLimits) -> bool:
     return bool((seen.position < limits.fence_low).any() or (seen.position > limits.fence_high).any())
 
 
+def _seen_only(seen: Observation, _: SafetyLimits) -> bool:
+    """Whether only the cameras say where the vehicle is: it can be flown by them."""
+    by_cameras = seen.pose in (PoseQuality.MEASURED, PoseQuality.PREDICTED)
+    return by_cameras and EventKind.STATE_STALE in seen.conditions
+
+
+def _unseen(kind: EventKind) -> Callable[[Observation, SafetyLimits], bool]:
+    return lambda seen, limits: kind in seen.conditions and not _seen_only(seen, limits)
+
+
 def _servos_stopped(seen: Observation, _: SafetyLimits) -> bool:
     return seen.commanding and seen.servo_state is BusState.HOLDING and not seen.servo_fault & ServoFault.COMMAND_STALE
 
@@ -85,8 +96,8 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.LINK, 10.0, Action.RELEASE, _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
     Rule(Fault.DIVERGENCE, 0.3, Action.LAND, lambda seen, limits: seen.divergence > limits.divergence),
     Rule(Fault.TILT, 0.05, Action.LAND, lambda seen, limits: seen.tilt > limits.tilt),
-    Rule(Fault.STATE, 0.3, Action.RETREAT, _conditions(EventKind.STATE_STALE)),
-    Rule(Fault.HEARTBEAT, 0.0, Action.RETREAT, _conditions(EventKind.HEARTBEAT_LOST)),
+    Rule(Fault.STATE, 0.3, Action.RETREAT, _unseen(EventKind.STATE_STALE)),
+    Rule(Fault.HEARTBEAT, 0.0, Action.RETREAT, _unseen(EventKind.HEARTBEAT_LOST)),
     Rule(Fault.POSE, 0.05, Action.RETREAT,
          lambda seen, _: seen.pose in (PoseQuality.LOST, PoseQuality.NONE) or EventKind.MOCAP_LOST in seen.conditions),
     Rule(Fault.BATTERY_CRITICAL, 1.0, Action.RETREAT, lambda seen, limits: seen.battery < limits.critical_battery),
@@ -99,6 +110,7 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.SERVOS_DISCONNECTED, 0.1, Action.RETREAT,
          lambda seen, _: seen.servo_state in (BusState.DISCONNECTED, BusState.STOPPED)),
     Rule(Fault.GRIPPER, 0.1, Action.RETREAT, lambda seen, _: seen.gripper_stuck),
+    Rule(Fault.TELEMETRY, 1.0, Action.ABORT, _seen_only),
     Rule(Fault.SERVOS_FAILED, 0.1, Action.ABORT, lambda seen, _: bool(seen.servo_fault & LATCHED)),
     Rule(Fault.SERVOS_STOPPED, 0.5, Action.ABORT, _servos_stopped),
     Rule(Fault.DEADLINES, 0.5, Action.ABORT,

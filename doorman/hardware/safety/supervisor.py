@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.pixhawk import Authority, SampleStatus
+from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import StraightWay
 from doorman.hardware.safety.assessor import Assessor, Finding
 from doorman.hardware.safety.limits import SafetyLimits
@@ -29,7 +29,7 @@ ABORT_WITHIN = 20.0
 _LETTING_GO = 5.0
 """Longest time for the gripper to open before that [s]."""
 _HOVERING = 3.0
-"""Longest time for the state to become fresh before that [s]."""
+"""Longest time to wait for somebody to say where the vehicle is before that [s]."""
 _SETTLING = 1.0
 """At the end of that way [s]."""
 OnAbort = Callable[[str], None]
@@ -180,7 +180,7 @@ class Supervisor:
             self._ordered_at, self._leaving = finding.time, None
             if not self._acknowledged:  # else the vehicle is on its way back already
                 with contextlib.suppress(BackendError):
-                    self._links.autopilot.hold(latch=True)
+                    self._links.hold(latch=True)
         elif self.action is Action.LAND:
             self._links.autopilot.request_landing()
 
@@ -206,12 +206,11 @@ class Supervisor:
                 self.report(Fault.SESSION)
             return
         if self._leaving is None and self._refuge is not None:
-            state = autopilot.state()
-            if state.status is not SampleStatus.FRESH and waited < ACKNOWLEDGE_WITHIN + _HOVERING:
+            where = self._links.whereabouts()
+            if not where.known and waited < ACKNOWLEDGE_WITHIN + _HOVERING:
                 return
-            if np.isfinite(state.position).all():
-                yaw = float(state.attitude[2])
-                self._leaving = StraightWay(now, state.position, self._refuge(state.position), yaw, yaw)
+            if np.isfinite(where.position).all():
+                self._leaving = StraightWay(now, where.position, self._refuge(where.position), where.yaw, where.yaw)
         leaving = self._leaving
         if (
             leaving is None

@@ -161,7 +161,7 @@ class VehicleBackend(Backend):
         self.links.rest_arm()
         with contextlib.suppress(BackendError):
             if self.links.inhibited is None and self.links.engaged:
-                self.links.autopilot.hold()
+                self.links.hold()
         if self._own_links:
             self.links.stop()
 

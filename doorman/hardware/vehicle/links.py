@@ -6,6 +6,7 @@ import contextlib
 import threading
 import time
 from contextlib import ExitStack
+from dataclasses import dataclass
 from types import TracebackType
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.dynamixel import ServoBus
 from doorman.hardware.mocap import MocapReceiver
-from doorman.hardware.pixhawk import Authority, Autopilot
+from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.gripper import CLOSED, gripper_rate
 
@@ -22,6 +23,20 @@ Array = NDArray[np.float64]
 
 GUARD_TIMEOUT = 0.5
 """A guard that gives no sign of life for this long is taken for dead [s]."""
+
+
+@dataclass(frozen=True)
+class Whereabouts:
+    """Where the vehicle is, whoever says so."""
+
+    position: Array
+    """P of O_B, shape (3,), world frame [m]."""
+    velocity: Array
+    """Ṗ, shape (3,), world frame [m/s]."""
+    yaw: float
+    """ψ [rad]."""
+    known: bool
+    """Whether that holds now; else it is the last that the autopilot said."""
 
 
 class VehicleLinks:
@@ -82,6 +97,19 @@ class VehicleLinks:
     ) -> None:
         self.stop()
 
+    # ------------------------------------------------------------ what is known
+
+    def whereabouts(self) -> Whereabouts:
+        """Where the vehicle is: by the autopilot, or by the cameras while that is not heard."""
+        state = self.autopilot.state()
+        heard = state.status is SampleStatus.FRESH
+        if not heard and self.mocap is not None:
+            with contextlib.suppress(BackendError):  # closed
+                pose = self.mocap.read()
+                if pose.usable:
+                    return Whereabouts(pose.position, pose.velocity, float(pose.attitude[2]), True)
+        return Whereabouts(state.position, state.velocity, float(state.attitude[2]), heard)
+
     # ------------------------------------------------------------ who may command
 
     @property
@@ -119,6 +147,15 @@ class VehicleLinks:
     def engaged(self) -> bool:
         """Whether the autopilot obeys us."""
         return self.autopilot.status().authority is Authority.ENGAGED
+
+    def hold(self, *, latch: bool = False) -> Outcome:
+        """Stay where the vehicle is, by the autopilot's position control.
+
+        Args:
+            latch: Refuse the controller's setpoints until `autopilot.resume`.
+        """
+        where = self.whereabouts()
+        return self.autopilot.hold(at=PositionSetpoint(where.position, where.yaw) if where.known else None, latch=latch)
 
     def move_arm(self, rates: Array, closed: bool) -> None:
         """Command the arm's joints, and the gripper if there is one.

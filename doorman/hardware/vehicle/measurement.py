@@ -6,7 +6,8 @@ use an old position. Attitude and joint angles, which nobody filters, are carrie
 .. math::
     q(t) = q_0 \exp(\Omega\,(t - t_0)), \qquad H(t) = H_0 + \dot H\,(t - t_0)
 
-A sample that is too old for that is an error, never a measurement.
+A sample that is too old for that is an error, never a measurement; but the cameras replace an autopilot that is not heard for
+a while.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ def compose(
     Raises:
         BackendError: if a link has nothing usable; `field` says which.
     """
-    if vehicle.status is not SampleStatus.FRESH:
+    heard = vehicle.status is SampleStatus.FRESH
+    if not heard and (pose is None or vehicle.status is not SampleStatus.STALE):
         raise BackendError(f"the autopilot's state is {vehicle.status.value}", field="pixhawk",
                            given=f"age {vehicle.age(now):.3f} s", allowed="fresh")  # fmt: skip
     if servos.age > servo_patience:
@@ -63,13 +65,14 @@ def compose(
     quaternion, turned_at = (
         (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
     )
+    body_rates = vehicle.body_rates if heard or pose is None else pose.body_rates
     ahead = min(max(now - servos.time, 0.0), _LONGEST_STEP)
     return Measurement(
         time=now - opened,
         position=seen.position,
         velocity=seen.velocity,
-        attitude=_turned(quaternion, vehicle.body_rates, now - turned_at),
-        body_rates=vehicle.body_rates,
+        attitude=_turned(quaternion, body_rates, now - turned_at),
+        body_rates=body_rates,
         arm_angles=servos.angles[:n_arm] + ahead * servos.rates[:n_arm],
         arm_rates=servos.rates[:n_arm],
         pose_time=at - opened,

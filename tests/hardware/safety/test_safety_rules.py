@@ -25,7 +25,8 @@ BROKEN: dict[Fault, dict[str, Any]] = {
     Fault.PILOT: {"authority": Authority.LOST},
     Fault.LINK: {"conditions": frozenset({EventKind.LINK_LOST})},
     Fault.HEARTBEAT: {"conditions": frozenset({EventKind.HEARTBEAT_LOST})},
-    Fault.STATE: {"conditions": frozenset({EventKind.STATE_STALE})},
+    Fault.STATE: {"conditions": frozenset({EventKind.STATE_STALE}), "pose": None},
+    Fault.TELEMETRY: {"conditions": frozenset({EventKind.STATE_STALE, EventKind.HEARTBEAT_LOST})},
     Fault.POSE: {"pose": PoseQuality.LOST},
     Fault.DIVERGENCE: {"divergence": 0.3},
     Fault.TILT: {"tilt": 0.9},
@@ -89,6 +90,22 @@ def test_what_passes_in_time_is_no_fault(rule):
 def test_late_poses_are_lost_poses():
     late = replace(GOOD, pose=PoseQuality.PREDICTED, conditions=frozenset({EventKind.MOCAP_LOST}))
     assert [row[1:] for row in assess(late, 1.0)] == [(Fault.POSE, Action.RETREAT)]
+
+
+@pytest.mark.parametrize("pose", [None, PoseQuality.LOST, PoseQuality.NONE])
+def test_an_autopilot_that_is_neither_heard_nor_seen_is_told_to_fly_back(pose):
+    silent = frozenset({EventKind.STATE_STALE, EventKind.HEARTBEAT_LOST})
+    found = {row[1] for row in assess(replace(GOOD, pose=pose, conditions=silent), 2.0)}
+    assert {Fault.STATE, Fault.HEARTBEAT} <= found
+    assert Fault.TELEMETRY not in found
+
+
+@pytest.mark.parametrize("pose", [PoseQuality.MEASURED, PoseQuality.PREDICTED])
+def test_an_autopilot_that_is_only_seen_is_flown_by_what_the_cameras_see(pose):
+    silent = frozenset({EventKind.STATE_STALE, EventKind.HEARTBEAT_LOST})
+    seen = replace(GOOD, pose=pose, conditions=silent)
+    assert assess(seen, 0.9) == []
+    assert [row[1:] for row in assess(seen, 3.0)] == [(Fault.TELEMETRY, Action.ABORT)]
 
 
 def test_a_fault_that_comes_again_is_found_again():

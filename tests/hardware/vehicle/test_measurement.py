@@ -52,6 +52,22 @@ def test_position_is_that_of_the_cameras_with_its_own_time():
     assert measurement.velocity.tolist() == [0.1, 0.2, 0.3]
 
 
+def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras():
+    turning = measured(
+        NOW - 0.02,
+        (-1.0, 0.7, 1.3),
+        tuple(quaternion_from_euler(ATTITUDE).tolist()),
+        (0.1, 0.2, 0.3),
+        (0.0, 0.0, 0.4),
+        5,
+        9,
+    )
+    measurement = at(vehicle=replace(VEHICLE, status=SampleStatus.STALE, body_rates=np.full(3, 9.0)), pose=turning)
+    assert measurement.body_rates.tolist() == [0.0, 0.0, 0.4]
+    yaw_rate = (euler_rate_matrix(ATTITUDE) @ measurement.body_rates)[2]
+    assert measurement.attitude[2] == pytest.approx(ATTITUDE[2] + 0.02 * yaw_rate, abs=1e-4)
+
+
 def test_without_cameras_it_is_that_of_the_autopilot():
     measurement = at(pose=None)
     assert measurement.pose_time == pytest.approx(NOW - OPENED - 0.03)
@@ -80,7 +96,8 @@ def test_angles_of_an_arm_that_is_not_heard_are_not_carried_on_for_long():
 @pytest.mark.parametrize(
     ("change", "field"),
     [
-        ({"vehicle": replace(VEHICLE, status=SampleStatus.STALE)}, "pixhawk"),
+        ({"vehicle": replace(VEHICLE, status=SampleStatus.STALE), "pose": None}, "pixhawk"),
+        ({"vehicle": replace(VEHICLE, status=SampleStatus.INCOMPLETE)}, "pixhawk"),
         ({"vehicle": VehicleSample()}, "pixhawk"),
         ({"servos": replace(SERVOS, age=0.2, fresh=False)}, "servos"),
     ],
