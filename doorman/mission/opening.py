@@ -32,6 +32,9 @@ _SETTLING = 4.0
 """Hold times after which it is."""
 _CLOSE = math.radians(0.8)
 """A pushed door that stands this near to the goal is held: to move it on would take a jerk that friction turns into more."""
+_EASING = 2.0
+_BRAKING = 8.0
+"""Change of the push where holding begins, on a door that stands and on one that moves: a step throws the tip off [N/s]."""
 STILL_OPEN = math.radians(1.5)
 """A held door that is farther off is pushed again, if it is not open enough."""
 _BEYOND = math.radians(2.0)
@@ -113,7 +116,7 @@ class Opening:
         self._held: Setpoint | None = None
         self._waiting: Setpoint | None = None
         self._nudges = model.scenario.control.door_observer_rate > 0.0
-        self._pressing = 0.0
+        self._pressing = self._pressed = 0.0
         self._stiction = 0.0
         self._counted_on = 0.0
         self.resistance = 0.0
@@ -322,13 +325,19 @@ class Opening:
             friction = max(0.0, estimate.hinge.friction)
             resistance = max(0.0, -estimate.door_disturbance)
             self._pressing = (resistance - (1.0 - self._settings.hold_share) * min(friction, resistance)) / self._lever
+            self._pressed = self._pressing if self._push is None else self._push.push
         return self._held is not None
 
     def _hold(self, push: PushController, off: float, estimate: Estimate, time_step: float) -> Setpoint:
-        """Press less than moves the door, and more than lets it back; change that slowly where it moves nevertheless."""
+        """Press less than moves the door, and more than lets it back; change that slowly where it moves nevertheless.
+
+        What it was pushed with until now is eased to that.
+        """
         settings = self._settings
         beyond = off - min(max(off, -_CLOSE), _CLOSE)
         self._pressing += time_step * settings.hold_gain * beyond / settings.hold_tolerance
         self._pressing = max(self._pressing, settings.least_force)
         assert self._held is not None
-        return push.hold(self._held, self._pressing, estimate)
+        most = time_step * (_EASING if abs(self._rate) < _STANDS else _BRAKING)
+        self._pressed += min(max(self._pressing - self._pressed, -most), most)
+        return push.hold(self._held, self._pressed, estimate)
