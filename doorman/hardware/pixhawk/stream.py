@@ -27,6 +27,11 @@ LONGEST_BLIND_HOLD = 1.0
 """A position older than this [s] is no place to hold: the stream ends and the autopilot's own failsafe acts."""
 
 
+LEVELLING = 0.25
+"""A hold that follows attitude setpoints begins level for so long [s]: ArduPilot's position control takes the tilt that it finds
+for what wind asks for, and a vehicle that leant on a door would go on towards it."""
+
+
 class Source(Enum):
     """Who says where to fly."""
 
@@ -71,6 +76,8 @@ class SetpointStream:
         self._climb: _Climb | None = None
         self._latest: tuple[Setpoint, float] | None = None
         self._last_sent: float | None = None
+        self._leans = False
+        self._level_since: float | None = None
 
     @property
     def source(self) -> Source:
@@ -117,6 +124,7 @@ class SetpointStream:
         """What to send at this tick; None if nothing may be commanded."""
         with self._lock:
             setpoint, hold = self._current(now, sample)
+            setpoint = self._levelled(setpoint, hold, now)
         if setpoint is None:
             self._last_sent = None
             return None
@@ -146,6 +154,20 @@ class SetpointStream:
         if changed:
             self._hold = here(sample) if now - sample.position_time < LONGEST_BLIND_HOLD else None
         return self._hold, True
+
+    def _levelled(self, setpoint: Setpoint | None, hold: bool, now: float) -> Setpoint | None:
+        """The setpoint, or a level attitude where a hold begins to replace attitude setpoints."""
+        if not hold or not isinstance(setpoint, PositionSetpoint):
+            self._leans, self._level_since = isinstance(setpoint, AttitudeSetpoint), None
+            return setpoint
+        if not self._leans or self.curve is None:
+            return setpoint
+        if self._level_since is None:
+            self._level_since = now
+        if now - self._level_since < LEVELLING:
+            return AttitudeSetpoint(self.curve.hover_force, np.array([0.0, 0.0, setpoint.yaw]))
+        self._leans = False
+        return setpoint
 
     def _normalised(self, setpoint: AttitudeSetpoint, sample: VehicleSample) -> float:
         assert self.curve is not None, "attitude setpoints are refused without a thrust curve"

@@ -56,6 +56,22 @@ def test_a_hold_is_position_and_yaw_only(stream):
     assert [message.x, message.y, message.z, message.yaw] == pytest.approx([1.0, -2.0, -3.0, -0.5])
 
 
+def test_a_hold_after_attitude_setpoints_begins_level(stream):
+    """ArduPilot's position control would begin with the tilt that it finds as its integral."""
+    stream.hold(here(sample()))
+    assert stream.message(9.9, sample(), TARGET).get_type() == "SET_POSITION_TARGET_LOCAL_NED"
+    assert stream.offer(AttitudeSetpoint(33.0, np.array([0.1, 0.2, 0.3])), 10.0)
+    assert stream.message(10.0, sample(), TARGET).thrust == pytest.approx(0.44)
+    stream.hold(PositionSetpoint(NO, 0.7))
+    for now in (10.01, 10.2):
+        message = stream.message(now, sample(), TARGET)
+        assert message.get_type() == "SET_ATTITUDE_TARGET" and message.thrust == pytest.approx(0.4)
+        assert message.q == pytest.approx([math.cos(0.35), 0.0, 0.0, -math.sin(0.35)])
+        stream.hold(PositionSetpoint(NO, 0.7), latch=True)  # does not begin anew
+    for now in (10.27, 10.3, 11.0):
+        assert stream.message(now, sample(), TARGET).get_type() == "SET_POSITION_TARGET_LOCAL_NED"
+
+
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(5.0, 60.0))
 def test_thrust_along_the_body_survives_the_division_by_the_tilt(roll, pitch, force):
     stream = SetpointStream(CONFIG, EventLog())
@@ -78,13 +94,13 @@ def test_a_silent_controller_is_replaced_by_a_hold_where_the_vehicle_is(stream, 
     stream.hold(PositionSetpoint(NO, 0.0))
     stream.offer(AttitudeSetpoint(30.0, NO), 10.0)
     assert stream.message(10.1, sample(), TARGET).get_type() == "SET_ATTITUDE_TARGET"
-    first = stream.message(10.3, sample(position_time=10.29), TARGET)
-    moved = sample(position=np.array([9.0, 9.0, 9.0]), position_time=10.4)
-    second = stream.message(10.4, moved, TARGET)
+    assert stream.message(10.3, sample(position_time=10.29), TARGET).get_type() == "SET_ATTITUDE_TARGET", "level first"
+    moved = [sample(position=np.full(3, at), position_time=at) for at in (10.6, 10.7)]
+    first, second = (stream.message(one.position_time, one, TARGET) for one in moved)
     assert (first.x, first.z) == (second.x, second.z) == (1.0, -3.0), "one place, not wherever it drifts"
     assert events.conditions == {EventKind.SETPOINT_STALE}
-    stream.offer(AttitudeSetpoint(30.0, NO), 10.5)
-    assert stream.message(10.5, sample(), TARGET).get_type() == "SET_ATTITUDE_TARGET"
+    stream.offer(AttitudeSetpoint(30.0, NO), 10.8)
+    assert stream.message(10.8, sample(), TARGET).get_type() == "SET_ATTITUDE_TARGET"
     assert events.conditions == frozenset()
 
 
