@@ -23,7 +23,7 @@ from doorman.recording import Recorder
 Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
-"""For a vehicle that somebody else lands [s]."""
+"""For a vehicle that somebody else flies or lands: until then it gets the cameras' poses [s]."""
 _BLIND_PATIENCE = 3.0
 """In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
 _STOPS = 5
@@ -35,7 +35,9 @@ _RELEASE_TIME = 0.6
 _RECOVERY = 3.0
 """For a gripper that has shut down to be set up again [s]."""
 _ON_THE_WAY = 3.0
-"""For places on the way back, which need not be reached exactly [s]."""
+"""For places on the way back, which need not be reached exactly [s];"""
+_LOST_ON_THE_WAY = 0.5
+"""the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
 _HOLDING_PATIENCE = 30.0
 """For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
 
@@ -78,7 +80,7 @@ class GuardedFlight:
         self.backend = VehicleBackend(model, links)
         self.supervisor = Supervisor(links, Observer(model, self.backend).look, limits, refuge=self._refuge)
         self.journal = Journal(links, self.supervisor, recorder)
-        self._armed_once = False
+        self._armed_once = self._blind = False
 
     def begin(self) -> None:
         """Let the supervisor watch from now on."""
@@ -162,7 +164,8 @@ class GuardedFlight:
         begin = time.monotonic()
         while (end := self._end()) is not End.NOT_FLOWN:
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
-            waits = end is End.STILL_ARMED or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
+            waits = end in (End.STILL_ARMED, End.TAKEN_OVER)
+            waits = waits or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
             if time.monotonic() - begin > (_LANDING_PATIENCE if waits else _RELEASE_TIME):
                 break
             time.sleep(0.02)
@@ -193,10 +196,10 @@ class GuardedFlight:
             return
         where = self.links.whereabouts()
         for place in self._way_out(where.position):
-            if not self._travel(place, where.yaw, _ON_THE_WAY) and not self._may_fly_back():
-                return
-        blind = any(finding.fault is Fault.POSE for finding in self.supervisor.findings) or not self._seen
-        if not blind and self._travel(places.hover, where.yaw):  # else every second adds to the error of dead reckoning
+            if not self._travel(place, where.yaw, _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY):
+                if not self._may_fly_back():
+                    return
+        if not self._lost and self._travel(places.hover, where.yaw):
             self._travel(places.hover, places.yaw)
 
     def _let_go(self) -> bool:
@@ -222,11 +225,11 @@ class GuardedFlight:
 
     def _travel(self, place: Array, yaw: float, timeout: float = 20.0) -> bool:
         """Fly to a place, and hover on the way where the state is old; blindly where it stays so. Whether it arrived."""
-        stopped = blind = False
+        stopped = False
 
         def go_on() -> bool:
             nonlocal stopped
-            stopped = not blind and not self._seen
+            stopped = not self._blind and not self._seen
             return self._may_fly_back() and not stopped
 
         for _ in range(_STOPS):
@@ -237,20 +240,24 @@ class GuardedFlight:
             self.links.hold()
             if not self._heard():
                 return False
-            blind = not self._seen
         return False
 
     def _heard(self) -> bool:
         """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
         begin = time.monotonic()
-        if not self._seen:
+        if not self._seen and not self._blind:
             self.say("the autopilot's state is old: hover until it is fresh")
-        while self._may_fly_back() and not self._seen:
+        while self._may_fly_back() and not self._seen and not self._blind:
             if time.monotonic() - begin > _BLIND_PATIENCE:
                 self.say("the autopilot's state stays old: fly back by its own position control")
-                break
+                self._blind = True
             time.sleep(0.02)
         return self._may_fly_back()
+
+    @property
+    def _lost(self) -> bool:
+        """Whether the way back is flown by dead reckoning, the autopilot's or ours."""
+        return not self._seen or any(finding.fault is Fault.POSE for finding in self.supervisor.findings)
 
     @property
     def _seen(self) -> bool:
