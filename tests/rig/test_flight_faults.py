@@ -126,11 +126,14 @@ def test_gripper_fails_while_it_grips(rig):
 def test_pilot_takes_over(rig):
     flight = at_hover(rig)
     rig.far.call("rig.autopilot.pilot_mode", "position")
-    report = flight.end()
-    assert report.end is End.TAKEN_OVER
-    assert found(report) <= {Fault.PILOT}, "or the backend saw it first"
-    assert rig.links.autopilot.status().authority is Authority.LOST
+    until(lambda: rig.links.autopilot.status().authority is Authority.LOST, "the takeover")
+    time.sleep(3.0)
+    assert rig.links.mocap.read().fresh, "without poses the pilot could not hold a position"
+    assert rig.snapshot.motors
     rig.far.call("rig.autopilot.pilot_mode", "land")
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) <= {Fault.PILOT}, "or the backend saw it first"
     assert_down(rig)
 
 
