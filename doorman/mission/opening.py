@@ -286,7 +286,8 @@ class Opening:
         turned = math.degrees(abs(self._turned(estimate)))
         if self._push is not None and turned > math.degrees(_HEADING_LOST):
             return f"the heading is lost: {turned:.0f}° beside where it should be at {math.degrees(estimate.door_angle):.1f}°"
-        patience = _STUCK_IN_SWING if self._in_swing else _STUCK
+        held = self._in_swing and estimate.door_angle - self._goal > _FAR  # nearer, it has come back
+        patience = _STUCK_IN_SWING if held else _STUCK
         if estimate.time - self._progress_at < patience or self._near_since is not None:
             return ""
         return (
