@@ -195,10 +195,12 @@ class GuardedFlight:
         if not self._let_go() or not self._heard():
             return
         where = self.links.whereabouts()
+        begin = where.position
         for place in self._way_out(where.position):
-            if not self._travel(place, where.yaw, _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY):
+            if not self._travel(place, where.yaw, _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY, begin):
                 if not self._may_fly_back():
                     return
+            begin = place
         if not self._lost and self._travel(places.hover, where.yaw):
             self._travel(places.hover, places.yaw)
 
@@ -223,7 +225,7 @@ class GuardedFlight:
             time.sleep(0.02)
         return False
 
-    def _travel(self, place: Array, yaw: float, timeout: float = 20.0) -> bool:
+    def _travel(self, place: Array, yaw: float, timeout: float = 20.0, begin: Array | None = None) -> bool:
         """Fly to a place, and hover on the way where the state is old; blindly where it stays so. Whether it arrived."""
         stopped = False
 
@@ -233,7 +235,7 @@ class GuardedFlight:
             return self._may_fly_back() and not stopped
 
         for _ in range(_STOPS):
-            if fly_to(self.links, place, yaw, timeout, go_on):
+            if fly_to(self.links, place, yaw, timeout, go_on, begin):
                 return True
             if not stopped or not self._may_fly_back():
                 return False

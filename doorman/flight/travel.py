@@ -22,7 +22,12 @@ _PERIOD = 0.02
 
 
 def fly_to(
-    links: VehicleLinks, place: Array, yaw: float, timeout: float = 20.0, go_on: Callable[[], bool] = lambda: True
+    links: VehicleLinks,
+    place: Array,
+    yaw: float,
+    timeout: float = 20.0,
+    go_on: Callable[[], bool] = lambda: True,
+    begin: Array | None = None,
 ) -> bool:
     """Stream position setpoints along a `StraightWay` until the vehicle has arrived.
 
@@ -32,12 +37,14 @@ def fly_to(
         yaw: Heading [rad].
         timeout: For arriving after the setpoint has [s].
         go_on: Asked at every step whether to.
+        begin: Where the vehicle should be if nobody says where it is, shape (3,), world frame [m].
 
     Returns:
         Whether it arrived; False too if the vehicle is not ours any more, is landing, or is not to go on.
     """
     autopilot, where = links.autopilot, links.whereabouts()
-    way = StraightWay(time.monotonic(), where.position, place, where.yaw, yaw)
+    here = where.position if where.known or begin is None else begin
+    way = StraightWay(time.monotonic(), here, place, where.yaw, yaw)
     end = way.since + way.duration
     while (now := time.monotonic()) < end + timeout:
         if not go_on() or not autopilot.setpoint(way.setpoint(now)):

@@ -35,9 +35,11 @@ class _Marker(Emitter):
         before, now = builder.load(place, align=1), builder.sub(builder.zext(above, sides), builder.zext(below, sides))
         builder.store(now, place, align=1)
         flipped = builder.bitcast(builder.icmp_unsigned("!=", before, now), bits)
-        marked = builder.zext(builder.bitcast(builder.or_(above, below), bits), long)
+        marked = builder.ctpop(builder.bitcast(builder.or_(above, below), bits))
+        if count != long.width:
+            marked = builder.zext(marked, long) if count < long.width else builder.trunc(marked, long)
         changed = builder.zext(builder.icmp_unsigned("!=", flipped, ir.Constant(bits, 0)), ir.IntType(1))
-        return context.make_tuple(builder, _RESULT, (builder.ctpop(marked), changed))
+        return context.make_tuple(builder, _RESULT, (marked, changed))
 
 
 def _nothing(context: Any, builder: Any) -> Any:

@@ -76,7 +76,7 @@ class SetpointStream:
         self._climb: _Climb | None = None
         self._latest: tuple[Setpoint, float] | None = None
         self._last_sent: float | None = None
-        self._leans = False
+        self._leans, self._yaw = False, 0.0
         self._level_since: float | None = None
 
     @property
@@ -156,16 +156,19 @@ class SetpointStream:
         return self._hold, True
 
     def _levelled(self, setpoint: Setpoint | None, hold: bool, now: float) -> Setpoint | None:
-        """The setpoint, or a level attitude where a hold begins to replace attitude setpoints."""
-        if not hold or not isinstance(setpoint, PositionSetpoint):
+        """The setpoint, or a level attitude where a hold, or nothing, begins to replace attitude setpoints."""
+        if not hold:
             self._leans, self._level_since = isinstance(setpoint, AttitudeSetpoint), None
+            if isinstance(setpoint, AttitudeSetpoint):
+                self._yaw = float(setpoint.attitude[2])
             return setpoint
         if not self._leans or self.curve is None:
             return setpoint
         if self._level_since is None:
             self._level_since = now
         if now - self._level_since < LEVELLING:
-            return AttitudeSetpoint(self.curve.hover_force, np.array([0.0, 0.0, setpoint.yaw]))
+            yaw = setpoint.yaw if isinstance(setpoint, PositionSetpoint) else self._yaw
+            return AttitudeSetpoint(self.curve.hover_force, np.array([0.0, 0.0, yaw]))
         self._leans = False
         return setpoint
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from doorman.hardware.dynamixel import LATCHED
 from doorman.hardware.mocap import PoseSample
-from doorman.hardware.pixhawk import SampleStatus, VehicleSample
+from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -28,6 +28,8 @@ FORCE_LAG = 0.2
 """Time constant of the estimated force [s]."""
 _TICK_WINDOW = 1.0
 """Missed ticks are counted over this time [s]."""
+_LIMPING = 0.3
+"""Telemetry that was old within this time still counts so, where the cameras see the vehicle [s]."""
 _LONGEST_STEP = 0.2
 """Two velocities farther apart give no acceleration [s]."""
 
@@ -82,6 +84,7 @@ class Observer:
         self._max_thrust = model.vehicle.max_thrust
         self._force = ForceEstimator(model.vehicle.mass)
         self._ticks = (-math.inf, 0, 0.0)
+        self._stale_at = -math.inf
 
     def look(self) -> Observation:
         """What is to be seen now."""
@@ -95,17 +98,19 @@ class Observer:
         stale = sample.status is SampleStatus.STALE
         seen: PoseSample | VehicleSample = pose if pose is not None and usable and stale else sample
         unknown = stale and not usable
+        self._stale_at = now if stale else self._stale_at
+        limps = usable and now - self._stale_at < _LIMPING
         return Observation(
             now=now,
             armed=sample.armed,
             commanding=commanding,
             authority=status.authority,
-            conditions=status.conditions,
+            conditions=status.conditions | {EventKind.STATE_STALE} if limps else status.conditions,
             position=pose.position if pose is not None and usable else sample.position,
             speed=math.nan if unknown else float(np.linalg.norm(seen.velocity)),
             tilt=math.nan if unknown else _tilt(seen.attitude),
             thrust_share=thrust / self._max_thrust,
-            force=self._force.update(sample, thrust),
+            force=self._force.update(sample, math.nan if stale else thrust),
             pose=None if pose is None else pose.quality,
             divergence=float(np.linalg.norm(pose.position - sample.position))
             if pose is not None and usable and not stale

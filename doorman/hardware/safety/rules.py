@@ -97,7 +97,7 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.DIVERGENCE, 0.3, Action.LAND, lambda seen, limits: seen.divergence > limits.divergence),
     Rule(Fault.TILT, 0.05, Action.LAND, lambda seen, limits: seen.tilt > limits.tilt),
     Rule(Fault.STATE, 0.3, Action.RETREAT, _unseen(EventKind.STATE_STALE)),
-    Rule(Fault.HEARTBEAT, 0.0, Action.RETREAT, _unseen(EventKind.HEARTBEAT_LOST)),
+    Rule(Fault.HEARTBEAT, 1.5, Action.RETREAT, _unseen(EventKind.HEARTBEAT_LOST)),
     Rule(Fault.POSE, 0.05, Action.RETREAT,
          lambda seen, _: seen.pose in (PoseQuality.LOST, PoseQuality.NONE) or EventKind.MOCAP_LOST in seen.conditions),
     Rule(Fault.BATTERY_CRITICAL, 1.0, Action.RETREAT, lambda seen, limits: seen.battery < limits.critical_battery),

@@ -16,6 +16,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.dynamixel import ServoBus
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
+from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.gripper import CLOSED, gripper_rate
 
@@ -35,8 +36,10 @@ class Whereabouts:
     """Ṗ, shape (3,), world frame [m/s]."""
     yaw: float
     """ψ [rad]."""
+    time: float
+    """When that was true, by `time.monotonic` [s]."""
     known: bool
-    """Whether that holds now; else it is the last that the autopilot said."""
+    """Whether it still holds; else it is the last that anybody said."""
 
 
 class VehicleLinks:
@@ -100,15 +103,15 @@ class VehicleLinks:
     # ------------------------------------------------------------ what is known
 
     def whereabouts(self) -> Whereabouts:
-        """Where the vehicle is: by the autopilot, or by the cameras while that is not heard."""
+        """Where the vehicle is: by the autopilot, or by the cameras while that is not heard; by who spoke last if by neither."""
         state = self.autopilot.state()
         heard = state.status is SampleStatus.FRESH
         if not heard and self.mocap is not None:
             with contextlib.suppress(BackendError):  # closed
                 pose = self.mocap.read()
-                if pose.usable:
-                    return Whereabouts(pose.position, pose.velocity, float(pose.attitude[2]), True)
-        return Whereabouts(state.position, state.velocity, float(state.attitude[2]), heard)
+                if pose.usable or (pose.count > 0 and not pose.time <= state.position_time):
+                    return Whereabouts(pose.position, pose.velocity, float(pose.attitude[2]), pose.time, pose.usable)
+        return Whereabouts(state.position, state.velocity, float(state.attitude[2]), state.position_time, heard)
 
     # ------------------------------------------------------------ who may command
 
@@ -155,7 +158,8 @@ class VehicleLinks:
             latch: Refuse the controller's setpoints until `autopilot.resume`.
         """
         where = self.whereabouts()
-        return self.autopilot.hold(at=PositionSetpoint(where.position, where.yaw) if where.known else None, latch=latch)
+        recent = where.known or time.monotonic() - where.time < LONGEST_BLIND_HOLD
+        return self.autopilot.hold(at=PositionSetpoint(where.position, where.yaw) if recent else None, latch=latch)
 
     def move_arm(self, rates: Array, closed: bool) -> None:
         """Command the arm's joints, and the gripper if there is one.

@@ -56,6 +56,18 @@ def test_a_hold_is_position_and_yaw_only(stream):
     assert [message.x, message.y, message.z, message.yaw] == pytest.approx([1.0, -2.0, -3.0, -0.5])
 
 
+def test_a_silent_controller_without_a_place_to_hold_leaves_a_level_vehicle(stream):
+    stream.hold(PositionSetpoint(NO, 0.0))
+    assert stream.offer(AttitudeSetpoint(33.0, np.array([0.1, 0.2, 0.3])), 10.0)
+    assert stream.message(10.0, sample(), TARGET).thrust == pytest.approx(0.44)
+    old = sample(position_time=8.0)
+    for now in (10.3, 10.5):
+        message = stream.message(now, old, TARGET)
+        assert message.thrust == pytest.approx(0.4)
+        assert message.q == pytest.approx([math.cos(0.15), 0.0, 0.0, -math.sin(0.15)])
+    assert stream.message(10.6, old, TARGET) is None
+
+
 def test_a_hold_after_attitude_setpoints_begins_level(stream):
     """ArduPilot's position control would begin with the tilt that it finds as its integral."""
     stream.hold(here(sample()))

@@ -108,6 +108,17 @@ def test_an_autopilot_that_is_only_seen_is_flown_by_what_the_cameras_see(pose):
     assert [row[1:] for row in assess(seen, 3.0)] == [(Fault.TELEMETRY, Action.ABORT)]
 
 
+def test_a_link_that_comes_back_is_no_fault_for_want_of_its_next_heartbeat():
+    assessor, late = Assessor(LIMITS), {EventKind.HEARTBEAT_LOST}
+    looks = ((0.0, late | {EventKind.STATE_STALE}), (3.0, late), (4.0, late), (4.1, set()))
+    found = [
+        finding.fault
+        for at, conditions in looks
+        for finding in assessor.assess(replace(GOOD, now=100.0 + at, conditions=frozenset(conditions)))
+    ]
+    assert Fault.HEARTBEAT not in found
+
+
 def test_a_fault_that_comes_again_is_found_again():
     assessor = Assessor(LIMITS)
     bad = replace(GOOD, authority=Authority.LOST)
@@ -116,8 +127,10 @@ def test_a_fault_that_comes_again_is_found_again():
 
 
 def test_the_gravest_comes_first():
-    seen = replace(GOOD, authority=Authority.LOST, conditions=frozenset({EventKind.HEARTBEAT_LOST}))
-    assert [finding.action for finding in Assessor(LIMITS).assess(seen)] == [Action.RELEASE, Action.RETREAT]
+    assessor, silent = Assessor(LIMITS), replace(GOOD, conditions=frozenset({EventKind.HEARTBEAT_LOST}))
+    assert assessor.assess(silent) == []
+    found = assessor.assess(replace(silent, now=silent.now + 2.0, authority=Authority.LOST))
+    assert [finding.action for finding in found] == [Action.RELEASE, Action.RETREAT]
 
 
 def test_nothing_is_found_on_the_ground():
