@@ -166,9 +166,9 @@ class Estimator:
 
     def _follow_wind(self, free: bool, time_step: float) -> None:
         """In free flight the wind is what is felt; at the leaf a gust is forgotten, and what has blown on average stays."""
-        if free:
+        if free and time_step > 0.0:
             self._free_time += time_step
-            share = time_step / min(max(self._free_time, time_step), _AVERAGED) if time_step > 0.0 else 0.0
+            share = time_step / min(self._free_time, _AVERAGED)
             self._mean_wind = self._mean_wind + share * (self._vehicle.outer_force - self._mean_wind)
         blows = self._vehicle.outer_force if free else self._mean_wind
         self._wind = self._wind + min(self._rate * time_step, 1.0) * (blows - self._wind)

@@ -197,9 +197,9 @@ class GuardedFlight:
         where = self.links.whereabouts()
         begin = where.position
         for place in self._way_out(where.position):
-            if not self._travel(place, where.yaw, _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY, begin):
-                if not self._may_fly_back():
-                    return
+            patience = _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY
+            if not self._travel(place, where.yaw, patience, begin) and not self._may_fly_back():
+                return
             begin = place
         if not self._lost and self._travel(places.hover, where.yaw):
             self._travel(places.hover, places.yaw)

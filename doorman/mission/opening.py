@@ -116,7 +116,7 @@ class Opening:
         self._held: Setpoint | None = None
         self._waiting: Setpoint | None = None
         self._nudges = model.scenario.control.door_observer_rate > 0.0
-        self._pressing = self._pressed = 0.0
+        self._pressing = 0.0
         self._stiction = 0.0
         self._counted_on = 0.0
         self.resistance = 0.0
@@ -326,7 +326,6 @@ class Opening:
             friction = max(0.0, estimate.hinge.friction)
             resistance = max(0.0, -estimate.door_disturbance)
             self._pressing = (resistance - (1.0 - self._settings.hold_share) * min(friction, resistance)) / self._lever
-            self._pressed = self._pressing if self._push is None else self._push.push
         return self._held is not None
 
     def _hold(self, push: PushController, off: float, estimate: Estimate, time_step: float) -> Setpoint:
@@ -340,5 +339,5 @@ class Opening:
         self._pressing = max(self._pressing, settings.least_force)
         assert self._held is not None
         most = time_step * (_EASING if abs(self._rate) < _STANDS else _BRAKING)
-        self._pressed += min(max(self._pressing - self._pressed, -most), most)
-        return push.hold(self._held, self._pressed, estimate)
+        pressed = push.push + min(max(self._pressing - push.push, -most), most)
+        return push.hold(self._held, pressed, estimate)

@@ -56,7 +56,7 @@ def mark_rows(
         typingctx: numba's.
         node: k.
         count: Tuple as long as a node has rows.
-        rows: r of all nodes, (N, count).
+        rows: r of all nodes, (N, count); or the end rows, (count,), with node 0.
         multipliers: λ, of the same shape.
         scale: 1/μ.
         active: 1 or 0, of the same shape, int8.
@@ -158,22 +158,8 @@ def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
         active.state_count[k], active.input_count[k] = h + x, g + u
         if h_changed or x_changed or g_changed or u_changed:
             last = k
-    if classify_end(work, at, penalty):
-        last = n - 1
-    return last
-
-
-@kernel
-def classify_end(work: Workspace, at: Trajectory, penalty: float) -> bool:
-    """The same of the end rows, which count as rows of the last state; whether their set is another now."""
-    active, multipliers, proposal = work.active, work.multipliers, work.proposal
-    changed, count = False, 0
-    for i in range(len(work.sizes.end_rows)):
-        force = multipliers.end_rows[i] + penalty * at.end_rows[i]
-        now = 1 if force > 0.0 else 0
-        proposal.end_rows[i] = max(force, 0.0)
-        changed |= active.end_rows[i] != now
-        active.end_rows[i] = now
-        count += now
-    active.state_count[at.inputs.shape[0] - 1] += count
-    return changed
+    end, end_changed = mark_rows(
+        0, sizes.end_rows, at.end_rows, multipliers.end_rows, penalty, active.end_rows, proposal.end_rows
+    )
+    active.state_count[n - 1] += end  # they count as rows of the last state
+    return n - 1 if end_changed else last

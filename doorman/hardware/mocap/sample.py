@@ -31,6 +31,11 @@ class PoseQuality(Enum):
     LOST = "lost"
     """Where the body was last seen: not to be flown on."""
 
+    @property
+    def usable(self) -> bool:
+        """Whether a controller may use such a pose: measured or predicted."""
+        return self in (PoseQuality.MEASURED, PoseQuality.PREDICTED)
+
 
 @dataclass(frozen=True)
 class PoseSample:
@@ -63,7 +68,7 @@ class PoseSample:
     @property
     def usable(self) -> bool:
         """Whether a controller may use the pose: measured or predicted."""
-        return self.quality in (PoseQuality.MEASURED, PoseQuality.PREDICTED)
+        return self.quality.usable
 
     def at(self, now: float, stale_after: float, prediction_limit: float) -> PoseSample:
         """This measurement as of a later time.

@@ -79,8 +79,7 @@ def _outside(seen: Observation, limits: SafetyLimits) -> bool:
 
 def _seen_only(seen: Observation, _: SafetyLimits) -> bool:
     """Whether only the cameras say where the vehicle is: it can be flown by them."""
-    by_cameras = seen.pose in (PoseQuality.MEASURED, PoseQuality.PREDICTED)
-    return by_cameras and EventKind.STATE_STALE in seen.conditions
+    return seen.pose is not None and seen.pose.usable and EventKind.STATE_STALE in seen.conditions
 
 
 def _unseen(kind: EventKind) -> Callable[[Observation, SafetyLimits], bool]:
