@@ -14,11 +14,11 @@ import typer
 
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.autopilot_onboard import Flavour
 from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup
+from doorman.rig.emulated import AutopilotKind
 from doorman.scenario import Scenario
 
 _LOOK = 0.2
@@ -27,7 +27,7 @@ _LOOK = 0.2
 def run_rig(
     source: str,
     settings: Sequence[str],
-    autopilot: Flavour,
+    autopilot: AutopilotKind,
     pixhawk_port: int,
     mocap_port: int,
     out: Path | None,
@@ -40,7 +40,7 @@ def run_rig(
     Args:
         source: Name or path of the scenario.
         settings: Overrides, `key=value`.
-        autopilot: Whose rules the emulated autopilot follows.
+        autopilot: Who flies the vehicle.
         pixhawk_port: UDP port on loopback that it sends to.
         mocap_port: UDP port on loopback that the cameras send to; 0 for none.
         out: MCAP file for the truth, while the motors run.
@@ -66,8 +66,13 @@ def run_rig(
             overrides = [word for setting in settings for word in ("--set", setting)]
             command = " ".join(["doorman", "fly", source, *overrides, *rig.arguments])
             links = dict(zip(rig.arguments[::2], rig.arguments[1::2], strict=True))
-            document = json.dumps({"command": command, "links": {name.strip("-"): one for name, one in links.items()}})
-            typer.echo(document if as_json else f"The rig runs until Ctrl-C; fly it by\n{command}")
+            other = rig.autopilot_command
+            document = {"command": command, "links": {name.strip("-"): one for name, one in links.items()}}
+            words = f"The rig runs until Ctrl-C; fly it by\n{command}"
+            if other is not None:
+                document["autopilot"] = other
+                words = f"Start ArduPilot in another terminal by\n{other}\n{words}"
+            typer.echo(json.dumps(document) if as_json else words)
             sys.stdout.flush()
             while not over.wait(_LOOK) and rig.plant.failure is None:
                 pass

@@ -14,10 +14,11 @@ from doorman.cli.arguments import Settings, Source
 
 
 class AutopilotKind(StrEnum):
-    """Whose rules the emulated autopilot follows."""
+    """Who flies the rig's vehicle."""
 
     PX4 = "px4"
     ARDUPILOT = "ardupilot"
+    ARDUPILOT_SITL = "ardupilot-sitl"
 
 
 class SetpointKind(StrEnum):
@@ -49,7 +50,10 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
     def rig(
         scenario: Source = "paper",
         settings: Settings = None,
-        autopilot: Annotated[AutopilotKind, typer.Option(help="Whose rules it follows.")] = AutopilotKind.PX4,
+        autopilot: Annotated[
+            AutopilotKind,
+            typer.Option(help="Whose rules it follows; ardupilot-sitl: ArduPilot's own code, which you start."),
+        ] = AutopilotKind.PX4,
         pixhawk_port: Annotated[int, typer.Option(help="UDP port on loopback that the autopilot sends to.")] = 14540,
         mocap_port: Annotated[int, typer.Option(help="UDP port that the cameras send to; 0: no cameras.")] = 51001,
         out: Annotated[Path | None, typer.Option(metavar="FILE", help="Record the truth, as MCAP.")] = None,
@@ -70,6 +74,10 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
         def command() -> int:
             if fly:
+                if autopilot is AutopilotKind.ARDUPILOT_SITL:
+                    raise typer.BadParameter(
+                        "ArduPilot is started by hand: run the rig without --fly", param_hint="--fly"
+                    )
                 from doorman.cli.rig_demo import fly_the_rig
 
                 return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json)

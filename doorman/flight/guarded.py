@@ -16,6 +16,7 @@ from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.safety import Action, Fault, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
+from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
 from doorman.mission.motion import way_out
 from doorman.model import Model
 from doorman.recording import Recorder
@@ -90,6 +91,8 @@ class GuardedFlight:
     def rise(self) -> str:
         """Engage, arm, take off, fly to the hover point; returns what went wrong, or nothing."""
         autopilot, places = self.links.autopilot, self.places
+        if reason := self._try_gripper():
+            return f"gripper: {reason}"
         height = float(places.hover[2] - autopilot.state().position[2])
         steps: tuple[tuple[str, Callable[[], Outcome]], ...] = (
             ("engage", autopilot.engage),
@@ -111,6 +114,32 @@ class GuardedFlight:
         if reason := self._measure_hover():
             return reason
         self.supervisor.rising = False
+        return ""
+
+    def _try_gripper(self) -> str:
+        """Close it, and let its spring open it: in flight it must open whatever has failed. Returns what went wrong."""
+        if not self.links.config.gripper:
+            return ""
+        self.say("close the gripper, and let it open by itself")
+        servos, rest = self.links.servos, np.zeros(self.links.config.n_arm)
+
+        def angle() -> float:
+            return float(servos.read().angles[-1])
+
+        deadline = time.monotonic() + CLOSES_WITHIN
+        while angle() < CLOSED:
+            if time.monotonic() > deadline:
+                return f"it does not close within {CLOSES_WITHIN:g} s: it stands at {angle():.2f} of {CLOSED:g} rad"
+            self.links.move_arm(rest, closed=True)
+            time.sleep(0.01)
+        deadline = time.monotonic() + OPENS_WITHIN
+        while angle() > HALF_OPEN:
+            if time.monotonic() > deadline:
+                self.links.let_go()
+                return f"without current it opens only to {angle():.2f} rad, not to {HALF_OPEN:g}: it needs a stronger spring"
+            servos.command(rest, 0.0)
+            time.sleep(0.01)
+        self.links.let_go()
         return ""
 
     def _measure_hover(self) -> str:

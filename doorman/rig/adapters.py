@@ -9,7 +9,7 @@ from doorman.hardware.emulators.autopilot_plant import PlantTruth
 from doorman.hardware.emulators.mocap_stream import BodyPose
 from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
 from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, multiply, quaternion_from_euler
-from doorman.hardware.vehicle.gripper import CLOSED
+from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
 from doorman.model import GRAVITY
 from doorman.rig.plant import RigPlant, Snapshot
 
@@ -67,10 +67,10 @@ class RigArm:
     def __init__(self, plant: RigPlant, gripper: bool) -> None:
         self._plant = plant
         self._n = plant.model.n_arm
-        self._gripper = LaggingJoints(np.zeros(1)) if gripper else None
+        self._gripper = LaggingJoints(np.full(1, OPEN), stops=(OPEN, SHUT)) if gripper else None
 
     def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
-        """Take goal rates [rad/s]; without power a joint stands still, since its gears do not turn freely."""
+        """Take goal rates [rad/s]; what nothing drives stands still, since its gears do not turn freely."""
         self._plant.move_arm(np.where(powered, rates, 0.0)[: self._n])
         if self._gripper is not None:
             self._gripper.drive(time, rates[self._n :], powered[self._n :])

@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
+from typing import Literal
 
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot import EmulatedAutopilot
@@ -14,11 +15,16 @@ from doorman.hardware.emulators.autopilot_onboard import Flavour
 from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 from doorman.hardware.emulators.mocap import MocapEmulator, TrackerSetup
 from doorman.hardware.emulators.servos import ServoEmulator
+from doorman.hardware.emulators.servos_unit import READY_TO_GRIP, ServoSetup
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.plant import RigPlant
+from doorman.rig.sitl import SERVO_PORT, ArduPilotSitl, arducopter_command
+from doorman.simulation.rotors import rotor_layout
 
+AutopilotKind = Literal["px4", "ardupilot", "ardupilot-sitl"]
+"""An emulated autopilot that follows the rules of PX4 or of ArduPilot, or ArduPilot's own code."""
 LOOPBACK = "127.0.0.1"
 OBJECT_NAME = "vehicle"
 """Name of the vehicle in the cameras' stream."""
@@ -31,6 +37,21 @@ _SAFE = {
 """Parameters as the check of the adapter wants them."""
 
 
+SPRING = 0.25
+"""Current that balances the gripper's spring [A]."""
+
+
+def servo_setups(n_arm: int, gripper: bool) -> list[ServoSetup]:
+    """Emulated servos of an arm, ready for the adapter: ids 1, 2, 3 … from base to tip, then of the gripper.
+
+    Args:
+        n_arm: Number of the arm's joints.
+        gripper: Whether one more closes a gripper.
+    """
+    setups = [ServoSetup(number) for number in range(1, n_arm + 1)]
+    return [*setups, ServoSetup(n_arm + 1, dict(READY_TO_GRIP), spring=SPRING)] if gripper else setups
+
+
 @dataclass(frozen=True)
 class RigSetup:
     """How the rig is wired.
@@ -39,8 +60,8 @@ class RigSetup:
         BackendError: if a port is out of range.
     """
 
-    autopilot: Flavour = "px4"
-    """Whose rules the emulated autopilot follows."""
+    autopilot: AutopilotKind = "px4"
+    """Who flies the vehicle."""
     pixhawk_port: int = 14540
     """UDP port on loopback that it sends to."""
     mocap_port: int = 51001
@@ -53,9 +74,11 @@ class RigSetup:
     """Of the autopilot [1/s]."""
     seed: int = 0
     """Of noise and faults."""
+    sitl_port: int = SERVO_PORT
+    """UDP port on loopback to which ArduPilot's own code sends its motors' outputs."""
 
     def __post_init__(self) -> None:
-        for name, least in (("pixhawk_port", 1), ("mocap_port", 0)):
+        for name, least in (("pixhawk_port", 1), ("mocap_port", 0), ("sitl_port", 1)):
             if not least <= getattr(self, name) <= 65535:
                 raise BackendError("not a port", field=name, given=getattr(self, name), allowed=f"{least} to 65535")
 
@@ -72,24 +95,33 @@ class Rig:
     def __init__(self, model: Model, setup: RigSetup | None = None, recorder: Recorder | None = None) -> None:
         self.model = model
         self.setup = setup or RigSetup()
-        self.plant = RigPlant(model, recorder)
+        pilot = None
+        if self.setup.autopilot == "ardupilot-sitl":
+            layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+            pilot = ArduPilotSitl(layout, self.setup.sitl_port)
+        self.plant = RigPlant(model, recorder, pilot)
+        self._rotors = 0 if pilot is None else layout.count
         self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or Path(tempfile.mkdtemp(prefix="doorman-rig-"))
         with_mocap = self.setup.mocap_port > 0
-        self.autopilot = EmulatedAutopilot(
-            self.setup.autopilot,
-            RigVehicle(self.plant),
-            remote=(LOOPBACK, self.setup.pixhawk_port),
-            vision=with_mocap,
-            start_up=2.0,
-            heartbeat_rate=self.setup.heartbeat_rate,
-            hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
-            seed=self.setup.seed,
+        self.autopilot: EmulatedAutopilot | None = None
+        """None where ArduPilot's own code flies."""
+        if self.setup.autopilot != "ardupilot-sitl":
+            self.autopilot = EmulatedAutopilot(
+                self.setup.autopilot,
+                RigVehicle(self.plant),
+                remote=(LOOPBACK, self.setup.pixhawk_port),
+                vision=with_mocap,
+                start_up=2.0,
+                heartbeat_rate=self.setup.heartbeat_rate,
+                hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
+                seed=self.setup.seed,
+            )
+            for name, value in self._parameters(self.setup.autopilot).items():
+                self.autopilot.parameters[name] = value
+        self.servos = ServoEmulator(
+            servo_setups(model.n_arm, self.gripper), RigArm(self.plant, self.gripper), link=self._folder / SERVOS
         )
-        for name, value in self._parameters().items():
-            self.autopilot.parameters[name] = value
-        count = model.n_arm + self.gripper
-        self.servos = ServoEmulator(range(1, count + 1), RigArm(self.plant, self.gripper), link=self._folder / SERVOS)
         self.mocap = MocapEmulator(
             RigBody(self.plant), TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate),
             (LOOPBACK, self.setup.mocap_port or 51001),
@@ -103,6 +135,13 @@ class Rig:
         links = ["--pixhawk", f"udp:{self.setup.pixhawk_port}", "--servos", str(self._folder / SERVOS)]
         return (*links, "--mocap", f"udp:{self.setup.mocap_port}") if self._with_mocap else tuple(links)
 
+    @property
+    def autopilot_command(self) -> str | None:
+        """What starts the autopilot's own code in another terminal; None where the autopilot is emulated."""
+        if self.autopilot is not None:
+            return None
+        return arducopter_command(self._rotors, self.setup.pixhawk_port, self._folder)
+
     def start(self) -> None:
         """Let the plant move and the emulators talk.
 
@@ -115,7 +154,8 @@ class Rig:
             self.plant.start()
             stack.callback(self.plant.stop)
             stack.enter_context(self.servos)
-            stack.enter_context(self.autopilot)
+            if self.autopilot is not None:
+                stack.enter_context(self.autopilot)
             if self._with_mocap:
                 stack.enter_context(self.mocap)
             self._running = stack.pop_all()
@@ -135,7 +175,6 @@ class Rig:
     ) -> None:
         self.stop()
 
-    def _parameters(self) -> dict[str, float]:
-        px4 = self.setup.autopilot == "px4"
-        mocap = (PX4_MOCAP if px4 else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}
-        return {**mocap, **_SAFE[self.setup.autopilot]}
+    def _parameters(self, flavour: Flavour) -> dict[str, float]:
+        mocap = (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}
+        return {**mocap, **_SAFE[flavour]}

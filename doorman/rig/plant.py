@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.landing_gear import LandingGear
+from doorman.rig.sitl import STATE_RATE, ArduPilotSitl
 from doorman.simulation.engine import engine
 from doorman.simulation.simulator import Disturbance, Simulator
 from doorman.simulation.truth import Truth
@@ -48,15 +50,17 @@ class RigPlant:
         model: The model, for this plant alone.
         recorder: Gets a message `truth` per tick while the motors run or the vehicle is in the air; written by the plant's
             thread only.
+        pilot: Flies the rotors, and is started and stopped with the plant; None lets whoever calls `fly`.
     """
 
-    def __init__(self, model: Model, recorder: Recorder | None = None) -> None:
+    def __init__(self, model: Model, recorder: Recorder | None = None, pilot: ArduPilotSitl | None = None) -> None:
         self.model = model
         self.places = Places.of(model)
         self.gear = LandingGear(float(self.places.pad[2]))
-        simulation = model.scenario.simulation
-        self.period = 1.0 / simulation.controller_rate
-        self._steps = max(1, round(simulation.physics_rate / simulation.controller_rate))
+        rates = model.scenario.simulation
+        rate = rates.controller_rate if pilot is None else STATE_RATE
+        self.period = 1.0 / rate
+        self._steps = max(1, math.ceil(rates.physics_rate / rate - 1e-9))
         self.lock = threading.RLock()
         """Held while the physics advances."""
         self.slipped = 0.0
@@ -70,6 +74,9 @@ class RigPlant:
         self._thrust, self._attitude = 0.0, np.array([0.0, 0.0, self.places.yaw])
         self._arm_rates = np.zeros(model.n_arm)
         self._motors, self._grip = False, False
+        self._pilot = pilot
+        if pilot is not None:
+            self._simulator.set_rotors(None, pilot.wiring.directions)
         self._wind = _NOTHING
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
@@ -88,6 +95,8 @@ class RigPlant:
         """
         if self._thread is not None:
             raise BackendError("the plant runs already", allowed="stop() before another start()")
+        if self._pilot is not None:
+            self._pilot.start()
         self._stopping.clear()
         self.epoch = time.monotonic() - self._simulator.time
         self._thread = threading.Thread(target=self._run, name="rig plant", daemon=True)
@@ -99,6 +108,8 @@ class RigPlant:
         thread, self._thread = self._thread, None
         if thread is not None:
             thread.join(2.0)
+        if self._pilot is not None:
+            self._pilot.stop()
 
     # ------------------------------------------------------------ what emulators do
 
@@ -182,13 +193,20 @@ class RigPlant:
 
     def advance(self) -> None:
         """Let one tick pass, and look."""
+        pilot = self._pilot
+        rotors = None if pilot is None else pilot.thrusts(self._simulator.time)
         with self.lock:
+            if pilot is not None:
+                self._motors = rotors is not None
+                self._simulator.set_rotors(rotors)
             self._simulator.set_grip(self._grip)
             self._gains[: self._simulator.layout.count, 0] = float(self._motors)
             attitude = self._attitude if self._motors else self._snapshot.truth.attitude
             self._simulator.set_command(self._thrust if self._motors else 0.0, attitude, self._arm_rates)
             self._simulator.advance(self._steps)
             self._snapshot = self._look()
+        if pilot is not None:
+            pilot.tell(self._snapshot.truth)
         if self._recorder is not None and (self._snapshot.motors or not self._snapshot.on_ground):
             self._record(self._recorder)
 

@@ -78,6 +78,7 @@ class Simulator:
         self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
         self._command = np.zeros(5 + model.n_arm)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
+        self._rotors: Array | None = None
         self._steps = 0
         self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
         self._begin_interval()
@@ -104,6 +105,19 @@ class Simulator:
         self._mujoco.mju_mat2Quat(self._command[1:5], rotation_body_to_world(attitude).ravel())
         self._command[5:] = arm_rates
 
+    def set_rotors(self, thrusts: Array | None, directions: Array | None = None) -> None:
+        """Let somebody else fly: set points of the rotors, from the next physics step on, instead of the onboard loop's.
+
+        Args:
+            thrusts: Shape (m,) [N]; None lets the onboard loop fly again.
+            directions: Senses in which that somebody's rotors turn, +1 counter-clockwise seen from above, shape (m,); None
+                leaves them as they are.
+        """
+        self._rotors = thrusts
+        if directions is not None:
+            gears = self.plant.engine_model.actuator_gear
+            gears[: self.layout.count, 5] = -directions * self.layout.torque_per_thrust
+
     def set_grip(self, closed: bool) -> None:
         """Let the tip hold on to the leaf where it touches, or let go.
 
@@ -128,6 +142,8 @@ class Simulator:
             if self._disturbance is not None:
                 self._disturb(self._disturbance(self.time))
             onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
+            if self._rotors is not None:
+                self._control[: self.layout.count] = self._rotors
             door_angle = float(self._qpos[hinge])
             step(engine_model, data)
             self._steps += 1

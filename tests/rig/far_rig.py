@@ -51,6 +51,10 @@ class Served:
             self.set_register(servo, "model number", number)
         rig.servos.plug_in()
 
+    def set_spring(self, current: float) -> None:
+        """Of the gripper [A]."""
+        self.rig.servos.servo(max(self.models)).setup.spring = current
+
     def set_register(self, servo: int, name: str, value: int) -> None:
         with self.rig.servos.lock:
             self.rig.servos.servo(servo).memory.set(name, value)

@@ -120,8 +120,8 @@ FAULTS: dict[str, Injection] = {
 
 MOTORS_OFF_ALOFT = {"pilot stops the motors", "autopilot reboots"}
 """The vehicle falls where it is: it may touch the door."""
-LANDED_THERE = {"autopilot loses its estimate", "link cut", "pilot takes over", "servos unplugged"}
-"""It comes down where it is, as after LAND, by others or with a gripper that cannot open: it may touch door, frame or sill."""
+LANDED_THERE = {"autopilot loses its estimate", "link cut", "pilot takes over"}
+"""It comes down where it is, as after LAND, or by others: it may touch door, frame or sill."""
 
 
 @pytest.fixture(autouse=True)

@@ -12,7 +12,7 @@ from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.connection import Connection
-from doorman.hardware.dynamixel.cycle import RateCommand, ServoCycle
+from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.settings import SettingFinding
@@ -94,25 +94,29 @@ class ServoBus:
         """
         return self._opened().wait(sample.cycle, timeout).at(time.monotonic(), self.config.stale_after)
 
-    def command(self, rates: ArrayLike) -> None:
+    def command(self, rates: ArrayLike, grip: float | None = None) -> None:
         """Ask for joint rates, at once; they hold until the next call, but no longer than `command_timeout`.
 
         Args:
-            rates: Ḣ_d, shape (n,) [rad/s].
+            rates: Ḣ_d, shape (n_joints,) [rad/s].
+            grip: Current of the gripper, positive where it pushes the angle up [A]; None goes on with the last one. It holds
+                until it is changed, the bus is stopped or the servo's watchdog fires.
 
         Raises:
             BackendError: if they are of wrong shape or not finite (the arm then stops), or the bus is not open.
         """
         worker = self._opened()
         now = time.monotonic()
+        last = 0.0 if worker.command is None else worker.command.current
         try:
-            wanted = vector(rates, self.config.n, "rates")
+            wanted = vector(rates, self.config.n_joints, "rates")
+            current = last if grip is None else float(vector([grip], 1, "grip")[0])
         except DimensionError as error:
-            worker.command = RateCommand((0.0,) * self.config.n, now)
+            worker.command = ServoCommand((0.0,) * self.config.n_joints, last, now)
             raise BackendError(f"not rates: {error}", field="rates") from error
         if worker.latest.state is BusState.STOPPED:
             raise BackendError("the servo bus is stopped", allowed="open() before command()")
-        worker.command = RateCommand(tuple(float(rate) for rate in wanted), now)
+        worker.command = ServoCommand(tuple(float(rate) for rate in wanted), current, now)
 
     def recover(self, timeout: float = 10.0) -> tuple[str, ...]:
         """Set up again every servo that is missing or has a latched fault; one that has shut down is rebooted.

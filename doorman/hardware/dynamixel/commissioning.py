@@ -9,6 +9,8 @@ from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.registers import (
     ANSWER_ALL,
     BUS_WATCHDOG,
+    CURRENT_LIMIT,
+    GOAL_CURRENT,
     GOAL_PWM,
     GOAL_VELOCITY,
     HARDWARE_ERROR,
@@ -44,6 +46,8 @@ class ReadyServo:
     firmware: int
     velocity_limit: int
     """Largest goal velocity that it accepts, as counts."""
+    current_limit: int
+    """Largest goal current that it accepts, as counts."""
     turns: float
     """To add to its angle so that it lies between the joint's limits [rad]."""
     findings: tuple[SettingFinding, ...]
@@ -93,18 +97,18 @@ def commission(servo: Servo, index: int, config: ServoConfig, reboot: bool, writ
     if blocking:
         raise BackendError("; ".join(str(finding) for finding in blocking), field="servos",
                            allowed="settings as above; write_eeprom changes them")  # fmt: skip
-    _stand_still(servo)
+    _stand_still(servo, index, config)
     _gather_telemetry(servo)
     servo.write(TORQUE_ENABLE, TORQUE_ON)
     if servo.read(TORQUE_ENABLE) != TORQUE_ON:
         raise BackendError("torque does not come on", field=f"servo {servo.id}", given=_errors(servo), allowed="0")
-    servo.write(GOAL_VELOCITY, 0)
+    _stop(servo, index, config)
     lower, upper, _ = config.limits
     position = servo.read(PRESENT_POSITION)
     angle = joint_angle(position, config.zeros[index], config.signs[index])
     turns = whole_turns(angle, float(lower[index]), float(upper[index]))
-    limit = servo.read(VELOCITY_LIMIT)
-    return ReadyServo(servo.id, servo.model, servo.firmware, limit, turns, tuple(findings))
+    limits = servo.read(VELOCITY_LIMIT), servo.read(CURRENT_LIMIT)
+    return ReadyServo(servo.id, servo.model, servo.firmware, *limits, turns, tuple(findings))
 
 
 def arm_watchdog(servo: Servo, config: ServoConfig) -> None:
@@ -121,21 +125,22 @@ def arm_watchdog(servo: Servo, config: ServoConfig) -> None:
     servo.write(BUS_WATCHDOG, config.watchdog_counts)
 
 
-def rest(servo: Servo, torque_off: bool) -> None:
+def rest(servo: Servo, index: int, config: ServoConfig) -> None:
     """Leave a servo at rest; only then its watchdog goes off, so that it does not fire for want of a program.
 
     Args:
         servo: The servo.
-        torque_off: Whether it goes limp.
+        index: Of its joint.
+        config: Whether it goes limp; a gripper does.
 
     Raises:
         BackendError: if the servo does not answer or refuses.
     """
     if servo.read(BUS_WATCHDOG) == WATCHDOG_FIRED:
         servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
-    servo.write(GOAL_VELOCITY, 0)
+    _stop(servo, index, config)
     servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
-    if torque_off:
+    if config.torque_off_at_stop:
         servo.write(TORQUE_ENABLE, TORQUE_OFF)
 
 
@@ -163,10 +168,14 @@ def _clear_errors(servo: Servo, config: ServoConfig, reboot: bool) -> None:
                            allowed="no hardware error")  # fmt: skip
 
 
-def _stand_still(servo: Servo) -> None:
+def _stop(servo: Servo, index: int, config: ServoConfig) -> None:
+    servo.write(GOAL_VELOCITY if index < config.n_joints else GOAL_CURRENT, 0)
+
+
+def _stand_still(servo: Servo, index: int, config: ServoConfig) -> None:
     """Clear the watchdog, so that goals are accepted, and make zero the goal; profile and power limit as at the factory."""
     servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
-    servo.write(GOAL_VELOCITY, 0)
+    _stop(servo, index, config)
     _ensure(servo, PROFILE_ACCELERATION, 0)
     _ensure(servo, GOAL_PWM, servo.read(PWM_LIMIT))
 

@@ -36,9 +36,10 @@ class ServoConfig:
     rate_limits: ArrayLike
     """Of the joints, shape (n,) [rad/s]."""
     ids: tuple[int, ...] = (1, 2, 3, 4)
-    """Servo of every joint."""
-    independent: tuple[int, ...] = ()
-    """Indices of joints that go on following commands while another one's servo has failed: a gripper must still let go."""
+    """Servo of every joint; a gripper's is the last."""
+    gripper: bool = False
+    """Whether the last servo is a gripper's, which a current closes and a spring opens. It goes on following commands while
+    another servo has failed, and opens by itself when it hears nothing, has shut down or has no power."""
     directions: tuple[int, ...] | None = None
     """+1 where the servo's positive direction (counter-clockwise, seen onto its horn) is the joint's, else −1."""
     zero_positions: tuple[int, ...] | None = None
@@ -62,7 +63,7 @@ class ServoConfig:
     command_timeout: float = 0.1
     """Without a new command for this long, the arm stops [s]."""
     watchdog: float = 0.1
-    """A servo that hears nothing for this long stops by itself; multiples of 0.02 up to 2.54 [s]."""
+    """A servo that hears nothing for this long stops by itself; a gripper's goes limp; multiples of 0.02 up to 2.54 [s]."""
     stale_after: float = 0.03
     """A servo without a fresh answer for this long stops the arm [s]."""
     missing_after: float = 0.25
@@ -111,8 +112,13 @@ class ServoConfig:
 
     @property
     def n(self) -> int:
-        """Number of joints."""
+        """Number of servos."""
         return len(self.ids)
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints that are commanded by rates: all but the gripper."""
+        return self.n - self.gripper
 
     @property
     def period(self) -> float:
@@ -142,9 +148,7 @@ class ServoConfig:
     def _check_ids(self) -> None:
         self._require(len(self.ids) >= 1 and len(set(self.ids)) == self.n, "ids", "distinct ids, at least one")
         self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
-        joints = f"distinct indices of joints, 0 … {self.n - 1}"
-        distinct = len(set(self.independent)) == len(self.independent)
-        self._require(distinct and set(self.independent) <= set(range(self.n)), "independent", joints)
+        self._require(self.n_joints >= 1, "ids", "with a gripper, two at least")
         self._require(len(self.models) >= 1, "models", "at least one model number")
         self._require(self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(str(rate) for rate in BAUD_CODES))
 

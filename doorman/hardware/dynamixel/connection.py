@@ -96,16 +96,16 @@ class Connection:
         """Leave every servo at rest.
 
         Args:
-            config: Ids, and whether torque goes off.
+            config: Which they are, and whether torque goes off.
 
         Returns:
             What failed, in words.
         """
         deadline = time.monotonic() + REST_TIMEOUT
         failures = []
-        for servo_id in config.ids:
+        for index, servo_id in enumerate(config.ids):
             try:
-                rest(Servo(self.quick, servo_id, deadline), config.torque_off_at_stop)
+                rest(Servo(self.quick, servo_id, deadline), index, config)
             except PortLost as error:
                 return [str(error)]
             except BackendError as error:

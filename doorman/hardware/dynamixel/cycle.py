@@ -13,7 +13,7 @@ from doorman.hardware.dynamixel.governor import RateGovernor
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.reader import ServoReader
-from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, GOAL_VELOCITY, WATCHDOG_OFF
+from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, GOAL_CURRENT, GOAL_VELOCITY, WATCHDOG_OFF
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.telemetry import Telemetry
 from doorman.hardware.dynamixel.units import CURRENT_UNIT, VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
@@ -23,11 +23,13 @@ _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFaul
 
 
 @dataclass(frozen=True)
-class RateCommand:
-    """Rates that the controller asked for."""
+class ServoCommand:
+    """What the controller asked for."""
 
     rates: tuple[float, ...]
-    """Shape (n,) [rad/s]."""
+    """Of the joints, shape (n_joints,) [rad/s]."""
+    current: float
+    """Of the gripper, positive where it pushes the angle up [A]."""
     time: float
     """When it did [s]."""
 
@@ -47,7 +49,7 @@ class ServoCycle:
         self._log = log
         self._ready = list(ready)
         self._governor = RateGovernor(config, [servo.velocity_limit for servo in ready])
-        self._goals = [0.0] * config.n
+        self._goals = [0.0] * config.n_joints
         self._logged = [ServoFault.NONE] * config.n
         self._logged_bus = ServoFault.NONE
         self.monitors = [ServoMonitor(config, link.now()) for _ in ready]
@@ -98,7 +100,7 @@ class ServoCycle:
                 self._welcome_back(joint)
         return all(monitor.telemetry is not None for monitor in self.monitors)
 
-    def step(self, command: RateCommand | None) -> ServoSample:
+    def step(self, command: ServoCommand | None) -> ServoSample:
         """Read, judge, command.
 
         Args:
@@ -118,24 +120,23 @@ class ServoCycle:
             self.bus_fault |= ServoFault.COMMAND_STALE
         faults = self._faults()
         self._report(now, faults)
-        ill = [bool(fault & _ILL) for fault in faults]
         bus_ill = bool(self.bus_fault & _ILL)
-        holding = bus_ill or any(ill)
+        holding = bus_ill or any(fault & _ILL for fault in faults)
         if bus_ill or command is None:
             counts = self._governor.halt()
         else:
-            independent = self._config.independent
-            stopped = [ill[joint] if joint in independent else holding for joint in range(self._config.n)]
-            rates = [0.0 if stop else rate for stop, rate in zip(stopped, command.rates, strict=True)]
+            rates = [0.0] * self._config.n_joints if holding else command.rates
             ages = [now - monitor.time for monitor in self.monitors]
             counts = self._governor.counts(rates, self._angles(), ages)
         self._send(counts)
+        if self._config.gripper and command is not None:
+            self._grip(command.current)
         sample = self.sample(BusState.HOLDING if holding else BusState.FOLLOWING)
         self._revive_one()
         return sample
 
     def halt(self) -> None:
-        """Command zero velocity to all servos.
+        """Command zero velocity to all joints.
 
         Raises:
             PortLost: if the device is gone.
@@ -198,8 +199,14 @@ class ServoCycle:
             self._logged_bus = self.bus_fault
 
     def _send(self, counts: list[int]) -> None:
-        self._link.sync_write(GOAL_VELOCITY, dict(zip(self._config.ids, counts, strict=True)))
-        self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs, counts, strict=True)]
+        n = self._config.n_joints
+        self._link.sync_write(GOAL_VELOCITY, dict(zip(self._config.ids[:n], counts, strict=True)))
+        self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs[:n], counts, strict=True)]
+
+    def _grip(self, current: float) -> None:
+        limit = self._ready[-1].current_limit
+        counts = self._config.signs[-1] * round(current / CURRENT_UNIT)
+        self._link.sync_write(GOAL_CURRENT, {self._config.ids[-1]: min(max(counts, -limit), limit)})
 
     def _welcome_back(self, joint: int) -> None:
         """Read a servo together with the others again, unless another model answers in its place."""

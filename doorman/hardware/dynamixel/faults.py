@@ -78,7 +78,7 @@ STOPPING = (
     | ServoFault.UNPLUGGED
     | ServoFault.COMMAND_STALE
 )
-"""Every servo, except `ServoConfig.independent` ones that are well, is commanded to zero velocity until they have passed."""
+"""Every joint is commanded to zero velocity until they have passed; a gripper goes on following its commands."""
 LATCHED = (
     ServoFault.RESTARTED
     | ServoFault.TORQUE_OFF

@@ -24,24 +24,24 @@ class RateGovernor:
         self._upper = [float(value) - config.limit_margin for value in upper]
         self._largest_counts = [
             min(math.floor(float(rate) / VELOCITY_UNIT), limit)
-            for rate, limit in zip(rates, velocity_limits, strict=True)
+            for rate, limit in zip(rates[: config.n_joints], velocity_limits[: config.n_joints], strict=True)
         ]
         self._config = config
-        self._rounder = RateRounder(config.n)
+        self._rounder = RateRounder(config.n_joints)
 
     def counts(self, rates: Sequence[float], angles: Sequence[float], ages: Sequence[float]) -> list[int]:
         """Goal velocities in the servos' directions.
 
         Args:
-            rates: What the controller asked for, shape (n,) [rad/s].
-            angles: As measured, shape (n,) [rad].
-            ages: Of these measurements, shape (n,) [s].
+            rates: What the controller asked for, shape (n_joints,) [rad/s].
+            angles: As measured, one for each joint at least [rad].
+            ages: Of these measurements [s].
 
         Returns:
-            Shape (n,).
+            Shape (n_joints,).
         """
         counts = []
-        for joint, sign in enumerate(self._config.signs):
+        for joint, sign in enumerate(self._config.signs[: self._config.n_joints]):
             largest = self._largest_counts[joint]
             rate = allowed_rate(
                 rates[joint], angles[joint], self._lower[joint], self._upper[joint], largest * VELOCITY_UNIT,
@@ -54,7 +54,7 @@ class RateGovernor:
         """Goal velocities of a stop; nothing is carried over it.
 
         Returns:
-            Zeros, shape (n,).
+            Zeros, shape (n_joints,).
         """
         self._rounder.clear()
-        return [0] * self._config.n
+        return [0] * self._config.n_joints

@@ -62,6 +62,7 @@ STATUS_RETURN_LEVEL = Register("status return level", 68, 1)
 HARDWARE_ERROR = Register("hardware error status", 70, 1)
 BUS_WATCHDOG = Register("bus watchdog", 98, 1)
 GOAL_PWM = Register("goal pwm", 100, 2, signed=True)
+GOAL_CURRENT = Register("goal current", 102, 2, signed=True)
 GOAL_VELOCITY = Register("goal velocity", 104, 4, signed=True)
 PROFILE_ACCELERATION = Register("profile acceleration", 108, 4)
 REALTIME_TICK = Register("realtime tick", 120, 2)
@@ -90,6 +91,8 @@ OLDEST_FIRMWARE = 38
 STARTUP_FIRMWARE = 45
 """First with startup configuration."""
 
+CURRENT_MODE = 0
+"""Operating mode in which the goal is a current; a servo whose watchdog has fired turns freely in it."""
 VELOCITY_MODE = 1
 """Operating mode in which the goal is a velocity; position limits are ignored there."""
 TORQUE_ON, TORQUE_OFF = 1, 0

@@ -49,7 +49,7 @@ class ServoSample:
     state: BusState
     """What the adapter does with commands."""
     goals: Array
-    """Rates that were sent after this sample was taken, shape (n,) [rad/s]."""
+    """Rates that were sent to the joints after this sample was taken, shape (n_joints,) [rad/s]."""
     cycle: int
     """Number of the cycle that wrote this sample."""
     age: float

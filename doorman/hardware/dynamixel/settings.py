@@ -11,6 +11,7 @@ from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.registers import (
     BAUD_CODES,
     BAUD_RATE,
+    CURRENT_MODE,
     DRIVE_MODE,
     HOMING_OFFSET,
     OPERATING_MODE,
@@ -120,13 +121,17 @@ def _findings(servo: Servo, index: int, config: ServoConfig) -> Iterator[Setting
         RETURN_DELAY, 0, "every answer comes that much later", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY
     )
     yield setting(DRIVE_MODE, 0, "direction, profile and torque switch differ")
-    yield setting(OPERATING_MODE, VELOCITY_MODE, "the servo does not follow velocities")
+    if index < config.n_joints:
+        yield setting(OPERATING_MODE, VELOCITY_MODE, "the servo does not follow velocities")
+    else:
+        yield setting(OPERATING_MODE, CURRENT_MODE, "the gripper does not open by itself when it hears nothing")
     yield setting(HOMING_OFFSET, config.offsets[index], "every joint angle is wrong by the difference")
     if given[SECONDARY_ID] in config.ids and given[SECONDARY_ID] != servo.id:
         yield setting(SECONDARY_ID, 255, "it also obeys what is meant for another servo")
-    needed = math.floor(float(config.limits[2][index]) / VELOCITY_UNIT)
-    yield setting(VELOCITY_LIMIT, max(given[VELOCITY_LIMIT], needed), "it cannot turn as fast as the URDF's joint",
-                  blocking=False)  # fmt: skip
+    if index < config.n_joints:
+        needed = math.floor(float(config.limits[2][index]) / VELOCITY_UNIT)
+        yield setting(VELOCITY_LIMIT, max(given[VELOCITY_LIMIT], needed), "it cannot turn as fast as the URDF's joint",
+                      blocking=False)  # fmt: skip
     shutdown = given[SHUTDOWN] | int(SHUTDOWN_NEEDED)
     yield setting(SHUTDOWN, shutdown, "it does not protect itself against overload, shock or heat")
     hot = math.ceil(config.hot_temperature) + 1

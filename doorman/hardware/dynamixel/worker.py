@@ -13,7 +13,7 @@ import numpy as np
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.connection import Connection
-from doorman.hardware.dynamixel.cycle import RateCommand, ServoCycle
+from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import EventLog, ServoEvent, ServoFault
 from doorman.hardware.dynamixel.port import PortLost
 from doorman.hardware.dynamixel.recovery import recover
@@ -73,7 +73,7 @@ class BusWorker:
         self._next = 0.0
         self._overruns = 0
         self._thread = threading.Thread(target=self._run, name="servo-bus", daemon=True)
-        self.command: RateCommand | None = None
+        self.command: ServoCommand | None = None
         """Newest command; replaced as a whole, so no lock is needed."""
         self.request: RecoveryRequest | None = None
         """Recovery that is asked for."""

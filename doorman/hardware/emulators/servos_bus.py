@@ -52,8 +52,8 @@ class ServoBusLogic:
         Args:
             now: Of a monotonic clock [s].
         """
-        rates = np.array([servo.goal_rate() if servo.is_up(now) else 0.0 for servo in self._servos])
-        powered = np.array([servo.is_up(now) and bool(servo.memory.get("torque enable")) for servo in self._servos])
+        rates = np.array([servo.goal_rate(now) for servo in self._servos])
+        powered = np.array([servo.is_driven(now) for servo in self._servos])
         self._plant.drive(now, rates, powered)
         motion = self._plant.motion(now)
         for index, servo in enumerate(self._servos):

@@ -61,16 +61,20 @@ class LaggingJoints:
     Args:
         angles: At the start, shape (n,) [rad].
         time_constant: τ [s].
+        stops: Angles between which the joints move [rad].
 
     Raises:
         DimensionError: if the angles are not a vector of finite numbers.
     """
 
-    def __init__(self, angles: ArrayLike, time_constant: float = 0.02) -> None:
+    def __init__(
+        self, angles: ArrayLike, time_constant: float = 0.02, stops: tuple[float, float] = (-math.inf, math.inf)
+    ) -> None:
         self._angles = vector(angles, np.size(angles), "angles")
         self._rates = np.zeros_like(self._angles)
         self._goals = np.zeros_like(self._angles)
         self._time_constant = time_constant
+        self._stops = stops
         self._time: float | None = None
 
     def drive(self, time: float, rates: Array, powered: NDArray[np.bool_]) -> None:
@@ -102,3 +106,6 @@ class LaggingJoints:
         difference = self._rates - self._goals
         self._angles = self._angles + self._goals * step + difference * self._time_constant * (1.0 - decay)
         self._rates = self._goals + difference * decay
+        stopped = np.clip(self._angles, *self._stops)
+        self._rates = np.where(stopped == self._angles, self._rates, 0.0)
+        self._angles = stopped

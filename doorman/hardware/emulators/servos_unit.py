@@ -17,13 +17,17 @@ CURRENT_UNIT = 2.69e-3
 """One count of a current [A]."""
 WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
-VELOCITY_MODE = 1
+CURRENT_MODE, VELOCITY_MODE = 0, 1
+DAMPING = 0.2
+"""Of a servo in current mode [A s/rad]."""
 ALERT = 0x80
 VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 """Bits of hardware error status and of shutdown."""
 CLEAR_KEY = b"\x01\x44\x58\x4c\x22"
 READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mode": VELOCITY_MODE})
 """EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
+READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
+"""The same for current mode, as a gripper needs it."""
 
 
 @dataclass
@@ -39,6 +43,8 @@ class ServoSetup:
     """+1 where the servo's positive direction is the joint's, else −1."""
     boot_time: float = 0.1
     """Silence after a reboot [s]."""
+    spring: float = 0.0
+    """Current that balances a spring, which turns the joint down [A]."""
 
 
 class EmulatedServo:
@@ -89,19 +95,43 @@ class EmulatedServo:
         counts = round(sign * rate / RATE_UNIT)
         memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
         memory.set("present velocity", reverse * counts)
-        memory.set("present current", reverse * round(sign * current / CURRENT_UNIT))
+        if memory.get("operating mode") == CURRENT_MODE:
+            memory.set("present current", memory.get("goal current") if memory.get("torque enable") else 0)
+        else:
+            memory.set("present current", reverse * round(sign * current / CURRENT_UNIT))
         memory.set("moving", int(abs(counts) > memory.get("moving threshold")))
         memory.set("realtime tick", int((time - self._booted) * 1000.0) % 32768)
         self._watch_bus(time)
         self._protect()
 
-    def goal_rate(self) -> float:
-        """Rate that the motor is asked for, in the joint's sign; only velocity mode moves [rad/s]."""
+    def is_driven(self, time: float) -> bool:
+        """Whether torque or a spring moves the joint.
+
+        Args:
+            time: Of a monotonic clock [s].
+        """
+        return self._has_torque(time) or self.setup.spring != 0.0
+
+    def goal_rate(self, time: float) -> float:
+        """Rate that motor and spring bring about, in the joint's sign; only velocity and current mode move.
+
+        In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
+
+        Args:
+            time: Of a monotonic clock [s].
+
+        Returns:
+            [rad/s].
+        """
         memory = self.memory
-        if memory.get("operating mode") != VELOCITY_MODE or not memory.get("torque enable"):
-            return 0.0
-        reverse = -1 if memory.get("drive mode") & 1 else 1
-        return reverse * self.setup.direction * memory.get("goal velocity") * RATE_UNIT
+        on = self._has_torque(time)
+        sign = self.setup.direction * (-1 if memory.get("drive mode") & 1 else 1)
+        if memory.get("operating mode") == CURRENT_MODE:
+            current = sign * memory.get("goal current") * CURRENT_UNIT if on else 0.0
+            return (current - self.setup.spring) / DAMPING
+        if memory.get("operating mode") == VELOCITY_MODE and on:
+            return sign * memory.get("goal velocity") * RATE_UNIT
+        return 0.0
 
     def hear(self, time: float) -> None:
         """Note that an instruction packet went over the bus: that is what the bus watchdog watches."""
@@ -156,6 +186,7 @@ class EmulatedServo:
                 return PacketError.RESULT_FAIL  # only a reboot brings torque back
             if item.name == "torque enable" and value and not self.memory.get("torque enable"):
                 self.memory.set("goal velocity", 0)
+                self.memory.set("goal current", 0)
         self.memory.store(changes)
         if any(item.name == "operating mode" for item, _ in changes):
             self.memory.set("profile velocity", 0)
@@ -189,6 +220,9 @@ class EmulatedServo:
         if self._is_shut_down():
             self.memory.set("torque enable", 0)
 
+    def _has_torque(self, time: float) -> bool:
+        return self.is_up(time) and bool(self.memory.get("torque enable"))
+
     def _is_shut_down(self) -> bool:
         return bool(self.memory.get("hardware error status") & self.memory.get("shutdown"))
 
@@ -199,6 +233,7 @@ class EmulatedServo:
         if time - self._heard > allowed * WATCHDOG_UNIT:
             self.memory.set("bus watchdog", WATCHDOG_ERROR)
             self.memory.set("goal velocity", 0)
+            self.memory.set("goal current", 0)
 
     def _protect(self) -> None:
         memory = self.memory
@@ -211,7 +246,7 @@ class EmulatedServo:
             <= memory.get("max voltage limit")
         ):
             bits |= VOLTAGE
-        if bits:
+        if bits or self._is_shut_down():
             self.trip(bits)
 
     def _ping(self, _: Instruction) -> tuple[PacketError, bytes]:

@@ -44,8 +44,8 @@ class Observation:
     battery: float = math.nan
     """Share of the charge."""
     servo_fault: ServoFault = ServoFault.NONE
-    gripper_stuck: bool = False
-    """Whether the gripper has failed while it holds the door."""
+    grip_failed: bool = False
+    """Whether the gripper does not hold though it should, or its servo has failed while it holds."""
     servo_state: BusState = BusState.FOLLOWING
     command_age: float = 0.0
     """Since the mission's last command [s]."""

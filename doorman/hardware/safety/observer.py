@@ -14,7 +14,6 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.dynamixel import LATCHED
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
 from doorman.hardware.safety.observation import Observation
@@ -117,7 +116,7 @@ class Observer:
             else math.nan,
             battery=sample.battery.remaining,
             servo_fault=servos.fault,
-            gripper_stuck=links.holding and bool(servos.faults[-1] & LATCHED),
+            grip_failed=links.grip_failed,
             servo_state=servos.state,
             command_age=now - max(backend.commanded_at, backend.began_at),
             missed_ticks=self._missed(now),

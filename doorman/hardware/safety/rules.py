@@ -48,7 +48,7 @@ class Fault(Enum):
     BATTERY_LOW = "the battery is low"
     BATTERY_CRITICAL = "the battery is nearly empty"
     SERVOS_DISCONNECTED = "the servos' device is gone"
-    GRIPPER = "the gripper has failed with the door in it"
+    GRIPPER = "the gripper does not hold the door, or its servo has failed"
     SERVOS_FAILED = "a servo has failed"
     SERVOS_STOPPED = "the arm does not follow"
     OPERATOR_ABORT = "the operator gives up"
@@ -108,7 +108,7 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.THRUST, 0.5, Action.RETREAT, lambda seen, limits: seen.thrust_share > limits.thrust_share),
     Rule(Fault.SERVOS_DISCONNECTED, 0.1, Action.RETREAT,
          lambda seen, _: seen.servo_state in (BusState.DISCONNECTED, BusState.STOPPED)),
-    Rule(Fault.GRIPPER, 0.1, Action.RETREAT, lambda seen, _: seen.gripper_stuck),
+    Rule(Fault.GRIPPER, 0.1, Action.RETREAT, lambda seen, _: seen.grip_failed),
     Rule(Fault.TELEMETRY, 1.0, Action.ABORT, _seen_only),
     Rule(Fault.SERVOS_FAILED, 0.1, Action.ABORT, lambda seen, _: bool(seen.servo_fault & LATCHED)),
     Rule(Fault.SERVOS_STOPPED, 0.5, Action.ABORT, _servos_stopped),

@@ -28,11 +28,8 @@ class VehicleConfig:
 
     pixhawk: PixhawkConfig
     servos: ServoConfig
-    """With a gripper, its servo is the last one."""
     mocap: MocapConfig | None = None
     """None: the autopilot's own estimate is flown on."""
-    gripper: bool = False
-    """Whether the last servo is a gripper's."""
     rate: float = 200.0
     """Ticks of the controller [1/s]."""
     servo_patience: float = 0.3
@@ -46,13 +43,16 @@ class VehicleConfig:
         if self.pixhawk.mocap is not (self.mocap is not None):
             raise BackendError("poses go to the autopilot if and only if there is mocap", field="pixhawk.mocap",
                                given=self.pixhawk.mocap, allowed=str(self.mocap is not None))  # fmt: skip
-        if self.gripper and self.servos.n < 2:
-            raise BackendError("a gripper needs a servo of its own", field="servos.ids", given=self.servos.ids)
 
     @property
     def n_arm(self) -> int:
         """Number of the arm's joints."""
-        return self.servos.n - self.gripper
+        return self.servos.n_joints
+
+    @property
+    def gripper(self) -> bool:
+        """Whether the last servo is a gripper's."""
+        return self.servos.gripper
 
 
 def vehicle_config(
@@ -111,7 +111,7 @@ def vehicle_config(
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
-            independent=(len(lower) - 1,) if grips else (),
+            gripper=grips,
             latency=0.006, stale_after=0.05,
             directions=None if directions is None else tuple(directions),
             zero_positions=None if zero_positions is None else tuple(zero_positions),
@@ -119,6 +119,5 @@ def vehicle_config(
         mocap=None if mocap is None else MocapConfig(
             object_name, mocap, rate=mocap_rate, stale_after=0.04, prediction_limit=0.2,
         ),
-        gripper=grips,
         rate=rate,
     )  # fmt: skip

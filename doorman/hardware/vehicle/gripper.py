@@ -1,4 +1,7 @@
-"""The gripper: one more servo on the arm's bus, in velocity mode, between open at 0 and closed."""
+"""The gripper: one more servo on the arm's bus, whose current closes the fingers against a spring that opens them.
+
+A spring opens them whatever has failed: the bus, the servo, the program or the power.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +9,33 @@ OPEN, SHUT = 0.0, 0.8
 """Angles at which the fingers are wide open and pressed together [rad]."""
 CLOSED = 0.6
 """Beyond this angle the fingers hold what is between them [rad]."""
+HALF_OPEN = 0.3
+"""Below this angle they have let go for certain [rad]."""
 LOWER, UPPER = -0.05, SHUT + 0.05
 """Limits of the servo [rad]."""
-RATE = 2.0
-"""Of closing and opening [rad/s]."""
-_GAIN = 10.0
-_DEAD_BAND = 0.02
+RATE = 3.0
+"""Fastest that they move [rad/s]."""
+CLOSING_CURRENT = 0.6
+"""Holds [A]."""
+OPENING_CURRENT = -0.3
+"""Helps the spring [A]."""
+CLOSES_WITHIN = 1.5
+"""Time in which the fingers have closed [s]."""
+OPENS_WITHIN = 1.0
+"""Time in which the spring has opened the fingers of a servo that nobody hears, its watchdog included [s]."""
+_DEAD_BAND = 0.1
 
 
-def gripper_rate(angle: float, closed: bool) -> float:
-    """Rate that brings the fingers to where they are wanted.
+def gripper_current(angle: float, closed: bool) -> float:
+    """Current that brings the fingers to where they are wanted.
 
     Args:
         angle: Of the gripper's servo [rad].
         closed: Whether to hold.
 
     Returns:
-        [rad/s].
+        [A].
     """
-    error = (SHUT if closed else OPEN) - angle
-    return 0.0 if abs(error) < _DEAD_BAND else min(max(_GAIN * error, -RATE), RATE)
+    if closed:
+        return CLOSING_CURRENT
+    return OPENING_CURRENT if angle > OPEN + _DEAD_BAND else 0.0

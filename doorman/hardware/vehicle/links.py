@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, DoormanError
-from doorman.hardware.dynamixel import ServoBus
+from doorman.hardware.dynamixel import LATCHED, ServoBus
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
-from doorman.hardware.vehicle.gripper import CLOSED, gripper_rate
+from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, OPENS_WITHIN, gripper_current
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,7 @@ class VehicleLinks:
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
+        self._closing_since: float | None = None
         self._open: ExitStack | None = None
 
     # ------------------------------------------------------------ life
@@ -171,28 +172,44 @@ class VehicleLinks:
         Raises:
             BackendError: if the rates are not finite, or the servos are not open.
         """
+        grip = None
         if self.config.gripper:
-            rates = np.append(rates, gripper_rate(float(self.servos.read().angles[-1]), closed))
-        self.servos.command(rates)
+            grip = gripper_current(float(self.servos.read().angles[-1]), closed)
+            since = self._closing_since
+            self._closing_since = (time.monotonic() if since is None else since) if closed else None
+        self.servos.command(rates, grip)
 
     @property
     def holding(self) -> bool:
-        """Whether the gripper, as it was seen last, holds what is between its fingers; never without one."""
+        """Whether the gripper holds what is between its fingers; one that has not been seen for long has opened by itself."""
         if not self.config.gripper:
             return False
         with contextlib.suppress(BackendError):  # closed
-            return float(self.servos.read().angles[-1]) > CLOSED
+            sample = self.servos.read()
+            seen = time.monotonic() - sample.times[-1] < OPENS_WITHIN
+            return bool(seen and sample.angles[-1] > CLOSED)
+        return False
+
+    @property
+    def grip_failed(self) -> bool:
+        """Whether the gripper does not hold though it was told to long enough ago, or its servo has failed while it holds."""
+        since = self._closing_since
+        if since is None:
+            return False
+        late = time.monotonic() - since > CLOSES_WITHIN and not self.holding
+        with contextlib.suppress(BackendError):  # closed
+            return late or (self.holding and bool(self.servos.read().faults[-1] & LATCHED))
         return False
 
     def rest_arm(self) -> None:
         """Stop the arm; the gripper stays as it is."""
         with contextlib.suppress(BackendError):  # closed, or unplugged: then the servos' watchdogs stop it
-            self.servos.command(np.zeros(self.config.servos.n))
+            self.servos.command(np.zeros(self.config.n_arm))
 
     def let_go(self) -> None:
         """Stop the arm, and open the gripper if there is one; to be called again and again until it is open."""
         with contextlib.suppress(BackendError):
-            self.move_arm(np.zeros(self.config.servos.n - self.config.gripper), closed=False)
+            self.move_arm(np.zeros(self.config.n_arm), closed=False)
 
 
 class _Relay:

@@ -21,8 +21,8 @@ def make_emulator() -> Iterator[Callable[..., ServoEmulator]]:
     """Start emulated servos; `angles` is where the joints are."""
     with ExitStack() as stack:
 
-        def make(servos: Any = (1, 2, 3, 4), angles: Any = None, **options: Any) -> ServoEmulator:
-            plant = LaggingJoints(np.zeros(len(servos)) if angles is None else angles)
+        def make(servos: Any = (1, 2, 3, 4), angles: Any = None, plant: Any = None, **options: Any) -> ServoEmulator:
+            plant = plant or LaggingJoints(np.zeros(len(servos)) if angles is None else angles)
             return stack.enter_context(ServoEmulator(servos, plant, **options))
 
         yield make

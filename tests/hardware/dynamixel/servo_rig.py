@@ -57,21 +57,25 @@ class Rig:
         ]
 
     def until(self, condition: Callable[[ServoSample], bool], timeout: float = 2.0, rates: Any = None) -> ServoSample:
-        """Command rates until a sample meets a condition."""
+        """Command rates, or rates and a gripper's current, until a sample meets a condition."""
         end = time.monotonic() + timeout
         sample = self.bus.read()
         while not condition(sample):
             assert time.monotonic() < end, f"not within {timeout} s: {sample}"
             if rates is not None:
-                self.bus.command(rates)
+                self.command(rates)
             sample = self.bus.wait(sample, 1.0)
         return sample
+
+    def command(self, goals: Any) -> None:
+        """Rates, or a tuple of rates and a gripper's current."""
+        self.bus.command(*(goals if isinstance(goals, tuple) else (goals,)))
 
     def fly(self, rates: Any, seconds: float) -> list[ServoSample]:
         """Command rates for some time."""
         samples, end = [self.bus.read()], time.monotonic() + seconds
         while time.monotonic() < end:
-            self.bus.command(rates)
+            self.command(rates)
             samples.append(self.bus.wait(samples[-1], 1.0))
         return samples
 

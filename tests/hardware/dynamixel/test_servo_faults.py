@@ -9,7 +9,6 @@ import pytest
 from servo_rig import SLOW, assert_moving, assert_stopped, follows, has, holds
 
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.dynamixel.units import VELOCITY_UNIT
 from doorman.hardware.emulators.servos import ServoEmulator
 from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
 from doorman.hardware.emulators.servos_unit import ENCODER, OVERLOAD, SHOCK
@@ -52,28 +51,6 @@ def test_servo_that_shuts_down(rig, bits, fault):
     assert_moving(rig)
     assert rig.began(fault, servo_id=3)
     assert any(event.text == "set up again" for event in rig.events())
-
-
-@pytest.mark.parametrize("failed", [2, 4])
-def test_a_gripper_still_lets_go_when_another_servo_has_failed(make_rig, failed):
-    rig = make_rig(independent=(3,))
-    rig.bus.open()
-    rig.fly(SLOW, 0.05)
-    with rig.emulator.lock:
-        rig.servo(failed).trip(OVERLOAD)
-    assert holds(rig.until(has(ServoFault.OVERLOAD), rates=SLOW))
-    rig.fly(SLOW, 0.12)
-    moving = np.zeros(4) if failed == 4 else np.array([0.0, 0.0, 0.0, SLOW[3]])
-    assert rig.true_rates() == pytest.approx(moving, abs=2 * VELOCITY_UNIT)
-
-
-def test_a_gripper_stops_when_the_user_falls_silent(make_rig):
-    rig = make_rig(independent=(3,))
-    rig.bus.open()
-    rig.fly(SLOW, 0.05)
-    rig.until(has(ServoFault.COMMAND_STALE))
-    time.sleep(0.1)
-    assert rig.true_rates() == pytest.approx(np.zeros(4), abs=2 * VELOCITY_UNIT)
 
 
 def test_recovery_keeps_the_other_servos_alive(rig):

@@ -37,7 +37,7 @@ BROKEN: dict[Fault, dict[str, Any]] = {
     Fault.FORCE: {"force": 25.0},
     Fault.THRUST: {"thrust_share": 1.0},
     Fault.SERVOS_DISCONNECTED: {"servo_state": BusState.DISCONNECTED},
-    Fault.GRIPPER: {"gripper_stuck": True},
+    Fault.GRIPPER: {"grip_failed": True},
     Fault.SERVOS_FAILED: {"servo_fault": ServoFault.OVERLOAD},
     Fault.SERVOS_STOPPED: {"servo_state": BusState.HOLDING, "servo_fault": ServoFault.STALE},
     Fault.DEADLINES: {"missed_ticks": 0.8},

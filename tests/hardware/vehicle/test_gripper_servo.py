@@ -1,20 +1,29 @@
-"""The gripper's servo: it goes to where it is wanted, stays there, and never beyond its limits."""
+"""The gripper's current: it closes against the spring, helps it to open, and rests where the fingers are open."""
 
 from __future__ import annotations
 
 import pytest
 
-from doorman.hardware.vehicle.gripper import CLOSED, LOWER, OPEN, RATE, SHUT, UPPER, gripper_rate
+from doorman.hardware.emulators.servos_unit import DAMPING
+from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPEN, OPENS_WITHIN, RATE, SHUT
+from doorman.hardware.vehicle.gripper import gripper_current as current
+from doorman.rig.emulated import SPRING
 
 
 @pytest.mark.parametrize(("begin", "closed", "end"), [(OPEN, True, SHUT), (SHUT, False, OPEN), (0.4, True, SHUT)])
-def test_it_arrives_and_stays(begin, closed, end):
+def test_it_arrives_in_time(begin, closed, end):
     angle, step = begin, 0.005
-    for _ in range(400):
-        rate = gripper_rate(angle, closed)
+    for _ in range(round((CLOSES_WITHIN if closed else OPENS_WITHIN) / step)):
+        rate = (current(angle, closed) - SPRING) / DAMPING
         assert abs(rate) <= RATE
-        angle += step * rate
-        assert LOWER < angle < UPPER
-    assert angle == pytest.approx(end, abs=0.03)
-    assert gripper_rate(angle, closed) == 0.0
+        angle = min(max(angle + step * rate, OPEN), SHUT)
+    assert angle == end
     assert (angle > CLOSED) is closed
+
+
+def test_the_spring_alone_opens_it():
+    assert (SHUT - HALF_OPEN) / (SPRING / DAMPING) < OPENS_WITHIN
+
+
+def test_an_open_gripper_draws_no_current():
+    assert current(OPEN, closed=False) == 0.0

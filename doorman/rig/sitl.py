@@ -1,0 +1,228 @@
+"""ArduPilot's own code as the rig's autopilot: its simulation in the loop ("SITL") flies the rig's plant over its JSON interface.
+
+Source: ArduPilot, libraries/SITL/examples/JSON/readme.md. The two run in lockstep: ArduPilot answers every state with the outputs
+of its motors, and waits for the next state.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import select
+import shlex
+import socket
+import struct
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY
+from doorman.simulation.rotors import RotorLayout
+from doorman.simulation.truth import Truth
+
+Array = NDArray[np.float64]
+
+STATE_RATE = 400.0
+"""States a second: ArduCopter's loop rate [1/s]."""
+SERVO_PORT = 9002
+"""UDP port to which ArduPilot sends the outputs of its motors."""
+FRAMES = {
+    4: ((45.0, 1), (-135.0, 1), (-45.0, -1), (135.0, -1)),
+    6: ((90.0, -1), (-90.0, 1), (-30.0, -1), (150.0, 1), (30.0, 1), (-150.0, -1)),
+    8: ((22.5, -1), (-157.5, -1), (67.5, 1), (157.5, 1), (-22.5, 1), (-112.5, 1), (-67.5, -1), (112.5, -1)),
+}
+"""ArduPilot's frames of type X by number of rotors: of every output the angle from the front, clockwise seen from above [deg],
+and the sense, +1 counter-clockwise. Source: AP_MotorsMatrix.cpp."""
+EXPO, FULL = 0.65, 0.95
+"""MOT_THST_EXPO and MOT_SPIN_MAX: what ArduPilot makes of thrust, and the plant undoes."""
+PARAMETERS = Path(__file__).with_name("ardupilot.parm")
+"""Parameters that ArduPilot starts with, but for the frame's class."""
+_CLASSES = {4: 1, 6: 2, 8: 3}
+_MAGICS = {18458: 16, 29569: 32}
+_PATIENCE = 0.5
+_LEAST_PWM = 1050.0
+_FARTHEST = 20.0
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Which output of ArduPilot drives which rotor."""
+
+    outputs: tuple[int, ...]
+    """Of every rotor, from 0."""
+    directions: Array
+    """As ArduPilot's frame has them, +1 counter-clockwise seen from above, shape (m,)."""
+
+    @classmethod
+    def of(cls, layout: RotorLayout) -> Wiring:
+        """Match rotors and outputs by where they are.
+
+        Args:
+            layout: Rotors of the vehicle.
+
+        Raises:
+            BackendError: if the rotors are not those of one of ArduPilot's X frames.
+        """
+        frame = FRAMES.get(layout.count)
+        if frame is None:
+            raise BackendError("ArduPilot has no such frame here", field="rotors", given=layout.count,
+                               allowed=", ".join(map(str, FRAMES)))  # fmt: skip
+        azimuths = np.degrees(np.arctan2(-layout.positions[:, 1], layout.positions[:, 0]))
+        outputs = []
+        for azimuth in azimuths:
+            off = [abs((azimuth - angle + 180.0) % 360.0 - 180.0) for angle, _ in frame]
+            nearest = int(np.argmin(off))
+            if off[nearest] > _FARTHEST or nearest in outputs:
+                raise BackendError("the rotors are not those of ArduPilot's X frame", field="rotors",
+                                   given=f"{', '.join(f'{one:.0f}' for one in azimuths)}° clockwise from the front",
+                                   allowed=", ".join(f"{angle:g}" for angle, _ in frame))  # fmt: skip
+            outputs.append(nearest)
+        return cls(tuple(outputs), np.array([float(frame[output][1]) for output in outputs]))
+
+
+def arducopter_command(rotors: int, pixhawk_port: int, folder: Path) -> str:
+    """What starts ArduPilot's simulation for the rig, with its parameters in a file of its own.
+
+    Args:
+        rotors: Number of rotors.
+        pixhawk_port: UDP port on loopback that it sends to.
+        folder: For the file.
+    """
+    defaults = folder / PARAMETERS.name
+    defaults.write_text(f"{PARAMETERS.read_text(encoding='utf-8')}FRAME_CLASS {_CLASSES[rotors]}\n", encoding="utf-8")
+    words = ["arducopter", "--wipe", "--model", "JSON:127.0.0.1", "--defaults", str(defaults), "--speedup", "1"]
+    return shlex.join([*words, "--serial0", f"udpclient:127.0.0.1:{pixhawk_port}"])
+
+
+class ArduPilotSitl:
+    """Flies the plant. Before ArduPilot has called, and after it has fallen silent, the motors stand still.
+
+    Args:
+        layout: Rotors of the vehicle.
+        port: UDP port on loopback.
+
+    Raises:
+        BackendError: if ArduPilot does not know such a frame.
+    """
+
+    def __init__(self, layout: RotorLayout, port: int = SERVO_PORT) -> None:
+        self.wiring = Wiring.of(layout)
+        self._limits, self._port = layout.max_thrusts, port
+        self._socket: socket.socket | None = None
+        self._peer: tuple[str, int] | None = None
+        self._pwm = np.zeros(max(_MAGICS.values()))
+        self._frame, self._boot = 0, 0.0
+        self._last: Truth | None = None
+
+    @property
+    def connected(self) -> bool:
+        """Whether ArduPilot is there."""
+        return self._peer is not None
+
+    def start(self) -> None:
+        """Listen, on loopback only.
+
+        Raises:
+            BackendError: if the port is taken.
+        """
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind(("127.0.0.1", self._port))
+        except OSError as error:
+            self.stop()
+            raise BackendError(f"cannot listen: {error}", field="sitl port", given=self._port) from error
+        self._socket.setblocking(False)
+
+    def stop(self) -> None:
+        """Listen no more; may be called twice."""
+        one, self._socket, self._peer = self._socket, None, None
+        if one is not None:
+            one.close()
+
+    def thrusts(self, now: float) -> Array | None:
+        """Thrust of every rotor that ArduPilot asks for, once it has answered the last state; None while the motors stand still.
+
+        Args:
+            now: Time of the plant [s].
+
+        Returns:
+            Shape (m,) [N].
+        """
+        if not self._listen(now):
+            self._peer = None
+            return None
+        outputs = self._pwm[list(self.wiring.outputs)]
+        if not (outputs > _LEAST_PWM).any():
+            return None
+        spin = np.clip((outputs - 1000.0) / 1000.0, 0.0, 1.0)
+        share = _thrust(spin) / _thrust(np.array(FULL))
+        return np.minimum(share, 1.0) * self._limits
+
+    def tell(self, truth: Truth) -> None:
+        """Send what ArduPilot's sensors are made of.
+
+        Args:
+            truth: Newest state of the plant.
+        """
+        last, self._last = self._last, truth
+        if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
+            return
+        acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
+        force = rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, GRAVITY])
+        w, x, y, z = quaternion_from_euler(truth.attitude)
+        text = (
+            f'\n{{"timestamp":{truth.time - self._boot:.6f},"imu":{{"gyro":{_turned(truth.body_rates)},'
+            f'"accel_body":{_turned(force)}}},"position":{_turned(truth.position)},"velocity":{_turned(truth.velocity)},'
+            f'"quaternion":[{w:.7f},{x:.7f},{-y:.7f},{-z:.7f}],"no_time_sync":1}}\n'
+        )
+        with contextlib.suppress(OSError):  # ArduPilot has ended
+            self._socket.sendto(text.encode(), self._peer)
+
+    def _listen(self, now: float) -> bool:
+        """Take the answer to the last state; whether it has come in time."""
+        if self._socket is None:
+            return False
+        deadline, heard = time.monotonic() + (_PATIENCE if self.connected else 0.0), False
+        while True:
+            try:
+                data, peer = self._socket.recvfrom(256)
+            except BlockingIOError:
+                left = deadline - time.monotonic()
+                if heard or left <= 0.0:
+                    return heard
+                select.select([self._socket], [], [], left)
+                continue
+            except OSError:
+                return False
+            heard = self._take(data, peer, now) or heard
+
+    def _take(self, data: bytes, peer: tuple[str, int], now: float) -> bool:
+        if len(data) < 8:
+            return False
+        magic, _, frame = struct.unpack_from("<HHI", data)
+        count = _MAGICS.get(magic, 0)
+        if count == 0 or len(data) < 8 + 2 * count:
+            return False
+        if self._peer is None or frame < self._frame:  # it starts, anew perhaps: its clock begins at zero
+            self._boot = now
+        self._peer, self._frame = peer, frame
+        self._pwm[:count] = struct.unpack_from(f"<{count}H", data, 8)
+        return True
+
+
+def _thrust(spin: Array) -> Array:
+    return (1.0 - EXPO) * spin + EXPO * spin * spin
+
+
+def _turned(vector: Array) -> str:
+    """From x forward, y left, z up to x forward, y right, z down; from east-north-up-like axes to those of ArduPilot alike."""
+    x, y, z = (float(one) for one in vector)
+    if not math.isfinite(x + y + z):
+        x = y = z = 0.0
+    return f"[{x:.6f},{-y:.6f},{-z:.6f}]"

@@ -1,0 +1,149 @@
+"""A gripper on the arm's bus: closed by a current, open by its spring as soon as anything has failed."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from servo_rig import SLOW, has, holds
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import ServoFault
+from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+from doorman.hardware.emulators.servos_plant import LaggingJoints
+from doorman.hardware.emulators.servos_unit import OVERLOAD, READY, READY_TO_GRIP, ServoSetup
+
+ARM = SLOW[:3]
+CLOSING = 0.6
+OPEN, SHUT, CLOSED = 0.0, 0.8, 0.6
+
+
+@pytest.fixture
+def servos():
+    return [ServoSetup(1), ServoSetup(2), ServoSetup(3), ServoSetup(4, dict(READY_TO_GRIP), spring=0.25)]
+
+
+@pytest.fixture
+def make_hand(make_rig, make_emulator):
+    def make(servos, **fields):
+        return make_rig(
+            make_emulator(servos, plant=LaggingJoints(np.zeros(4), stops=(OPEN, SHUT))), gripper=True, **fields
+        )
+
+    return make
+
+
+@pytest.fixture
+def hand(make_hand, servos):
+    rig = make_hand(servos)
+    rig.bus.open()
+    return rig
+
+
+def grip(rig, current=CLOSING):
+    rig.until(lambda sample: sample.angles[-1] > CLOSED, rates=(ARM, current))
+
+
+def fingers(rig):
+    return float(rig.true_angles()[-1])
+
+
+def wait_until_open(rig, timeout=1.0):
+    end = time.monotonic() + timeout
+    while fingers(rig) > 0.1:
+        assert time.monotonic() < end, f"still at {fingers(rig)}"
+        time.sleep(0.01)
+
+
+def test_it_closes_holds_and_opens(hand):
+    grip(hand)
+    hand.fly((ARM, None), 0.3)
+    assert fingers(hand) == pytest.approx(SHUT, abs=1e-3), "None goes on with the last current"
+    assert hand.bus.read().currents[-1] == pytest.approx(CLOSING, abs=0.003)
+    hand.fly((ARM, 0.0), 1.0)
+    assert fingers(hand) == pytest.approx(OPEN, abs=1e-3)
+
+
+def test_direction_of_the_servo(make_hand, servos):
+    servos[3].direction = -1
+    rig = make_hand(servos, directions=(1, 1, 1, -1))
+    rig.bus.open()
+    grip(rig)
+    assert rig.row(4, "goal current") < 0
+    assert rig.bus.read().currents[-1] > 0.0
+
+
+def test_currents_stay_below_the_servos_limit(make_hand, servos):
+    servos[3].eeprom["current limit"] = 150
+    rig = make_hand(servos)
+    rig.bus.open()
+    rig.fly((ARM, 1.0), 0.1)
+    assert rig.row(4, "goal current") == 150
+
+
+@pytest.mark.parametrize("failed", [2, 4])
+def test_it_lets_go_when_a_servo_has_failed(hand, failed):
+    grip(hand)
+    with hand.emulator.lock:
+        hand.servo(failed).trip(OVERLOAD)
+    assert holds(hand.until(has(ServoFault.OVERLOAD), rates=(ARM, CLOSING)))
+    hand.fly((ARM, CLOSING), 0.6)
+    assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
+    if failed == 2:
+        assert fingers(hand) > CLOSED, "the arm stops, the gripper follows"
+    else:
+        assert fingers(hand) < 0.1, "without torque the spring opens it"
+    hand.fly((ARM, 0.0), 0.8)
+    assert fingers(hand) < 0.1
+
+
+def test_it_holds_on_when_the_user_falls_silent(hand):
+    grip(hand)
+    hand.until(has(ServoFault.COMMAND_STALE))
+    time.sleep(0.3)
+    assert fingers(hand) > CLOSED
+    assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
+
+
+def test_unplugged_it_opens_by_itself(hand):
+    grip(hand)
+    hand.emulator.unplug()
+    wait_until_open(hand)
+    assert hand.row(4, "goal current") == 0
+
+
+def test_it_opens_when_the_bus_is_stopped(hand):
+    grip(hand)
+    hand.bus.stop()
+    wait_until_open(hand)
+
+
+def test_it_opens_while_its_servo_restarts(hand):
+    grip(hand)
+    with hand.emulator.lock:
+        hand.servo(4).reboot(time.monotonic())
+    wait_until_open(hand)
+
+
+def test_a_gripper_in_velocity_mode_is_refused(make_hand, servos):
+    servos[3].eeprom = dict(READY)
+    rig = make_hand(servos)
+    with pytest.raises(
+        BackendError, match="servo 4: operating mode is 1, should be 0: the gripper does not open by itself"
+    ):
+        rig.bus.open()
+
+
+@pytest.mark.parametrize("current", [np.nan, np.inf, "much", (1.0, 2.0)])
+def test_what_is_no_current_stops_the_arm_and_holds_on(hand, current):
+    grip(hand)
+    with pytest.raises(BackendError, match="grip"):
+        hand.bus.command(ARM, current)
+    hand.fly(([0.0] * 3, None), 0.1)
+    assert fingers(hand) > CLOSED
+
+
+def test_an_arm_without_joints_is_refused(make_rig):
+    with pytest.raises(BackendError, match="servos.ids"):
+        make_rig(ids=(1,), gripper=True)
