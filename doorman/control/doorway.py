@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 _SENT_BACK = 1.5
 """Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
+_FARTHEST, _FADING = 0.025, 0.03
+"""A force to the side has faded so far beyond the margin, over so much of the way [m]."""
 _AHEAD = 0.3
 """For a vehicle that drifts on for so long [s]."""
 
@@ -53,6 +55,32 @@ class Doorway:
         soon = position[1] + _AHEAD * velocity[1]
         allowed[1] = min(max(place[1], lowest), highest) + _SENT_BACK * (min(max(soon, lowest), highest) - soon)
         return allowed
+
+    def room(self, force: float, position: Array, velocity: Array) -> float:
+        """How much of a force there is room for: all of it inside, none of it where it would take the vehicle to a jamb.
+
+        Args:
+            force: Along y [N].
+            position: Where the vehicle is, shape (3,), world frame [m].
+            velocity: Its velocity, shape (3,), world frame [m/s].
+
+        Returns:
+            Between 0 and 1.
+        """
+        soon = float(position[1] + _AHEAD * velocity[1])
+        beyond = soon - self.highest if force > 0.0 else self.lowest - soon
+        return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
+
+    def gap_to_jambs(self, position: Array) -> float:
+        """Between rotor disc and the nearer jamb's edge towards the vehicle [m].
+
+        Args:
+            position: P, shape (3,), world frame [m].
+        """
+        x, y, _ = self._door.hinge_position
+        before = max(float(x - position[0]), 0.0)
+        beside = max(min(float(position[1] - y), float(y + self._door.width - position[1])), 0.0)
+        return math.hypot(before, beside) - self._radius
 
     def gap(self, position: Array, attitude: Array, door_angle: float) -> float:
         """Between rotor disc and leaf, wherever the tip is [m].

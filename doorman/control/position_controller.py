@@ -5,7 +5,8 @@ r"""DOB position controller: from a setpoint to thrust and attitude.
 with e = p_d − p and F_R the planned force on the door. Along the door's normal δ̂ is left out: there the force is planned, and
 what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust
 saturate, and the saturated F is what the observer is told. Where the setpoint gives a push, it replaces F along the
-normal. Source: Kim, Choi and Kim, IEEE TCST 2018.
+normal. The observer pauses then: friction takes up whatever the tip is pressed with in any direction, and an observer's integral
+would only wind up against it. Source: Kim, Choi and Kim, IEEE TCST 2018.
 """
 
 from __future__ import annotations
@@ -94,7 +95,10 @@ class PositionController:
         Returns:
             Thrust and attitude.
         """
-        disturbance = self.observer.update(position, self._acting, time_step)
+        if setpoint.push is None:
+            disturbance = self.observer.update(position, self._acting, time_step)
+        else:
+            disturbance = self.observer.pause(position, velocity)
         disturbance = disturbance - (setpoint.normal @ disturbance) * setpoint.normal
         correction = (
             setpoint.acceleration

@@ -9,8 +9,13 @@ position loop there would fight the door.
 
 The heading follows a reference with a memory, :math:`\dot\psi_r = \dot\psi_{plan} + \kappa(\psi - \psi_r)`: plans start from the
 heading as it is, so that a steady torque of the tip would turn plan and vehicle away. Rotors' drag can do little against it.
-But a tip that sticks to the leaf is a pivot, and a force along the leaf turns the vehicle about it: the position is that of
-the reference, too.
+But a tip that sticks to the leaf is a pivot, and a force along the leaf turns the vehicle about it, as far as friction carries
+it and the jambs leave room,
+
+.. math::
+    F_t = F_t^{plan} + \frac{k_\psi}{r_n}(\psi - \psi_r), \qquad |F_t| \le s\,\mu\lambda_n
+
+with the tip r_n ahead of the vehicle. The position is that of the reference, too.
 """
 
 from __future__ import annotations
@@ -49,6 +54,12 @@ _NARROW = 0.03
 """Gap between disc and leaf from which on the push is eased [m],"""
 _EASED = 150.0
 """by so much of it [N/m]."""
+_STIFFNESS = 1.5
+"""k_ψ [N m/rad]."""
+_STICKS = 0.9
+"""s, the share of the friction that a force along the leaf may take."""
+_LEAST_AHEAD = 0.2
+"""[m]."""
 _HEADING_LEAD = 0.3
 """Largest difference of that reference from the heading [rad]."""
 
@@ -103,14 +114,22 @@ class PushController:
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
         posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
         planned = float(setpoint.normal @ setpoint.force)
-        setpoint = replace(
-            setpoint, force=self._converter.force_along_leaf(plan, time) * leaf_direction(estimate.door_angle)
-        )
         push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
         least, most = self._bounds(max(0.0, resistance) / self._lever)
         if self._too_fast(estimate, resistance):
             least, most = self._settings.least_force, max(0.5 * least, self._settings.least_force)
-        return self._with(setpoint, normal, self._eased(min(max(push, least), most), estimate), estimate)
+        push = self._eased(min(max(push, least), most), estimate)
+        beside = self._beside(self._converter.force_along_leaf(plan, time), push, estimate)
+        return self._with(replace(setpoint, force=beside), normal, push, estimate)
+
+    def _beside(self, planned: float, push: float, estimate: Estimate) -> Array:
+        """Force along the leaf: the planned one, and what turns the vehicle to its heading, as far as the tip holds [N]."""
+        leaf, pivot = leaf_direction(estimate.door_angle), self._pivot(estimate.door_angle)
+        ahead = max(float(door_normal(estimate.door_angle) @ (pivot - estimate.position)), _LEAST_AHEAD)
+        behind = 0.0 if self._heading is None else float(estimate.state[2]) - self._heading
+        holds = _STICKS * self._settings.friction_coefficient * max(min(push, estimate.normal_force), 0.0)
+        force = min(max(planned + _STIFFNESS * behind / ahead, -holds), holds)
+        return force * self._doorway.room(force * float(leaf[1]), estimate.position, estimate.velocity) * leaf
 
     def _eased(self, push: float, estimate: Estimate) -> float:
         """A push that lets a vehicle which leans on the leaf with its disc nearly there straighten up again [N]."""
@@ -145,10 +164,14 @@ class PushController:
 
     def _turned(self, position: Array, angle: float, door_angle: float) -> Array:
         """Position that belongs to another heading, with the tip where it is: turned about it."""
-        pivot = self._door.contact_point(door_angle, self._lever, self._height)
+        pivot = self._pivot(door_angle)
         cosine, sine = math.cos(angle), math.sin(angle)
         x, y = position[0] - pivot[0], position[1] - pivot[1]
         return np.array([pivot[0] + cosine * x - sine * y, pivot[1] + sine * x + cosine * y, position[2]])
+
+    def _pivot(self, door_angle: float) -> Array:
+        """Where the tip should be."""
+        return self._door.contact_point(door_angle, self._lever, self._height)
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
         """The same position, with a push of its own.

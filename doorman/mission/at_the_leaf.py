@@ -35,6 +35,8 @@ _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
 _NEAR_THE_DISC = 0.05
 """A leaf that is nearer to the rotor disc is looked at [m]:"""
+_NO_ROOM = 0.004
+"""Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
 _NO_GAP = 0.015
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
@@ -147,6 +149,10 @@ class AtTheLeaf:
         closing += self._coupling.distance_from_hinge * estimate.door_rate
         soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else _NO_GAP
         return gap < max(soon, _NO_GAP)
+
+    def meets_a_jamb(self, estimate: Estimate) -> bool:
+        """Whether the disc is about to touch a jamb."""
+        return self._doorway.gap_to_jambs(estimate.position) < _NO_ROOM
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

@@ -80,7 +80,7 @@ _SWINGING = 4
 """Steps of progress after which a door has swung."""
 _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
-_HEADING_LOST = math.radians(50.0)
+_HEADING_LOST = math.radians(75.0)
 """A pushing vehicle that is turned so far from the heading that keeps step with the door does not find back."""
 _PATIENCE = 12.0
 """Hold times after which a door that swings about the goal is near enough."""

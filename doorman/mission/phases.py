@@ -185,6 +185,9 @@ class Sequence:
         if near and (searching or estimate.time - self._clear_at > _DOUBT):
             self.abort(estimate, f"the rotors come too near to the leaf at {angle:.0f}°", at_once=True)
             return
+        if self._leaf.meets_a_jamb(estimate):
+            self.abort(estimate, f"the rotors come too near to a jamb at {angle:.0f}°", at_once=True)
+            return
         past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")

@@ -30,11 +30,11 @@ NO_SWEEP = -9
 EXTRA_ITERATIONS = 2
 """Largest number of iterations beyond the planned ones."""
 
-_ENOUGH = 0.003
+_ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _FAR = 0.02
 """The same after that, if it changed by less than the one before."""
-_PRICE = 5e-5
+_PRICE = 3e-6
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
 _HIGH_PRICE = 1e-3
 """The same after that."""

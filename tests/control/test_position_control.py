@@ -72,3 +72,15 @@ def test_along_the_normal_the_observer_is_not_heeded() -> None:
     found = controller.update(np.zeros(3), np.zeros(3), setpoint(normal=normal), 0.0)
     assert found.disturbance[0] == pytest.approx(0.0, abs=1e-12)
     assert found.disturbance[1] > 0.5
+
+
+def test_an_error_does_not_wind_up_against_a_tip_that_sticks() -> None:
+    forces = []
+    for push in (None, 2.0):
+        controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+        wanted = setpoint(position=np.array([0.0, 0.1, 0.05]), normal=np.array([1.0, 0.0, 0.0]), push=push)
+        found = [controller.update(np.zeros(3), np.zeros(3), wanted, 0.004).force for _ in range(500)]
+        forces.append((found[0], found[-1]))
+    (_, free), (first, held) = forces
+    np.testing.assert_allclose(held, first, atol=1e-9)
+    assert free[1] > first[1] + 0.5 and free[2] > first[2] + 0.5
