@@ -19,7 +19,7 @@ import numpy as np
 
 from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.cycle import RateCommand, ServoCycle
+from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, EventLog
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.telemetry import BLOCK_SIZE
@@ -227,7 +227,7 @@ def fuzz(inputs: int, seed: int) -> dict[str, int]:
     for start in range(0, inputs, 500):  # afresh now and then: what is latched would stay for ever
         line = HostileLine(seed + start)
         link = Link(line, 1_000_000, CONFIG.latency, clock=line.clock)
-        ready = tuple(ReadyServo(servo_id, 1000, 45, 130, 0.0, ()) for servo_id in IDS)
+        ready = tuple(ReadyServo(servo_id, 1000, 45, 130, 648, 0.0, ()) for servo_id in IDS)
         cycle = ServoCycle(link, ready, CONFIG, EventLog(100))
         for _ in range(5):
             line.begin("honest")
@@ -241,7 +241,7 @@ def fuzz(inputs: int, seed: int) -> dict[str, int]:
 def _check(line: HostileLine, cycle: ServoCycle, counts: dict[str, int]) -> None:
     before = [monitor.time for monitor in cycle.monitors]
     began = line.now
-    sample = cycle.step(RateCommand((0.5, -0.5, 0.3, -0.3), line.now))
+    sample = cycle.step(ServoCommand((0.5, -0.5, 0.3, -0.3), 0.0, line.now))
     assert line.calls < STEPS_ALLOWED, f"{line.kind}: {line.calls} calls of the port"
     assert line.now - began < 0.2, f"{line.kind}: a cycle of {line.now - began:.3f} s"
     for servo_id, monitor, previous in zip(IDS, cycle.monitors, before, strict=True):

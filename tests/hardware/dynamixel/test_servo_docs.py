@@ -57,7 +57,19 @@ def test_every_setting_is_in_the_table():
 def test_names_of_the_configuration_exist():
     known = {field.name for field in fields(ServoConfig)}
     used = set(re.findall(r"`(\w+)`", PAGE.split("## Wiring and set-up")[1].split("## Why")[0]))
-    known |= {"open", "stop", "read", "command", "recover", "inspect", "with", "STOPPING", "LATCHED", "WARNINGS"}
+    known |= {
+        "open",
+        "stop",
+        "read",
+        "command",
+        "recover",
+        "inspect",
+        "grip",
+        "with",
+        "STOPPING",
+        "LATCHED",
+        "WARNINGS",
+    }
     assert {name for name in used if not name.startswith("test_")} <= known
 
 
