@@ -66,20 +66,6 @@ class DisturbanceObserver:
         self._inner += _UNWINDING * self.rate * excess
         return self.estimate
 
-    def pause(self, position: Array, velocity: Array) -> Array:
-        """Keep the estimate, whatever happens meanwhile, and go on from it at the next update, at rest.
-
-        Args:
-            position: p now, shape (3,), world frame [m].
-            velocity: ṗ now, shape (3,) [m/s].
-
-        Returns:
-            δ̂, shape (3,), world frame [N].
-        """
-        self._outer = self.estimate - self._gain * position
-        self._inner = self.damping * self.rate * self.estimate - self._gain * velocity
-        return self.estimate
-
     def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:
         """Set the estimate along one direction, at rest there: for a bumpless change of what holds the vehicle.
 

@@ -5,8 +5,8 @@ r"""DOB position controller: from a setpoint to thrust and attitude.
 with e = p_d − p and F_R the planned force on the door. Along the door's normal δ̂ is left out: there the force is planned, and
 what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust
 saturate, and the saturated F is what the observer is told. Where the setpoint gives a push, it replaces F along the
-normal. The observer pauses then: friction takes up whatever the tip is pressed with in any direction, and an observer's integral
-would only wind up against it. Source: Kim, Choi and Kim, IEEE TCST 2018.
+normal. Beside it friction takes up whatever the tip is pressed with, and the observer's integral would wind up against it: along
+the leaf δ̂ stays what it was in free flight, upwards it stays near that. Source: Kim, Choi and Kim, IEEE TCST 2018.
 """
 
 from __future__ import annotations
@@ -21,6 +21,10 @@ from doorman.control.disturbance_observer import DisturbanceObserver
 from doorman.scenario import ControlSection
 
 Array = NDArray[np.float64]
+
+_UP = np.array([0.0, 0.0, 1.0])
+_MOST_LIFT = 0.7
+"""By which δ̂ of a tip that pushes may differ up or down from that of free flight: without, a tip that has slipped hops [N]."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,7 @@ class PositionController:
         self._weight = np.array([0.0, 0.0, mass * gravity])
         self._position_gain = np.array(settings.position_gain)
         self._velocity_gain = np.array(settings.velocity_gain)
-        self._acting = np.zeros(3)
+        self._acting, self._free = np.zeros(3), np.zeros(3)
 
     def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
         """One period of control.
@@ -95,10 +99,11 @@ class PositionController:
         Returns:
             Thrust and attitude.
         """
+        disturbance = self.observer.update(position, self._acting, time_step)
         if setpoint.push is None:
-            disturbance = self.observer.update(position, self._acting, time_step)
+            self._free = disturbance.copy()
         else:
-            disturbance = self.observer.pause(position, velocity)
+            disturbance = self._not_wound_up(setpoint.normal, velocity)
         disturbance = disturbance - (setpoint.normal @ disturbance) * setpoint.normal
         correction = (
             setpoint.acceleration
@@ -117,6 +122,14 @@ class PositionController:
             disturbance=disturbance,
             saturated=bool(np.abs(force - wanted).max() > 1e-9),
         )
+
+    def _not_wound_up(self, normal: Array, velocity: Array) -> Array:
+        """δ̂ of a tip that pushes: near what it was in free flight, but along the normal."""
+        self.observer.align(np.array([-normal[1], normal[0], 0.0]), self._free, velocity)
+        lift = float(self.observer.estimate[2] - self._free[2])
+        if abs(lift) > _MOST_LIFT:
+            self.observer.align(_UP, self._free + math.copysign(_MOST_LIFT, lift) * _UP, velocity)
+        return self.observer.estimate
 
 
 def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:

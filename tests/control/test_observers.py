@@ -37,21 +37,6 @@ def test_starts_without_a_bump() -> None:
     assert observer.update(np.array([3.0, 4.0, 5.0]), np.zeros(3), 0.0) == pytest.approx(np.zeros(3))
 
 
-def test_a_pause_keeps_the_estimate_and_ends_without_a_bump() -> None:
-    load, observer = np.array([1.0, -0.5, 2.0]), DisturbanceObserver(MASS, 3.0)
-    estimates(observer, lambda _: load, 5.0, start=(0.0, 0.0, 0.0))
-    before = observer.estimate.copy()
-    assert before == pytest.approx(load, abs=0.01)
-    place, velocity = np.array([3.0, -1.0, 0.5]), np.array([0.2, 0.1, -0.1])
-    for _ in range(500):  # friction holds it, whatever pulls
-        place = place + STEP * velocity
-        assert observer.pause(place, velocity) == pytest.approx(before)
-    for _ in range(50):
-        found = observer.update(place, -before, STEP)
-        place = place + STEP * velocity
-        assert found == pytest.approx(before, abs=0.03)
-
-
 def test_bound_and_recovery() -> None:
     observer = DisturbanceObserver(MASS, 1.0, limit=10.0)
     found = estimates(observer, lambda t: np.array([12.0 if t < 30.0 else 0.0, 0.0, 0.0]), 34.0)[:, 0]
