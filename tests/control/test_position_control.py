@@ -79,7 +79,7 @@ def test_an_error_does_not_wind_up_against_a_tip_that_sticks() -> None:
     for push in (None, 2.0):
         controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
         wanted = setpoint(position=np.array([0.0, 0.1, 0.05]), normal=np.array([1.0, 0.0, 0.0]), push=push)
-        found = [controller.update(np.zeros(3), np.zeros(3), wanted, 0.004).force for _ in range(500)]
+        found = [controller.update(np.zeros(3), np.zeros(3), wanted, 0.004).force for _ in range(1500)]
         forces.append((found[0], found[-1]))
     (_, free), (first, held) = forces
     assert held[1] == pytest.approx(first[1], abs=1e-6)
