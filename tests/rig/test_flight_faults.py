@@ -255,10 +255,10 @@ def test_a_gripper_that_is_stuck_for_a_while(rig):
 
 def test_a_gripper_that_does_not_open_by_itself_is_not_flown(rig):
     rig.far.call("set_spring", 0.0)
-    report = rig.flight().end()
+    report = rig.flight().begin().end()
     rig.far.call("set_spring", SPRING)
     assert report.end is End.NOT_FLOWN
-    assert "stronger spring" in report.reason
+    assert "stronger spring" in report.message
 
 
 def test_wind_pushes_too_hard(rig):
