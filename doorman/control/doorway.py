@@ -52,7 +52,7 @@ class Doorway:
         """
         lowest, highest = min(self.lowest, planned[1]), max(self.highest, planned[1])
         allowed = place.copy()
-        soon = position[1] + _AHEAD * velocity[1]
+        soon = _soon(position, velocity)
         allowed[1] = min(max(place[1], lowest), highest) + _SENT_BACK * (min(max(soon, lowest), highest) - soon)
         return allowed
 
@@ -67,7 +67,7 @@ class Doorway:
         Returns:
             Between 0 and 1.
         """
-        soon = float(position[1] + _AHEAD * velocity[1])
+        soon = _soon(position, velocity)
         beyond = soon - self.highest if force > 0.0 else self.lowest - soon
         return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
 
@@ -94,3 +94,8 @@ class Doorway:
         contact = self._door.contact_point(door_angle, self._coupling.distance_from_hinge, self._coupling.height)
         slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)
         return float(normal @ (contact - position)) - self._radius * math.sqrt(max(1.0 - slope * slope, 0.0))
+
+
+def _soon(position: Array, velocity: Array) -> float:
+    """Where along y a vehicle will be that drifts on [m]."""
+    return float(position[1] + _AHEAD * velocity[1])

@@ -7,7 +7,6 @@ of its motors, and waits for the next state.
 from __future__ import annotations
 
 import contextlib
-import math
 import select
 import shlex
 import socket
@@ -221,8 +220,6 @@ def _thrust(spin: Array) -> Array:
 
 
 def _turned(vector: Array) -> str:
-    """From x forward, y left, z up to x forward, y right, z down; from east-north-up-like axes to those of ArduPilot alike."""
-    x, y, z = (float(one) for one in vector)
-    if not math.isfinite(x + y + z):
-        x = y = z = 0.0
+    """In ArduPilot's axes, as JSON: from x forward, y left, z up to x forward, y right, z down, in the body and in the world."""
+    x, y, z = vector
     return f"[{x:.6f},{-y:.6f},{-z:.6f}]"

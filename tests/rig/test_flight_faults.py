@@ -38,6 +38,15 @@ def assert_at_the_pad(rig: FlightRig) -> None:
     assert np.linalg.norm(away) < 0.3
 
 
+def lands_on_the_pad(rig: FlightRig, flight: Flight) -> FlightReport:
+    """The flight to its end, which is on the pad."""
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert_down(rig)
+    assert_at_the_pad(rig)
+    return report
+
+
 def test_operator_gives_up(rig):
     flight = at_hover(rig)
     flight.session.interrupt()
@@ -117,11 +126,7 @@ def test_controller_hangs_in_the_doorway(rig):
 def test_gripper_fails_while_it_grips(rig):
     flight = swinging(rig)
     rig.far.call("set_register", rig.model.n_arm + 1, "hardware error status", OVERLOAD)
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert Fault.GRIPPER in found(report)
-    assert_down(rig)
-    assert_at_the_pad(rig)
+    assert Fault.GRIPPER in found(lands_on_the_pad(rig, flight))
 
 
 def test_pilot_takes_over(rig):
@@ -214,30 +219,19 @@ def test_battery_nearly_empty(rig, where):
 def test_servo_shuts_down(rig):
     flight = at_hover(rig)
     rig.far.call("set_register", 2, "hardware error status", OVERLOAD)
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert Fault.SERVOS_FAILED in found(report)
-    assert_down(rig)
-    assert_at_the_pad(rig)
+    assert Fault.SERVOS_FAILED in found(lands_on_the_pad(rig, flight))
 
 
 def test_servos_unplugged(rig):
     flight = at_hover(rig)
     rig.far.call("rig.servos.unplug")
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert_down(rig)
-    assert_at_the_pad(rig)
+    lands_on_the_pad(rig, flight)
 
 
 def test_servos_unplugged_while_it_grips(rig):
     flight = swinging(rig)
     rig.far.call("rig.servos.unplug")
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert Fault.SERVOS_DISCONNECTED in found(report)
-    assert_down(rig)
-    assert_at_the_pad(rig)
+    assert Fault.SERVOS_DISCONNECTED in found(lands_on_the_pad(rig, flight))
 
 
 def test_a_gripper_that_is_stuck_for_a_while(rig):
@@ -247,10 +241,7 @@ def test_a_gripper_that_is_stuck_for_a_while(rig):
     time.sleep(3.0)
     assert rig.links.holding
     rig.far.call("set_spring", SPRING)
-    report = flight.end()
-    assert report.end is End.LANDED
-    assert_down(rig)
-    assert_at_the_pad(rig)
+    lands_on_the_pad(rig, flight)
 
 
 def test_a_gripper_that_does_not_open_by_itself_is_not_flown(rig):

@@ -196,9 +196,10 @@ class VehicleLinks:
         since = self._closing_since
         if since is None:
             return False
-        late = time.monotonic() - since > CLOSES_WITHIN and not self.holding
+        if not self.holding:
+            return time.monotonic() - since > CLOSES_WITHIN
         with contextlib.suppress(BackendError):  # closed
-            return late or (self.holding and bool(self.servos.read().faults[-1] & LATCHED))
+            return bool(self.servos.read().faults[-1] & LATCHED)
         return False
 
     def rest_arm(self) -> None:
