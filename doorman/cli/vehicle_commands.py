@@ -18,6 +18,7 @@ class AutopilotKind(StrEnum):
 
     PX4 = "px4"
     ARDUPILOT = "ardupilot"
+    PX4_SITL = "px4-sitl"
     ARDUPILOT_SITL = "ardupilot-sitl"
 
 
@@ -52,7 +53,7 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         settings: Settings = None,
         autopilot: Annotated[
             AutopilotKind,
-            typer.Option(help="Whose rules it follows; ardupilot-sitl: ArduPilot's own code, which you start."),
+            typer.Option(help="Whose rules it follows; px4-sitl, ardupilot-sitl: their own code, which you start."),
         ] = AutopilotKind.PX4,
         pixhawk_port: Annotated[int, typer.Option(help="UDP port on loopback that the autopilot sends to.")] = 14540,
         mocap_port: Annotated[int, typer.Option(help="UDP port that the cameras send to; 0: no cameras.")] = 51001,
@@ -74,9 +75,9 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
         def command() -> int:
             if fly:
-                if autopilot is AutopilotKind.ARDUPILOT_SITL:
+                if autopilot in (AutopilotKind.PX4_SITL, AutopilotKind.ARDUPILOT_SITL):
                     raise typer.BadParameter(
-                        "ArduPilot is started by hand: run the rig without --fly", param_hint="--fly"
+                        "its own code is started by hand: run the rig without --fly", param_hint="--fly"
                     )
                 from doorman.cli.rig_demo import fly_the_rig
 

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Literal
+from typing import Literal, cast
 
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot import EmulatedAutopilot
@@ -19,12 +19,14 @@ from doorman.hardware.emulators.servos_unit import READY_TO_GRIP, ServoSetup
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
+from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
 from doorman.rig.plant import RigPlant
-from doorman.rig.sitl import SERVO_PORT, ArduPilotSitl, arducopter_command
+from doorman.rig.px4_sitl import Px4Sitl, simulator_port
+from doorman.rig.rotor_pilot import RotorPilot
 from doorman.simulation.rotors import rotor_layout
 
-AutopilotKind = Literal["px4", "ardupilot", "ardupilot-sitl"]
-"""An emulated autopilot that follows the rules of PX4 or of ArduPilot, or ArduPilot's own code."""
+AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]
+"""An emulated autopilot that follows the rules of PX4 or of ArduPilot, or the own code of one of them."""
 LOOPBACK = "127.0.0.1"
 OBJECT_NAME = "vehicle"
 """Name of the vehicle in the cameras' stream."""
@@ -74,12 +76,12 @@ class RigSetup:
     """Of the autopilot [1/s]."""
     seed: int = 0
     """Of noise and faults."""
-    sitl_port: int = SERVO_PORT
-    """UDP port on loopback to which ArduPilot's own code sends its motors' outputs."""
+    sitl_port: int | None = None
+    """Port on loopback that the autopilot's own code calls; None: the one that it calls by itself."""
 
     def __post_init__(self) -> None:
         for name, least in (("pixhawk_port", 1), ("mocap_port", 0), ("sitl_port", 1)):
-            if not least <= getattr(self, name) <= 65535:
+            if not least <= (getattr(self, name) or least) <= 65535:
                 raise BackendError("not a port", field=name, given=getattr(self, name), allowed=f"{least} to 65535")
 
 
@@ -95,20 +97,18 @@ class Rig:
     def __init__(self, model: Model, setup: RigSetup | None = None, recorder: Recorder | None = None) -> None:
         self.model = model
         self.setup = setup or RigSetup()
-        pilot = None
-        if self.setup.autopilot == "ardupilot-sitl":
-            layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
-            pilot = ArduPilotSitl(layout, self.setup.sitl_port)
-        self.plant = RigPlant(model, recorder, pilot)
-        self._rotors = 0 if pilot is None else layout.count
+        self.pilot = self._own_code()
+        """The autopilot's own code; None where it is emulated."""
+        self.plant = RigPlant(model, recorder, self.pilot)
         self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or Path(tempfile.mkdtemp(prefix="doorman-rig-"))
         with_mocap = self.setup.mocap_port > 0
         self.autopilot: EmulatedAutopilot | None = None
-        """None where ArduPilot's own code flies."""
-        if self.setup.autopilot != "ardupilot-sitl":
+        """None where its own code flies."""
+        if self.setup.autopilot in _SAFE:
+            flavour = cast("Flavour", self.setup.autopilot)
             self.autopilot = EmulatedAutopilot(
-                self.setup.autopilot,
+                flavour,
                 RigVehicle(self.plant),
                 remote=(LOOPBACK, self.setup.pixhawk_port),
                 vision=with_mocap,
@@ -117,7 +117,7 @@ class Rig:
                 hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
                 seed=self.setup.seed,
             )
-            for name, value in self._parameters(self.setup.autopilot).items():
+            for name, value in self._parameters(flavour).items():
                 self.autopilot.parameters[name] = value
         self.servos = ServoEmulator(
             servo_setups(model.n_arm, self.gripper), RigArm(self.plant, self.gripper), link=self._folder / SERVOS
@@ -138,9 +138,7 @@ class Rig:
     @property
     def autopilot_command(self) -> str | None:
         """What starts the autopilot's own code in another terminal; None where the autopilot is emulated."""
-        if self.autopilot is not None:
-            return None
-        return arducopter_command(self._rotors, self.setup.pixhawk_port, self._folder)
+        return None if self.pilot is None else self.pilot.command(self.setup.pixhawk_port, self._folder)
 
     def start(self) -> None:
         """Let the plant move and the emulators talk.
@@ -174,6 +172,15 @@ class Rig:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.stop()
+
+    def _own_code(self) -> RotorPilot | None:
+        setup = self.setup
+        if setup.autopilot in _SAFE:
+            return None
+        layout = rotor_layout(self.model.vehicle, self.model.scenario.simulation.torque_per_thrust)
+        if setup.autopilot == "px4-sitl":
+            return Px4Sitl(layout, setup.sitl_port or simulator_port(setup.pixhawk_port))
+        return ArduPilotSitl(layout, setup.sitl_port or SERVO_PORT)
 
     def _parameters(self, flavour: Flavour) -> dict[str, float]:
         mocap = (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}

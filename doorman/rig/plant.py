@@ -16,7 +16,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.landing_gear import LandingGear
-from doorman.rig.sitl import STATE_RATE, ArduPilotSitl
+from doorman.rig.rotor_pilot import RotorPilot
 from doorman.simulation.engine import engine
 from doorman.simulation.simulator import Disturbance, Simulator
 from doorman.simulation.truth import Truth
@@ -53,12 +53,12 @@ class RigPlant:
         pilot: Flies the rotors, and is started and stopped with the plant; None lets whoever calls `fly`.
     """
 
-    def __init__(self, model: Model, recorder: Recorder | None = None, pilot: ArduPilotSitl | None = None) -> None:
+    def __init__(self, model: Model, recorder: Recorder | None = None, pilot: RotorPilot | None = None) -> None:
         self.model = model
         self.places = Places.of(model)
         self.gear = LandingGear(float(self.places.pad[2]))
         rates = model.scenario.simulation
-        rate = rates.controller_rate if pilot is None else STATE_RATE
+        rate = rates.controller_rate if pilot is None else pilot.rate
         self.period = 1.0 / rate
         self._steps = max(1, math.ceil(rates.physics_rate / rate - 1e-9))
         self.lock = threading.RLock()
@@ -76,7 +76,7 @@ class RigPlant:
         self._motors, self._grip = False, False
         self._pilot = pilot
         if pilot is not None:
-            self._simulator.set_rotors(None, pilot.wiring.directions)
+            self._simulator.set_rotors(None, pilot.directions)
         self._wind = _NOTHING
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None

@@ -14,8 +14,8 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.rig import Rig, RigSetup
+from doorman.rig.ardupilot_sitl import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.rig.plant import RigPlant
-from doorman.rig.sitl import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.scenario import Scenario
 from doorman.simulation.rotors import RotorLayout, rotor_layout
 

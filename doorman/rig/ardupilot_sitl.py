@@ -85,22 +85,8 @@ class Wiring:
         return cls(tuple(outputs), np.array([float(frame[output][1]) for output in outputs]))
 
 
-def arducopter_command(rotors: int, pixhawk_port: int, folder: Path) -> str:
-    """What starts ArduPilot's simulation for the rig, with its parameters in a file of its own.
-
-    Args:
-        rotors: Number of rotors.
-        pixhawk_port: UDP port on loopback that it sends to.
-        folder: For the file.
-    """
-    defaults = folder / PARAMETERS.name
-    defaults.write_text(f"{PARAMETERS.read_text(encoding='utf-8')}FRAME_CLASS {_CLASSES[rotors]}\n", encoding="utf-8")
-    words = ["arducopter", "--wipe", "--model", "JSON:127.0.0.1", "--defaults", str(defaults), "--speedup", "1"]
-    return shlex.join([*words, "--serial0", f"udpclient:127.0.0.1:{pixhawk_port}"])
-
-
 class ArduPilotSitl:
-    """Flies the plant. Before ArduPilot has called, and after it has fallen silent, the motors stand still.
+    """Flies the plant, as `RotorPilot`. Before ArduPilot has called, and after it has fallen silent, the motors stand still.
 
     Args:
         layout: Rotors of the vehicle.
@@ -110,8 +96,12 @@ class ArduPilotSitl:
         BackendError: if ArduPilot does not know such a frame.
     """
 
+    program = "ArduPilot"
+    rate = STATE_RATE
+
     def __init__(self, layout: RotorLayout, port: int = SERVO_PORT) -> None:
         self.wiring = Wiring.of(layout)
+        self.directions = self.wiring.directions
         self._limits, self._port = layout.max_thrusts, port
         self._socket: socket.socket | None = None
         self._peer: tuple[str, int] | None = None
@@ -182,6 +172,19 @@ class ArduPilotSitl:
         )
         with contextlib.suppress(OSError):  # ArduPilot has ended
             self._socket.sendto(text.encode(), self._peer)
+
+    def command(self, pixhawk_port: int, folder: Path) -> str:
+        """What starts ArduPilot's simulation for the rig, with its parameters in a file of its own.
+
+        Args:
+            pixhawk_port: UDP port on loopback that it sends to.
+            folder: For the file.
+        """
+        defaults = folder / PARAMETERS.name
+        frame = f"FRAME_CLASS {_CLASSES[len(self._limits)]}\n"
+        defaults.write_text(PARAMETERS.read_text(encoding="utf-8") + frame, encoding="utf-8")
+        words = ["arducopter", "--wipe", "--model", "JSON:127.0.0.1", "--defaults", str(defaults), "--speedup", "1"]
+        return shlex.join([*words, "--serial0", f"udpclient:127.0.0.1:{pixhawk_port}"])
 
     def _listen(self, now: float) -> bool:
         """Take the answer to the last state; whether it has come in time."""

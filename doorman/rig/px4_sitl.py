@@ -1,0 +1,254 @@
+"""PX4's own code as the rig's autopilot: its simulation in the loop ("SITL") flies the rig's plant over its MAVLink interface.
+
+PX4 calls by TCP, gets HIL_SENSOR and answers with HIL_ACTUATOR_CONTROLS. Its clock is the one of these messages. Where the rotors
+are, and how they turn, it learns from its parameters, so that any vehicle will do. Source: PX4, docs/en/simulation and
+simulator_mavlink.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import shlex
+import socket
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.messages import mavlink
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY
+from doorman.simulation.rotors import RotorLayout
+from doorman.simulation.truth import Truth
+
+Array = NDArray[np.float64]
+
+STATE_RATE = 250.0
+"""States a second: the rate of PX4's gyroscope in simulation [1/s]."""
+SIMULATOR_PORT = 4560
+"""TCP port that PX4's first instance calls; every further one calls the next."""
+PIXHAWK_PORT = 14540
+"""UDP port that PX4's first instance sends to, likewise."""
+_MOST_INSTANCES = 10
+MOST_ROTORS = 12
+AIRFRAME = 10016
+"""Airframe without a simulator of its own, whose rotors are replaced."""
+PARAMETERS = Path(__file__).with_name("px4.parm")
+"""Parameters that PX4 starts with, but for the rotors'."""
+_PATIENCE = 0.5
+_ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+_MOTION, _FIELD, _AIR = 0b111111, 0b111000000, 0b1101000000000
+_SLOW_EVERY = 5
+"""Of magnetometer and barometer, states between two samples."""
+_NORTH = np.array([0.21, 0.0, -0.42])
+"""Earth's field, in the world: x north, z up [gauss]."""
+_NOISE = {"acceleration": 0.02, "rate": 0.001, "field": 0.001, "pressure": 0.01}
+"""Deviations [m/s²], [rad/s], [gauss], [hPa]: sensors that say the same again and again count as broken."""
+_SEA_LEVEL, _PER_METRE = 1013.25, 0.12
+"""Pressure and its gradient [hPa], [hPa/m]."""
+
+
+def simulator_port(pixhawk_port: int) -> int:
+    """TCP port that the instance of PX4 calls which sends to a port.
+
+    Args:
+        pixhawk_port: UDP port on loopback.
+
+    Raises:
+        BackendError: if no instance sends there.
+    """
+    instance = pixhawk_port - PIXHAWK_PORT
+    if not 0 <= instance < _MOST_INSTANCES:
+        raise BackendError("no instance of PX4 sends there", field="pixhawk_port", given=pixhawk_port,
+                           allowed=f"{PIXHAWK_PORT} to {PIXHAWK_PORT + _MOST_INSTANCES - 1}")  # fmt: skip
+    return SIMULATOR_PORT + instance
+
+
+class Px4Sitl:
+    """Flies the plant, as `RotorPilot`. Before PX4 has called, and after it has fallen silent, the motors stand still.
+
+    Args:
+        layout: Rotors of the vehicle.
+        port: TCP port on loopback.
+
+    Raises:
+        BackendError: if PX4 knows no vehicle with so many rotors.
+    """
+
+    program = "PX4"
+    rate = STATE_RATE
+
+    def __init__(self, layout: RotorLayout, port: int = SIMULATOR_PORT) -> None:
+        if layout.count > MOST_ROTORS:
+            raise BackendError(
+                "PX4 has no such vehicle", field="rotors", given=layout.count, allowed=f"up to {MOST_ROTORS}"
+            )
+        self.directions = layout.directions
+        self._layout, self._port = layout, port
+        self._listener: socket.socket | None = None
+        self._peer: socket.socket | None = None
+        self._mavlink = mavlink.MAVLink(None)
+        self._mavlink.robust_parsing = True
+        self._random = np.random.default_rng(0)
+        self._count, self._boot, self._told, self._heard = 0, 0.0, 0, -1
+        self._in_step = False
+        self._controls: Array | None = None
+        self._last: Truth | None = None
+
+    @property
+    def connected(self) -> bool:
+        """Whether PX4 is there."""
+        return self._peer is not None
+
+    def start(self) -> None:
+        """Listen, on loopback only.
+
+        Raises:
+            BackendError: if the port is taken.
+        """
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind(("127.0.0.1", self._port))
+            listener.listen(1)
+        except OSError as error:
+            listener.close()
+            raise BackendError(f"cannot listen: {error}", field="sitl port", given=self._port) from error
+        listener.setblocking(False)
+        self._listener = listener
+
+    def stop(self) -> None:
+        """Listen no more; may be called twice."""
+        listener, self._listener = self._listener, None
+        if listener is not None:
+            listener.close()
+        self._hang_up()
+
+    def thrusts(self, now: float) -> Array | None:
+        """Thrust of every rotor that PX4 asks for, once it has answered the last state; None while the motors stand still.
+
+        Args:
+            now: Time of the plant [s].
+
+        Returns:
+            Shape (m,) [N].
+        """
+        if self._peer is None:
+            self._answer_call(now)
+        if self._peer is None:
+            return None
+        self._in_step = self._listen()
+        if not self._in_step or self._controls is None:
+            return None
+        thrusts: Array = np.clip(self._controls[: self._layout.count], 0.0, 1.0) * self._layout.max_thrusts
+        return thrusts
+
+    def tell(self, truth: Truth) -> None:
+        """Send what PX4's sensors measure.
+
+        Args:
+            truth: Newest state of the plant.
+        """
+        last, self._last = self._last, truth
+        if self._peer is None or last is None or truth.time <= last.time:
+            return
+        to_body = rotation_body_to_world(truth.attitude).T
+        acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
+        slow = self._count % _SLOW_EVERY == 0
+        self._count += 1
+        self._told = round((truth.time - self._boot) * 1e6)
+        message = self._mavlink.hil_sensor_encode(
+            self._told,
+            *self._measured(to_body @ (acceleration + [0.0, 0.0, GRAVITY]), "acceleration"),
+            *self._measured(truth.body_rates, "rate"),
+            *self._measured(to_body @ _NORTH, "field"),
+            _SEA_LEVEL - _PER_METRE * float(truth.position[2]) + _NOISE["pressure"] * self._random.standard_normal(),
+            0.0,
+            float(truth.position[2]),
+            20.0,
+            _MOTION | (_FIELD | _AIR if slow else 0),
+        )
+        try:
+            self._peer.sendall(message.pack(self._mavlink))
+        except OSError:  # PX4 has ended
+            self._hang_up()
+
+    def command(self, pixhawk_port: int, folder: Path) -> str:
+        """What starts PX4's simulation for the rig, with its parameters in a file of its own.
+
+        Args:
+            pixhawk_port: UDP port on loopback that it sends to.
+            folder: For the file.
+
+        Raises:
+            BackendError: if none of PX4's instances sends to that port and calls this one.
+        """
+        calls = simulator_port(pixhawk_port)
+        if calls != self._port:
+            raise BackendError("no instance of PX4 that sends to that pixhawk_port calls here", field="sitl_port",
+                               given=self._port, allowed=str(calls))  # fmt: skip
+        given = PARAMETERS.read_text(encoding="utf-8").splitlines()
+        lines = [f"PX4_SYS_AUTOSTART={AIRFRAME}"]
+        for line in [*given, *self._rotor_parameters()]:
+            if line and not line.startswith("#"):
+                name, value = line.split()
+                lines.append(f"PX4_PARAM_{name}={value}")
+        file = folder / "px4.env"
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return f"env $(cat {shlex.quote(str(file))}) px4 -d -i {pixhawk_port - PIXHAWK_PORT}"
+
+    def _rotor_parameters(self) -> list[str]:
+        """Places, in PX4's axes, and senses of the rotors."""
+        layout = self._layout
+        lines = [f"CA_ROTOR_COUNT {layout.count}"]
+        for index, ((x, y, _), direction) in enumerate(zip(layout.positions, layout.directions, strict=True)):
+            lines += [f"CA_ROTOR{index}_PX {x:.4f}", f"CA_ROTOR{index}_PY {-y:.4f}",
+                      f"CA_ROTOR{index}_KM {direction * layout.torque_per_thrust:.4f}",
+                      f"PWM_MAIN_FUNC{index + 1} {101 + index}"]  # fmt: skip
+        return lines
+
+    def _measured(self, vector: Array, kind: str) -> list[float]:
+        """In PX4's axes, x forward, y right, z down, with noise."""
+        x, y, z = (vector + _NOISE[kind] * self._random.standard_normal(3)).tolist()
+        return [x, -y, -z]
+
+    def _answer_call(self, now: float) -> None:
+        if self._listener is None:
+            return
+        with contextlib.suppress(OSError):  # nobody calls
+            peer, _ = self._listener.accept()
+            peer.setblocking(False)
+            peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._peer, self._boot, self._told, self._heard = peer, now, 0, -1
+            self._controls, self._in_step = None, False
+
+    def _hang_up(self) -> None:
+        peer, self._peer, self._controls, self._in_step = self._peer, None, None, False
+        if peer is not None:
+            peer.close()
+
+    def _listen(self) -> bool:
+        """Take the answer to the last state, and wait for it if the one before came in time; whether it is there."""
+        deadline = time.monotonic() + (_PATIENCE if self._in_step else 0.0)
+        while self._peer is not None:
+            try:
+                data = self._peer.recv(4096)
+            except BlockingIOError:
+                left = deadline - time.monotonic()
+                if self._heard >= self._told or left <= 0.0:
+                    break
+                select.select([self._peer], [], [], left)
+                continue
+            except OSError:
+                data = b""
+            if not data:
+                self._hang_up()
+                return False
+            for message in self._mavlink.parse_buffer(data) or ():
+                if message.get_type() == "HIL_ACTUATOR_CONTROLS":
+                    self._heard = int(message.time_usec)
+                    self._controls = np.array(message.controls) if message.mode & _ARMED else None
+        return self._heard >= self._told
