@@ -42,6 +42,8 @@ _ARM_TIME = 0.1
 """Time constant of the joint rates [s]: stiff servos make noise of angles a rattle of the tip, which then creeps on the leaf."""
 _CREEP = 0.04
 """A slower door is not too fast wherever it is [rad/s]."""
+_OVERSPEED = 1.15
+"""Share of the largest rate beyond which the push brakes a door: a plan lets one that is faster be as fast as it is."""
 _FAST = 1.3
 """Energy of a door that is too fast, as a multiple of what can surely be braked."""
 _SLIP_TIME = 1.0
@@ -114,7 +116,8 @@ class PushController:
         swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
         posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
         planned = float(setpoint.normal @ setpoint.force)
-        push = planned + posture + self._settings.velocity_gain * (-self._lever * motion.rate - estimate.tip_speed)
+        rate = max(motion.rate, -_OVERSPEED * self._settings.max_rate)
+        push = planned + posture + self._settings.velocity_gain * (-self._lever * rate - estimate.tip_speed)
         least, most = self._bounds(max(0.0, resistance) / self._lever)
         if self._too_fast(estimate, resistance):
             least, most = self._settings.least_force, max(0.5 * least, self._settings.least_force)

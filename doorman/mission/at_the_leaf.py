@@ -121,7 +121,7 @@ class AtTheLeaf:
     def search(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the swing of a leaf that was not where it should be; heading and arm keep step with its angle.
 
-        The heading stays behind by as much as keeps the disc clear of leaf and jambs.
+        The heading stays behind by as much as keeps the disc clear of leaf and jambs, or as clear as can be.
 
         Args:
             estimate: What is known now: the leaf is not before the tip.
@@ -129,11 +129,14 @@ class AtTheLeaf:
         """
         posture = self._model.on_the_way(estimate.door_angle)
         back = math.copysign(_TURN, float(self._model.start_state[2] - posture[2]))
+        widest = math.inf
         for _ in range(_MOST_TURNS):
-            if self._model.constraints(posture).max() < -self._room:
+            nearest = float(self._model.constraints(posture).max())
+            if nearest < widest:
+                widest, self._yaw = nearest, float(posture[2])
+            if nearest < -self._room:
                 break
             posture[2] += back
-        self._yaw = float(posture[2])
         return replace(self.move(estimate, speed), arm_rates=arm_rates_to(posture[5:], estimate.arm_angles))
 
     def hits_the_rotors(self, estimate: Estimate, searching: bool) -> bool:

@@ -32,6 +32,9 @@ _SETTLING = 4.0
 """Hold times after which it is."""
 _CLOSE = math.radians(0.8)
 """A pushed door that stands this near to the goal is held: to move it on would take a jerk that friction turns into more."""
+_PAST = math.radians(0.5)
+_STIFFNESS, _DAMPING = 40.0, 12.0
+"""A tip that is farther past the goal is held back: the door stays there by its friction, or comes back [rad], [N/m], [N s/m]."""
 _EASING = 2.0
 _BRAKING = 8.0
 """Change of the push where holding begins, on a door that stands and on one that moves: a step throws the tip off [N/s]."""
@@ -63,7 +66,7 @@ _HELD_MORE = 1.0
 """By which a pushed door that has swung may resist more than it did then, before it is waited for [N m]."""
 _FAR_FROM_IT, _LEAST_MORE = math.radians(10.0), 0.3
 """Nearer to the goal it is less in proportion, down to this share: what comes loose must stop before the goal."""
-_SHARE_MORE = 0.3
+_SHARE_MORE = 0.5
 """A door that resists much may resist more by this share anywhere: it also stops the sooner."""
 _HELD = 1.0
 """A door that stood for so long in its swing may have been held, [s],"""
@@ -116,7 +119,7 @@ class Opening:
         self._held: Setpoint | None = None
         self._waiting: Setpoint | None = None
         self._nudges = model.scenario.control.door_observer_rate > 0.0
-        self._pressing = 0.0
+        self._pressing = self._eased = 0.0
         self._stiction = 0.0
         self._counted_on = 0.0
         self.resistance = 0.0
@@ -161,7 +164,7 @@ class Opening:
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
         self._learn_resistance(estimate, time_step)
         self._judge(now, off)
-        if self._push is not None and self._holds(off, estimate):
+        if self._push is not None and self._holds(self._push, off, estimate):
             return self._hold(self._push, off, estimate, time_step)
         state = self._converter.planner_state(estimate.state, body_rates)
         if self._push is not None:
@@ -316,7 +319,7 @@ class Opening:
         self._near_since = (self._near_since if self._near_since is not None else now) if near else None
         self._held_since = (self._held_since if self._held_since is not None else now) if held else None
 
-    def _holds(self, off: float, estimate: Estimate) -> bool:
+    def _holds(self, push: PushController, off: float, estimate: Estimate) -> bool:
         """Whether the door is to be held where it is."""
         if self._held is not None and off > STILL_OPEN:
             self._held = None
@@ -325,6 +328,7 @@ class Opening:
             self._held = self._converter.hold(estimate.position, float(estimate.state[2]))
             friction = max(0.0, estimate.hinge.friction)
             resistance = max(0.0, -estimate.door_disturbance)
+            self._eased = push.push
             self._pressing = (resistance - (1.0 - self._settings.hold_share) * min(friction, resistance)) / self._lever
         return self._held is not None
 
@@ -339,5 +343,7 @@ class Opening:
         self._pressing = max(self._pressing, settings.least_force)
         assert self._held is not None
         most = time_step * (_EASING if abs(self._rate) < _STANDS else _BRAKING)
-        pressed = push.push + min(max(self._pressing - push.push, -most), most)
-        return push.hold(self._held, pressed, estimate)
+        self._eased += min(max(self._pressing - self._eased, -most), most)
+        past = self._lever * (self._goal - _PAST - estimate.tip_angle)
+        back = _STIFFNESS * past + _DAMPING * max(estimate.tip_speed, 0.0) if past > 0.0 else 0.0
+        return push.hold(self._held, self._eased - back, estimate)

@@ -129,7 +129,7 @@ class MissionSection(Section):
     """For which the door must stay at the goal before it is let go [s]."""
     hold_open: NonNegative = 3.0
     """For which a door is held whose closer would shut it on the vehicle; the mission ends there [s]."""
-    recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 8
+    recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 20
     """How often contact may be lost before the opening is given up."""
     retreat_speed: Positive = 0.25
     """[m/s]."""
