@@ -17,6 +17,8 @@ _SENT_BACK = 1.5
 """Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
 _FARTHEST, _FADING = 0.025, 0.03
 """A force to the side has faded so far beyond the margin, over so much of the way [m]."""
+_BRAKING = 0.15
+"""In which a vehicle stops that is about to touch a jamb [s]."""
 _AHEAD = 0.3
 """For a vehicle that drifts on for so long [s]."""
 
@@ -71,14 +73,18 @@ class Doorway:
         beyond = soon - self.highest if force > 0.0 else self.lowest - soon
         return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
 
-    def gap_to_jambs(self, position: Array) -> float:
-        """Between rotor disc and the nearer jamb's edge towards the vehicle [m].
+    def gap_to_jambs(self, position: Array, velocity: Array) -> float:
+        """Between rotor disc and the nearer jamb, for a vehicle that drifts on a little [m].
 
         Args:
             position: P, shape (3,), world frame [m].
+            velocity: Ṗ, shape (3,), world frame [m/s].
         """
+        return min(self._gap_to_jambs(position), self._gap_to_jambs(position + _BRAKING * velocity))
+
+    def _gap_to_jambs(self, position: Array) -> float:
         x, y, _ = self._door.hinge_position
-        before = max(float(x - position[0]), 0.0)
+        before = max(float(x - self._door.frame_depth - position[0]), 0.0)
         beside = max(min(float(position[1] - y), float(y + self._door.width - position[1])), 0.0)
         return math.hypot(before, beside) - self._radius
 

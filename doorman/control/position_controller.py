@@ -23,6 +23,8 @@ from doorman.scenario import ControlSection
 Array = NDArray[np.float64]
 
 _UP = np.array([0.0, 0.0, 1.0])
+_AVERAGED = 4.0
+"""Time over which δ̂ of free flight is averaged [s]: a gust is over when the tip pushes."""
 _MOST_LIFT = 0.7
 """By which δ̂ of a tip that pushes may differ up or down from that of free flight: without, a tip that has slipped hops [N]."""
 
@@ -100,10 +102,14 @@ class PositionController:
             Thrust and attitude.
         """
         disturbance = self.observer.update(position, self._acting, time_step)
-        if setpoint.push is None:
-            self._free = disturbance.copy()
-        else:
-            disturbance = self._not_wound_up(setpoint.normal, velocity)
+        touches = bool(setpoint.force.any())
+        if setpoint.push is None or not touches:
+            self._free = self._free + min(time_step / _AVERAGED, 1.0) * (disturbance - self._free)
+        if setpoint.push is not None:
+            if touches:
+                self._not_wound_up(setpoint.normal, velocity)
+            disturbance = self._free.copy()
+            disturbance[2] += min(max(float(self.observer.estimate[2] - self._free[2]), -_MOST_LIFT), _MOST_LIFT)
         disturbance = disturbance - (setpoint.normal @ disturbance) * setpoint.normal
         correction = (
             setpoint.acceleration
@@ -123,13 +129,12 @@ class PositionController:
             saturated=bool(np.abs(force - wanted).max() > 1e-9),
         )
 
-    def _not_wound_up(self, normal: Array, velocity: Array) -> Array:
-        """δ̂ of a tip that pushes: near what it was in free flight, but along the normal."""
+    def _not_wound_up(self, normal: Array, velocity: Array) -> None:
+        """Keep δ̂ of a tip that pushes near what it was in free flight, but along the normal."""
         self.observer.align(np.array([-normal[1], normal[0], 0.0]), self._free, velocity)
         lift = float(self.observer.estimate[2] - self._free[2])
         if abs(lift) > _MOST_LIFT:
             self.observer.align(_UP, self._free + math.copysign(_MOST_LIFT, lift) * _UP, velocity)
-        return self.observer.estimate
 
 
 def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:

@@ -177,14 +177,16 @@ class PushController:
         return self._door.contact_point(door_angle, self._lever, self._height)
 
     def hold(self, setpoint: Setpoint, push: float, estimate: Estimate) -> Setpoint:
-        """The same position, with a push of its own.
+        """The same position and heading, with a push of its own.
 
         Args:
             setpoint: Position and posture.
             push: F_n [N].
             estimate: What is known now.
         """
-        return self._with(setpoint, door_normal(estimate.door_angle), push, estimate)
+        self._heading = setpoint.yaw
+        held = replace(setpoint, force=self._beside(0.0, push, estimate))
+        return self._with(held, door_normal(estimate.door_angle), push, estimate)
 
     def _with(self, setpoint: Setpoint, normal: Array, push: float, estimate: Estimate) -> Setpoint:
         self.push = push

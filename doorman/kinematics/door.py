@@ -61,6 +61,8 @@ class Door:
         self.inertia = self._inertia_about_hinge()
         self.width, self.height, self.thickness, self.surface_offset = self._leaf_size()
         """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]; the constraints take 0."""
+        self.frame_depth = self._frame_depth()
+        """How far the jambs' boxes reach before the hinge axis, towards the vehicle [m]."""
         hinge = read_joints(urdf)[self.section.hinge]
         self.damping = float(hinge.damping if self.section.damping is None else self.section.damping)
         self.friction = float(hinge.friction if self.section.friction is None else self.section.friction)
@@ -170,6 +172,21 @@ class Door:
         frame = self.model.frames[link_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
         center = frame.placement.act(box.placement[:3, 3])
         return float(center[0] + size[0] / 2), float(size[2]), float(size[1]), float(center[1] + size[1] / 2)
+
+    def _frame_depth(self) -> float:
+        """Of the boxes beside the doorway that do not move with the leaf; 0 if there are none."""
+        hinge, middle = float(self.hinge_position[0]), float(self.hinge_position[1]) + 0.5 * self.width
+        nearest = hinge
+        for name, placement in self.link_placements(0.0).items():
+            if self.model.frames[self.model.getFrameId(name, pinocchio.FrameType.BODY)].parentJoint == 1:
+                continue
+            for box in read_boxes(self.urdf, name):
+                if box is not None:
+                    placed = placement @ box.placement
+                    half = np.abs(placed[:3, :3]) @ box.size / 2
+                    if abs(placed[1, 3] - middle) > half[1]:
+                        nearest = min(nearest, float(placed[0, 3] - half[0]))
+        return hinge - nearest
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:

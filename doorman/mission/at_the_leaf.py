@@ -155,7 +155,7 @@ class AtTheLeaf:
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the disc is about to touch a jamb."""
-        return self._doorway.gap_to_jambs(estimate.position) < _NO_ROOM
+        return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < _NO_ROOM
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

@@ -99,5 +99,5 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     if position[0] > hinge[0] - radius:  # some of the disc is in the doorway
         back[1] = min(max(back[1], lowest), highest)
         back[0] = position[0]
-        return [back, np.array([outside, back[1], position[2]])]
+        return [back, np.array([outside, middle, position[2]])]
     return [back, np.array([min(back[0], outside), back[1], position[2]])]

@@ -45,7 +45,7 @@ _GUSTINESS = 1.5
 _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends."""
 _DOUBT = 0.1
-"""For which rotors must seem to have met a leaf that the tip has not lost [s]: a gap in the poses moves it by centimetres."""
+"""For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad];"""
 _LOST_PAST = math.radians(2.5)
@@ -168,7 +168,7 @@ class Sequence:
             limit = float(getattr(self._settings.time_out, self.phase.value))
             if estimate.time - self._entered > limit:
                 self._time_out(estimate, limit)
-        if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.RECOVER):
+        if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER):
             self._guard(estimate)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
         closed = self._grips and (
@@ -180,13 +180,11 @@ class Sequence:
         """Give up where a push would do harm or no good."""
         angle = float(np.degrees(estimate.door_angle))
         searching = self._searching(estimate.time)
-        near = self._leaf.hits_the_rotors(estimate, searching)
-        self._clear_at = self._clear_at if near else estimate.time
-        if near and (searching or estimate.time - self._clear_at > _DOUBT):
-            self.abort(estimate, f"the rotors come too near to the leaf at {angle:.0f}°", at_once=True)
-            return
-        if self._leaf.meets_a_jamb(estimate):
-            self.abort(estimate, f"the rotors come too near to a jamb at {angle:.0f}°", at_once=True)
+        near, beside = self._leaf.hits_the_rotors(estimate, searching), self._leaf.meets_a_jamb(estimate)
+        self._clear_at = self._clear_at if near or beside else estimate.time
+        if (near and searching) or estimate.time - self._clear_at > _DOUBT:
+            what = "the leaf" if near else "a jamb"
+            self.abort(estimate, f"the rotors come too near to {what} at {angle:.0f}°", at_once=True)
             return
         past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
@@ -218,6 +216,8 @@ class Sequence:
             self._opening.resume(estimate.time, self._settings.touch_force)
             if not self._grips:
                 self._estimator.contact.declare(True)
+        elif phase is Phase.HOLD:
+            self._clear_at = estimate.time
         elif phase is Phase.RETREAT:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
             self._arm = np.array(estimate.arm_angles)

@@ -63,6 +63,25 @@ def test_holds_a_position_under_a_constant_disturbance() -> None:
     np.testing.assert_allclose(controller.observer.estimate, gust, atol=1e-2)
 
 
+def test_a_tip_that_touches_nothing_learns_the_wind_slowly() -> None:
+    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+    position, velocity, gust, found = np.zeros(3), np.zeros(3), np.array([0.0, 1.0, 0.0]), []
+    for step in range(5000):
+        touches = step >= 4000
+        gust[1] = 1.0 if step < 4000 else -1.0
+        force = np.array([1.0, 0.0, 0.0]) if touches else np.zeros(3)
+        wanted = setpoint(normal=np.array([1.0, 0.0, 0.0]), push=1.0, force=force)
+        thrust = controller.update(position, velocity, wanted, 0.004)
+        acting = thrust.force - np.array([0.0, 0.0, MASS * GRAVITY]) + gust
+        acting[0] = 0.0  # something holds it there
+        velocity = velocity + 0.004 * acting / MASS
+        position = position + 0.004 * velocity
+        found.append(float(thrust.disturbance[1]))
+    assert found[250] < 0.6, "a gust of a second is not believed whole"
+    assert found[3999] == pytest.approx(1.0, abs=0.05)
+    assert found[4999] == pytest.approx(found[4000], abs=1e-9), "what the tip feels when it touches is no wind"
+
+
 def test_along_the_normal_the_observer_is_not_heeded() -> None:
     controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
     controller.observer.update(np.zeros(3), np.zeros(3), 0.0)
@@ -78,7 +97,9 @@ def test_an_error_does_not_wind_up_against_a_tip_that_sticks() -> None:
     forces = []
     for push in (None, 2.0):
         controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
-        wanted = setpoint(position=np.array([0.0, 0.1, 0.05]), normal=np.array([1.0, 0.0, 0.0]), push=push)
+        normal = np.array([1.0, 0.0, 0.0])
+        force = np.zeros(3) if push is None else push * normal
+        wanted = setpoint(position=np.array([0.0, 0.1, 0.05]), normal=normal, push=push, force=force)
         found = [controller.update(np.zeros(3), np.zeros(3), wanted, 0.004).force for _ in range(1500)]
         forces.append((found[0], found[-1]))
     (_, free), (first, held) = forces
