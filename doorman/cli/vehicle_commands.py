@@ -77,7 +77,7 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             if fly:
                 if autopilot in (AutopilotKind.PX4_SITL, AutopilotKind.ARDUPILOT_SITL):
                     raise typer.BadParameter(
-                        "its own code is started by hand: run the rig without --fly", param_hint="--fly"
+                        f"{autopilot.value} is started by hand: run the rig without --fly", param_hint="--fly"
                     )
                 from doorman.cli.rig_demo import fly_the_rig
 

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 _UP = np.array([0.0, 0.0, 1.0])
 _AVERAGED = 4.0
-"""Time over which δ̂ of free flight is averaged [s]: a gust is over when the tip pushes."""
+"""Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip pushes."""
 _MOST_LIFT = 0.7
 """By which δ̂ of a tip that pushes may differ up or down from that of free flight: without, a tip that has slipped hops [N]."""
 
@@ -88,6 +88,7 @@ class PositionController:
         self._position_gain = np.array(settings.position_gain)
         self._velocity_gain = np.array(settings.velocity_gain)
         self._acting, self._free = np.zeros(3), np.zeros(3)
+        self._free_time = 0.0
 
     def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
         """One period of control.
@@ -104,7 +105,10 @@ class PositionController:
         disturbance = self.observer.update(position, self._acting, time_step)
         touches = bool(setpoint.force.any())
         if setpoint.push is None or not touches:
-            self._free = self._free + min(time_step / _AVERAGED, 1.0) * (disturbance - self._free)
+            self._free_time += time_step
+            gripped = setpoint.push is None and touches
+            share = 1.0 if gripped or self._free_time < _AVERAGED else min(time_step / _AVERAGED, 1.0)
+            self._free = self._free + share * (disturbance - self._free)
         if setpoint.push is not None:
             if touches:
                 self._not_wound_up(setpoint.normal, velocity)

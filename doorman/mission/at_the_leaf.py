@@ -37,7 +37,7 @@ _NEAR_THE_DISC = 0.05
 """A leaf that is nearer to the rotor disc is looked at [m]:"""
 _NO_ROOM = 0.004
 """Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
-_NO_GAP = 0.015
+_NO_GAP = 0.018
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
 """would it be met within this [s]?"""

@@ -96,7 +96,7 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     lowest, highest = min(doorway.lowest, middle), max(doorway.highest, middle)
     outside = hinge[0] - radius - model.scenario.mission.hover_distance
     back = position - _BACK * door_normal(door_angle)
-    if position[0] > hinge[0] - radius:  # some of the disc is in the doorway
+    if position[0] > hinge[0] - model.door.frame_depth - radius:  # some of the disc is in the doorway
         back[1] = min(max(back[1], lowest), highest)
         back[0] = position[0]
         return [back, np.array([outside, middle, position[2]])]

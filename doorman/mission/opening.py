@@ -28,6 +28,8 @@ _LENIENCE = math.radians(0.35)
 _ARRIVED = math.radians(0.5)
 _ARRIVING = 0.05
 """A gripped door that comes this near to the goal, and is no faster, is left to its friction [rad], [rad/s]."""
+_LEFT_TO_FRICTION = 0.7
+"""Share of its friction that is then counted on."""
 _SETTLING = 4.0
 """Hold times after which it is."""
 _CLOSE = math.radians(0.8)
@@ -35,7 +37,9 @@ _CLOSE = math.radians(0.8)
 _PAST = math.radians(0.5)
 _STIFFNESS, _DAMPING = 40.0, 12.0
 """A tip that is farther past the goal is held back: the door stays there by its friction, or comes back [rad], [N/m], [N s/m]."""
-_EASING = 2.0
+_DAMPED = 0.005
+"""Way in which that damping sets in [m]."""
+_EASING = 0.8
 _BRAKING = 8.0
 """Change of the push where holding begins, on a door that stands and on one that moves: a step throws the tip off [N/s]."""
 STILL_OPEN = math.radians(1.5)
@@ -83,7 +87,7 @@ _SWINGING = 4
 """Steps of progress after which a door has swung."""
 _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
-_HEADING_LOST = math.radians(75.0)
+_HEADING_LOST = math.radians(55.0)
 """A pushing vehicle that is turned so far from the heading that keeps step with the door does not find back."""
 _PATIENCE = 12.0
 """Hold times after which a door that swings about the goal is near enough."""
@@ -178,6 +182,7 @@ class Opening:
                 self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))
             setpoint = self._waiting
             return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
+        self._waiting = None
         if self._push is None:
             return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
         return self._push.follow(current.plan, now - current.start, estimate, -disturbance, time_step)
@@ -240,7 +245,7 @@ class Opening:
             self._rest = torque if self._rest is None else self._rest
         elif not self._rested and abs(off) < _ARRIVED and abs(self._rate) < _ARRIVING:
             self._rested = True  # once: a door that does not stay so is held against its friction
-            friction = (1.0 - self._settings.hold_share) * max(0.0, estimate.hinge.friction)
+            friction = _LEFT_TO_FRICTION * max(0.0, estimate.hinge.friction)
             if self._rate < 0.0:
                 self._rest = min(torque + friction, max(torque, 0.0))
             else:
@@ -344,6 +349,8 @@ class Opening:
         assert self._held is not None
         most = time_step * (_EASING if abs(self._rate) < _STANDS else _BRAKING)
         self._eased += min(max(self._pressing - self._eased, -most), most)
-        past = self._lever * (self._goal - _PAST - estimate.tip_angle)
-        back = _STIFFNESS * past + _DAMPING * max(estimate.tip_speed, 0.0) if past > 0.0 else 0.0
-        return push.hold(self._held, self._eased - back, estimate)
+        past = max(self._lever * (self._goal - _PAST - estimate.tip_angle), 0.0)
+        back = _STIFFNESS * past + _DAMPING * min(past / _DAMPED, 1.0) * max(estimate.tip_speed, 0.0)
+        setpoint = push.hold(self._held, self._eased - back, estimate)
+        push.push = self._eased  # what comes next is eased from that
+        return setpoint

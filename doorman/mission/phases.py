@@ -50,6 +50,8 @@ _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad];"""
 _LOST_PAST = math.radians(2.5)
 """one that was lost is not looked for so far beyond it [rad]."""
+_SURE = 2.0
+"""Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
 _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
@@ -125,6 +127,7 @@ class Sequence:
         self._since: float | None = None
         self._entered: float | None = None
         self._recoveries = 0
+        self._unsure = False
         self._following = False
         self._targets: list[Array] = []
         self._arm = model.start_arm
@@ -194,7 +197,9 @@ class Sequence:
         """Whether the tip looks for the leaf away from where it last was."""
         if self.phase is Phase.TOUCH:
             return self._since is None
-        return self.phase is Phase.RECOVER and self._entered is not None and now - self._entered > _FAR
+        return (
+            self.phase is Phase.RECOVER and self._entered is not None and (now - self._entered > _FAR or self._unsure)
+        )
 
     def _time_out(self, estimate: Estimate, limit: float) -> None:
         reason = f"{self.phase.value} took longer than {limit:g} s"
@@ -275,6 +280,7 @@ class Sequence:
             self._estimator.meet_leaf(estimate.tip_angle, self._leaf.free_wind)
         if self._since is not None:
             if estimate.time - self._since >= _PRESSING:
+                self._unsure = float(self._model.start_state[3]) - estimate.door_angle > _MISSING
                 self._enter(Phase.OPEN, estimate, "")
             return self._leaf.push(estimate, self._settings.touch_force)
         if estimate.door_angle <= float(self._model.goal_state[3]):
@@ -295,6 +301,8 @@ class Sequence:
         elif stuck := self._opening.stuck(estimate):
             self.abort(estimate, stuck)
         elif not estimate.touching and not self._opening.held:
+            assert self._entered is not None
+            self._unsure = self._unsure and estimate.time - self._entered < _SURE
             self._recoveries += 1
             if self._recoveries > self._settings.recoveries:
                 self.abort(estimate, f"contact was lost {self._recoveries} times")
@@ -354,6 +362,11 @@ class Sequence:
                 self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
             elif not estimate.near:  # the tip has left the leaf, and the door stands without it
                 self._enter(Phase.RETREAT, estimate, "")
+            elif (
+                estimate.tip_angle < float(self._model.goal_state[3]) - _LOST_PAST
+            ):  # there is no door where it was held
+                self.failure = f"the leaf has gone past the goal, to {np.degrees(estimate.tip_angle):.0f}° or farther"
+                self._enter(Phase.RETREAT, estimate, self.failure)
             eased = min(spent / _EASING, 1.0)
             return self._leaf.rest(estimate, (1.0 - eased) * pressed + eased * _RESTING)
         if tries:

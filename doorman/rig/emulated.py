@@ -81,8 +81,12 @@ class RigSetup:
 
     def __post_init__(self) -> None:
         for name, least in (("pixhawk_port", 1), ("mocap_port", 0), ("sitl_port", 1)):
-            if not least <= (getattr(self, name) or least) <= 65535:
-                raise BackendError("not a port", field=name, given=getattr(self, name), allowed=f"{least} to 65535")
+            value = getattr(self, name)
+            if value is not None and not least <= value <= 65535:
+                raise BackendError("not a port", field=name, given=value, allowed=f"{least} to 65535")
+        if self.mocap_port == 0 and self.autopilot not in _SAFE:
+            raise BackendError("the autopilot's own code has no satellites here", field="mocap_port", given=0,
+                               allowed="1 to 65535")  # fmt: skip
 
 
 class Rig:

@@ -13,6 +13,7 @@ import shlex
 import socket
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,8 @@ AIRFRAME = 10016
 PARAMETERS = Path(__file__).with_name("px4.parm")
 """Parameters that PX4 starts with, but for the rotors'."""
 _PATIENCE = 0.5
+_BACKLOG = 1_000_000
+"""Without an answer to the states of so long, PX4 gets no more of them [µs]."""
 _ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 _MOTION, _FIELD, _AIR = 0b111111, 0b111000000, 0b1101000000000
 _SLOW_EVERY = 5
@@ -67,6 +70,12 @@ def simulator_port(pixhawk_port: int) -> int:
     return SIMULATOR_PORT + instance
 
 
+def _parser() -> Any:
+    parser = mavlink.MAVLink(None)
+    parser.robust_parsing = True
+    return parser
+
+
 class Px4Sitl:
     """Flies the plant, as `RotorPilot`. Before PX4 has called, and after it has fallen silent, the motors stand still.
 
@@ -90,8 +99,7 @@ class Px4Sitl:
         self._layout, self._port = layout, port
         self._listener: socket.socket | None = None
         self._peer: socket.socket | None = None
-        self._mavlink = mavlink.MAVLink(None)
-        self._mavlink.robust_parsing = True
+        self._mavlink = _parser()
         self._random = np.random.default_rng(0)
         self._count, self._boot, self._told, self._heard = 0, 0.0, 0, -1
         self._in_step = False
@@ -140,8 +148,10 @@ class Px4Sitl:
             self._answer_call(now)
         if self._peer is None:
             return None
-        self._in_step = self._listen()
-        if not self._in_step or self._controls is None:
+        before = self._heard
+        answered = self._listen()
+        self._in_step = answered or self._heard > before  # one that is a state behind is worth waiting for
+        if not answered or self._controls is None:
             return None
         thrusts: Array = np.clip(self._controls[: self._layout.count], 0.0, 1.0) * self._layout.max_thrusts
         return thrusts
@@ -154,6 +164,8 @@ class Px4Sitl:
         """
         last, self._last = self._last, truth
         if self._peer is None or last is None or truth.time <= last.time:
+            return
+        if self._heard >= 0 and self._told - self._heard > _BACKLOG:  # its clock waits for us to wait for it
             return
         to_body = rotation_body_to_world(truth.attitude).T
         acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
@@ -224,6 +236,7 @@ class Px4Sitl:
             peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             self._peer, self._boot, self._told, self._heard = peer, now, 0, -1
             self._controls, self._in_step = None, False
+            self._mavlink = _parser()
 
     def _hang_up(self) -> None:
         peer, self._peer, self._controls, self._in_step = self._peer, None, None, False

@@ -70,7 +70,7 @@ class PushSection(Section):
     """Impedance along the normal: force per difference of the tip's speed from the plan's [N s/m]."""
     hold_tolerance: Positive = 0.006
     """A gripped door that stands within this of the goal is open; unit of `hold_gain` [rad]."""
-    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.3
+    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.45
     """Share of the estimated friction by which a held door may still be pressed on: 0 is what closer and wind need alone."""
     hold_gain: NonNegative = 0.5
     """Change of the push while a held door is off by more than 0.8°, per tolerance [N/s]."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import threading
 import time
 
 import numpy as np
@@ -213,9 +214,53 @@ def test_rig_tells_how_to_start_it(model, layout, tmp_path):
         assert np.sign(float(given[f"PX4_PARAM_CA_ROTOR{index}_KM"])) == direction
 
 
+def test_a_plant_that_is_late_gets_back_in_step(flown, layout, model):
+    plant, px4, sitl = flown
+    run(plant, px4, hover(layout, model), 10)
+    plant.advance()
+    plant.advance()  # out of step
+    px4.hear()
+    stop, flew = threading.Event(), []
+
+    def answers():
+        while not stop.is_set():
+            px4.hear(0.05)
+            px4.answer(hover(layout, model))
+
+    thread = threading.Thread(target=answers)
+    thread.start()
+    for _ in range(100):
+        plant.advance()  # without a pause
+        flew.append(plant.snapshot.motors)
+    stop.set()
+    thread.join()
+    assert sum(flew) > 90
+
+
+def test_one_that_hangs_is_not_flooded(flown, layout, model):
+    plant, px4, sitl = flown
+    run(plant, px4, hover(layout, model), 10)
+    px4.told.clear()
+    for _ in range(400):
+        plant.advance()
+    for _ in range(100):
+        px4.hear(0.01)
+    assert len(px4.told) <= 255
+    run(plant, px4, hover(layout, model), 5)
+    assert plant.snapshot.motors, "and goes on when it is back"
+
+
+def test_no_cameras_no_flight():
+    for kind in ("px4-sitl", "ardupilot-sitl"):
+        with pytest.raises(BackendError, match="mocap_port"):
+            RigSetup(kind, 14540, 0)
+    with pytest.raises(BackendError, match="sitl_port"):
+        RigSetup("px4-sitl", sitl_port=0)
+
+
 def test_ports_that_no_instance_of_it_has(model, tmp_path):
     with pytest.raises(BackendError, match="pixhawk_port"):
-        Rig(model, RigSetup("px4-sitl", 14530, 0, tmp_path))
-    rig = Rig(model, RigSetup("px4-sitl", 14541, 0, tmp_path, sitl_port=SIMULATOR_PORT))
+        Rig(model, RigSetup("px4-sitl", 14530, free_port(), tmp_path))
+    rig = Rig(model, RigSetup("px4-sitl", 14541, free_port(), tmp_path, sitl_port=SIMULATOR_PORT))
     with pytest.raises(BackendError, match="sitl_port"):
         _ = rig.autopilot_command
