@@ -20,6 +20,7 @@ def test_numbers_of_the_shipped_door() -> None:
     assert door.mass == pytest.approx(11.0, abs=1e-12)
     np.testing.assert_allclose([door.width, door.height, door.thickness], [1.2, 1.6, 0.04], atol=1e-12)
     assert door.surface_offset == pytest.approx(0.0, abs=1e-12)
+    assert door.frame_depth == pytest.approx(0.12), "floor and lintel are no jambs"
     np.testing.assert_allclose(door.hinge_position, [0.0, 0.0, 0.4], atol=1e-15)
     assert (door.damping, door.friction, door.stiffness) == (0.0, 0.0, 0.0)
     assert door.lower_limit < 0.0 < math.pi / 2 < door.upper_limit
