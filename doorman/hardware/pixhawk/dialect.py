@@ -36,6 +36,8 @@ class Dialect:
     """Whether NAV_TAKEOFF must lift it off, rather than a setpoint above it."""
     angle_boost: bool
     """Whether it divides the commanded thrust by the cosine of the commanded tilt, unless `ATC_ANGLE_BOOST` is 0."""
+    keeps_tilt: bool
+    """Whether its position control begins with the tilt that it finds, as if wind asked for it."""
     hover_parameter: str
     """Parameter that holds the normalised thrust in hover."""
 
@@ -70,6 +72,7 @@ PX4 = Dialect(
     needs_stream=True,
     takes_off_by_command=False,
     angle_boost=False,
+    keeps_tilt=False,
     hover_parameter="MPC_THR_HOVER",
 )
 ARDUPILOT = Dialect(
@@ -82,6 +85,7 @@ ARDUPILOT = Dialect(
     needs_stream=False,
     takes_off_by_command=True,
     angle_boost=True,
+    keeps_tilt=True,
     hover_parameter="MOT_THST_HOVER",
 )
 

@@ -132,6 +132,7 @@ class Inbox:
         if self.identity is None:
             self.identity, self.dialect = sender, dialect
             self._owner.stream.angle_boost = dialect.angle_boost
+            self._owner.stream.keeps_tilt = dialect.keeps_tilt
             self._owner.events.happen(
                 EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
             )

@@ -28,8 +28,9 @@ LONGEST_BLIND_HOLD = 1.0
 
 
 LEVELLING = 0.25
-"""A hold that follows attitude setpoints begins level for so long [s]: ArduPilot's position control takes the tilt that it finds
-for what wind asks for, and a vehicle that leant on a door would go on towards it."""
+"""A hold that follows attitude setpoints begins level for so long [s], where the autopilot would keep the tilt: ArduPilot's
+position control takes it for what wind asks for, and a vehicle that leant on a door would go on towards it; PX4's brakes at
+once."""
 
 
 class Source(Enum):
@@ -65,6 +66,8 @@ class SetpointStream:
         self.curve: ThrustCurve | None = config.thrust_curve
         self.angle_boost = False
         """Whether the autopilot divides thrust by the cosine of the commanded tilt."""
+        self.keeps_tilt = True
+        """Whether the autopilot's position control begins with the tilt that it finds."""
         self.longest_gap = 0.0
         """Between two messages of the stream [s]."""
         self._config = config
@@ -162,7 +165,7 @@ class SetpointStream:
             if isinstance(setpoint, AttitudeSetpoint):
                 self._yaw = float(setpoint.attitude[2])
             return setpoint
-        if not self._leans or self.curve is None:
+        if not self._leans or self.curve is None or (setpoint is not None and not self.keeps_tilt):
             return setpoint
         if self._level_since is None:
             self._level_since = now

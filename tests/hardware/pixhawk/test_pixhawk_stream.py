@@ -84,6 +84,19 @@ def test_a_hold_after_attitude_setpoints_begins_level(stream):
         assert stream.message(now, sample(), TARGET).get_type() == "SET_POSITION_TARGET_LOCAL_NED"
 
 
+def test_a_hold_brakes_at_once_where_the_tilt_is_not_kept(stream):
+    stream.keeps_tilt = False
+    stream.hold(here(sample()))
+    assert stream.offer(AttitudeSetpoint(33.0, np.array([0.1, 0.2, 0.3])), 10.0)
+    assert stream.message(10.0, sample(), TARGET).get_type() == "SET_ATTITUDE_TARGET"
+    stream.hold(PositionSetpoint(NO, 0.7))
+    assert stream.message(10.01, sample(), TARGET).get_type() == "SET_POSITION_TARGET_LOCAL_NED"
+    assert stream.offer(AttitudeSetpoint(33.0, np.array([0.1, 0.2, 0.3])), 10.1)
+    assert stream.message(10.1, sample(), TARGET).get_type() == "SET_ATTITUDE_TARGET"
+    nowhere = stream.message(10.5, sample(position_time=8.0), TARGET)
+    assert nowhere.get_type() == "SET_ATTITUDE_TARGET" and nowhere.q[1] == 0.0, "nowhere to hold: level"
+
+
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(5.0, 60.0))
 def test_thrust_along_the_body_survives_the_division_by_the_tilt(roll, pitch, force):
     stream = SetpointStream(CONFIG, EventLog())
