@@ -234,7 +234,7 @@ def test_a_plant_that_is_late_gets_back_in_step(flown, layout, model):
         flew.append(plant.snapshot.motors)
     stop.set()
     thread.join()
-    assert sum(flew) > 90
+    assert sum(flew[50:]) > 45, "as soon as one answer is there"
 
 
 def test_one_that_hangs_is_not_flooded(flown, layout, model):

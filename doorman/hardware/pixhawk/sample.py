@@ -89,8 +89,10 @@ class VehicleSample:
     """The autopilot's own pre-arm checks; None where it does not report them."""
     thrust_target: float = math.nan
     """Normalised thrust that the autopilot commands its mixer, 0 … 1; what hover calibration looks at."""
+    attitude_target: Array = field(default_factory=lambda: unknown(3))
+    """Φ that the autopilot steers by, shape (3,), world frame [rad]."""
     thrust_target_time: float = -math.inf
-    """When it was received [s]."""
+    """When both were received [s]."""
 
     def age(self, now: float) -> float:
         """Time since the older of attitude and position was true [s].

@@ -196,7 +196,16 @@ class Tracker:
 
     def _attitude_target(self, message: Message, now: float) -> None:
         if self._plausible([message.thrust]) and 0.0 <= message.thrust <= 1.0 and self._newer(message, now):
-            self.sample = replace(self.sample, thrust_target=float(message.thrust), thrust_target_time=now)
+            norm = math.sqrt(sum(value * value for value in message.q))
+            target = np.full(3, math.nan)
+            if 0.9 < norm < 1.1:
+                target = euler_from_quaternion(self._frame.quaternion_to_world([value / norm for value in message.q]))
+            self.sample = replace(
+                self.sample,
+                thrust_target=float(message.thrust),
+                thrust_target_time=now,
+                attitude_target=_frozen(target),
+            )
 
 
 def _frozen(values: Array) -> Array:

@@ -32,6 +32,8 @@ class SafetyLimits:
     """Largest force of the surroundings on the vehicle [N]."""
     divergence: float = 0.15
     """Largest distance between the cameras' and the autopilot's position [m]."""
+    disobedience: float = 0.2
+    """Largest angle between the attitude that the autopilot steers by and the commanded one [rad]."""
     missed_ticks: float = 0.5
     """Largest share of the controller's ticks that may be missed within a second."""
     command_age: float = 0.25

@@ -41,6 +41,8 @@ class Observation:
     """None where the autopilot's own estimate is flown on."""
     divergence: float = math.nan
     """Between the cameras' and the autopilot's position [m]."""
+    disobedience: float = math.nan
+    """Angle between the attitude that the autopilot steers by and the commanded one, while the gripper holds the door [rad]."""
     battery: float = math.nan
     """Share of the charge."""
     servo_fault: ServoFault = ServoFault.NONE

@@ -29,6 +29,8 @@ _TICK_WINDOW = 1.0
 """Missed ticks are counted over this time [s]."""
 _LIMPING = 0.3
 """Telemetry that was old within this time still counts so, where the cameras see the vehicle [s]."""
+_TARGET_AGE = 0.2
+"""An attitude that the autopilot has steered by for longer ago says nothing [s]."""
 _LONGEST_STEP = 0.2
 """Two velocities farther apart give no acceleration [s]."""
 
@@ -114,6 +116,7 @@ class Observer:
             divergence=float(np.linalg.norm(pose.position - sample.position))
             if pose is not None and usable and not stale
             else math.nan,
+            disobedience=self._disobedience(sample, now),
             battery=sample.battery.remaining,
             servo_fault=servos.fault,
             grip_failed=links.grip_failed,
@@ -121,6 +124,18 @@ class Observer:
             command_age=now - max(backend.commanded_at, backend.began_at),
             missed_ticks=self._missed(now),
         )
+
+    def _disobedience(self, sample: VehicleSample, now: float) -> float:
+        """Angle between what the autopilot steers by and what it was told, while the gripper holds on to the door."""
+        backend = self._backend
+        if not backend.links.holding or backend.links.config.pixhawk.setpoints != "attitude":
+            return math.nan
+        if not backend.commanding or now - sample.thrust_target_time > _TARGET_AGE:
+            return math.nan
+        if not (np.isfinite(backend.attitude).all() and np.isfinite(sample.attitude_target).all()):
+            return math.nan
+        between = rotation_body_to_world(backend.attitude).T @ rotation_body_to_world(sample.attitude_target)
+        return math.acos(min(max(0.5 * (float(np.trace(between)) - 1.0), -1.0), 1.0))
 
     def _missed(self, now: float) -> float:
         """Share of the ticks that were missed in the last window that is over."""

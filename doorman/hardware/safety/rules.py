@@ -38,6 +38,7 @@ class Fault(Enum):
     TELEMETRY = "the autopilot is not heard, but seen by the cameras"
     POSE = "the cameras have lost the vehicle"
     DIVERGENCE = "cameras and autopilot disagree"
+    DISOBEDIENCE = "the autopilot does not do what it is told, with the door in the gripper"
     TILT = "too much tilt"
     FENCE = "outside the fence"
     SPEED = "too fast"
@@ -95,6 +96,8 @@ RULES: tuple[Rule, ...] = (
     Rule(Fault.LINK, 10.0, Action.RELEASE, _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
     Rule(Fault.DIVERGENCE, 0.3, Action.LAND, lambda seen, limits: seen.divergence > limits.divergence),
     Rule(Fault.TILT, 0.05, Action.LAND, lambda seen, limits: seen.tilt > limits.tilt),
+    Rule(Fault.DISOBEDIENCE, 0.2, Action.RETREAT,
+         lambda seen, limits: seen.commanding and seen.disobedience > limits.disobedience),
     Rule(Fault.STATE, 0.3, Action.RETREAT, _unseen(EventKind.STATE_STALE)),
     Rule(Fault.HEARTBEAT, 1.5, Action.RETREAT, _unseen(EventKind.HEARTBEAT_LOST)),
     Rule(Fault.POSE, 0.05, Action.RETREAT,

@@ -57,7 +57,7 @@ class VehicleBackend(Backend):
         """When a command was sent last, by `time.monotonic` [s]."""
         self.began_at = -math.inf
         """When a mission measured first, by `time.monotonic` [s]."""
-        self.thrust = math.nan
+        self.thrust, self.attitude = math.nan, np.full(3, math.nan)
         """Thrust that was commanded last [N]."""
 
     @property
@@ -99,6 +99,7 @@ class VehicleBackend(Backend):
             self.links.open()
         self._ticker = Ticker(1.0 / self.links.config.rate)
         self._measured, self._pose, self.thrust = None, None, math.nan
+        self.attitude = np.full(3, math.nan)
         self._opened = self.epoch = time.monotonic()
 
     def read(self) -> Measurement:
@@ -152,6 +153,7 @@ class VehicleBackend(Backend):
             raise BackendError("the autopilot does not obey us", field="pixhawk", given=authority.value,
                                allowed="engaged, and not held")  # fmt: skip
         self.thrust, self.commanded_at = thrust, time.monotonic()
+        self.attitude = attitude
 
     def stop(self) -> None:
         """Stop the arm, hold the place, and close the links if they were opened here; may be called twice."""

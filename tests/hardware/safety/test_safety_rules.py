@@ -29,6 +29,7 @@ BROKEN: dict[Fault, dict[str, Any]] = {
     Fault.TELEMETRY: {"conditions": frozenset({EventKind.STATE_STALE, EventKind.HEARTBEAT_LOST})},
     Fault.POSE: {"pose": PoseQuality.LOST},
     Fault.DIVERGENCE: {"divergence": 0.3},
+    Fault.DISOBEDIENCE: {"disobedience": 0.3},
     Fault.TILT: {"tilt": 0.9},
     Fault.BATTERY_CRITICAL: {"battery": 0.05},
     Fault.CONTROLLER: {"command_age": 0.4},
@@ -148,7 +149,7 @@ def test_an_arm_that_nobody_commands_is_no_fault():
     assert assess(seen, 3.0) == []
 
 
-@pytest.mark.parametrize("name", ["speed", "tilt", "thrust_share", "force", "divergence", "battery"])
+@pytest.mark.parametrize("name", ["speed", "tilt", "thrust_share", "force", "divergence", "disobedience", "battery"])
 def test_what_is_unknown_breaks_no_rule(name):
     assert assess(replace(GOOD, **{name: math.nan}), 3.0) == []
 
@@ -158,7 +159,7 @@ def test_every_limit_is_used():
     wide = {
         "fence_high": ((9.0, 9.0, 9.0), Fault.FENCE), "tilt": (3.0, Fault.TILT), "speed": (9.0, Fault.SPEED),
         "thrust_share": (2.0, Fault.THRUST), "force": (99.0, Fault.FORCE), "divergence": (9.0, Fault.DIVERGENCE),
-        "missed_ticks": (2.0, Fault.DEADLINES), "command_age": (9.0, Fault.CONTROLLER),
+        "disobedience": (3.0, Fault.DISOBEDIENCE), "missed_ticks": (2.0, Fault.DEADLINES), "command_age": (9.0, Fault.CONTROLLER),
         "low_battery": (0.12, Fault.BATTERY_LOW), "critical_battery": (0.01, Fault.BATTERY_CRITICAL),
     }  # fmt: skip
     assert set(wide) | {"fence_low"} == {field.name for field in fields(SafetyLimits)}
