@@ -123,7 +123,7 @@ def test_a_mission_that_lost_the_vehicle_can_neither_read_nor_command(hovering):
         for act in (backend.read, lambda: backend.command(command)):
             with pytest.raises(BackendError, match="made up"):
                 act()
-    assert hovering.links.servos.read().goals == pytest.approx(np.zeros(hovering.links.config.servos.n))
+    assert hovering.links.servos.read().goals == pytest.approx(np.zeros(hovering.links.config.n_arm))
 
 
 def test_commands_that_are_not_finite_are_errors(hovering):
