@@ -123,7 +123,7 @@ class Opening:
         self._held: Setpoint | None = None
         self._waiting: Setpoint | None = None
         self._nudges = model.scenario.control.door_observer_rate > 0.0
-        self._pressing = self._eased = 0.0
+        self._pressing = 0.0
         self._stiction = 0.0
         self._counted_on = 0.0
         self.resistance = 0.0
@@ -168,7 +168,7 @@ class Opening:
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
         self._learn_resistance(estimate, time_step)
         self._judge(now, off)
-        if self._push is not None and self._holds(self._push, off, estimate):
+        if self._push is not None and self._holds(off, estimate):
             return self._hold(self._push, off, estimate, time_step)
         state = self._converter.planner_state(estimate.state, body_rates)
         if self._push is not None:
@@ -324,7 +324,7 @@ class Opening:
         self._near_since = (self._near_since if self._near_since is not None else now) if near else None
         self._held_since = (self._held_since if self._held_since is not None else now) if held else None
 
-    def _holds(self, push: PushController, off: float, estimate: Estimate) -> bool:
+    def _holds(self, off: float, estimate: Estimate) -> bool:
         """Whether the door is to be held where it is."""
         if self._held is not None and off > STILL_OPEN:
             self._held = None
@@ -333,7 +333,6 @@ class Opening:
             self._held = self._converter.hold(estimate.position, float(estimate.state[2]))
             friction = max(0.0, estimate.hinge.friction)
             resistance = max(0.0, -estimate.door_disturbance)
-            self._eased = push.push
             self._pressing = (resistance - (1.0 - self._settings.hold_share) * min(friction, resistance)) / self._lever
         return self._held is not None
 
@@ -348,9 +347,9 @@ class Opening:
         self._pressing = max(self._pressing, settings.least_force)
         assert self._held is not None
         most = time_step * (_EASING if abs(self._rate) < _STANDS else _BRAKING)
-        self._eased += min(max(self._pressing - self._eased, -most), most)
+        eased = push.push + min(max(self._pressing - push.push, -most), most)
         past = max(self._lever * (self._goal - _PAST - estimate.tip_angle), 0.0)
         back = _STIFFNESS * past + _DAMPING * min(past / _DAMPED, 1.0) * max(estimate.tip_speed, 0.0)
-        setpoint = push.hold(self._held, self._eased - back, estimate)
-        push.push = self._eased  # what comes next is eased from that
+        setpoint = push.hold(self._held, eased - back, estimate)
+        push.push = eased  # what comes next is eased from that
         return setpoint

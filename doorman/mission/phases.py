@@ -216,19 +216,17 @@ class Sequence:
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
         self.phase, self._entered, self._since = phase, estimate.time, None
-        if phase is Phase.OPEN:
+        if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
+        if phase is Phase.OPEN:
             self._opening.resume(estimate.time, self._settings.touch_force)
             if not self._grips:
                 self._estimator.contact.declare(True)
-        elif phase is Phase.HOLD:
-            self._clear_at = estimate.time
         elif phase is Phase.RETREAT:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
             self._arm = np.array(estimate.arm_angles)
             self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
-            self._clear_at = estimate.time
             self._leaf.begin(float(self._model.start_state[2]))
             self._estimator.contact.declare(False)
         elif phase in (Phase.RECOVER, Phase.RELEASE):

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.frames import flu_to_frd
 from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
-from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY
+from doorman.rig.rotor_pilot import listener, specific_force
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 
@@ -120,13 +120,7 @@ class ArduPilotSitl:
         Raises:
             BackendError: if the port is taken.
         """
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.bind(("127.0.0.1", self._port))
-        except OSError as error:
-            self.stop()
-            raise BackendError(f"cannot listen: {error}", field="sitl port", given=self._port) from error
-        self._socket.setblocking(False)
+        self._socket = listener(socket.SOCK_DGRAM, self._port)
 
     def stop(self) -> None:
         """Listen no more; may be called twice."""
@@ -162,8 +156,7 @@ class ArduPilotSitl:
         last, self._last = self._last, truth
         if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
             return
-        acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
-        force = rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, GRAVITY])
+        force = specific_force(last, truth)
         w, x, y, z = quaternion_from_euler(truth.attitude)
         text = (
             f'\n{{"timestamp":{truth.time - self._boot:.6f},"imu":{{"gyro":{_turned(truth.body_rates)},'
@@ -224,5 +217,5 @@ def _thrust(spin: Array) -> Array:
 
 def _turned(vector: Array) -> str:
     """In ArduPilot's axes, as JSON: from x forward, y left, z up to x forward, y right, z down, in the body and in the world."""
-    x, y, z = vector
-    return f"[{x:.6f},{-y:.6f},{-z:.6f}]"
+    x, y, z = flu_to_frd(vector)
+    return f"[{x:.6f},{y:.6f},{z:.6f}]"

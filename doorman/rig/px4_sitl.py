@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.frames import flu_to_frd
 from doorman.hardware.pixhawk.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.model import GRAVITY
+from doorman.rig.rotor_pilot import listener, specific_force
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 
@@ -117,22 +118,13 @@ class Px4Sitl:
         Raises:
             BackendError: if the port is taken.
         """
-        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            listener.bind(("127.0.0.1", self._port))
-            listener.listen(1)
-        except OSError as error:
-            listener.close()
-            raise BackendError(f"cannot listen: {error}", field="sitl port", given=self._port) from error
-        listener.setblocking(False)
-        self._listener = listener
+        self._listener = listener(socket.SOCK_STREAM, self._port)
 
     def stop(self) -> None:
         """Listen no more; may be called twice."""
-        listener, self._listener = self._listener, None
-        if listener is not None:
-            listener.close()
+        one, self._listener = self._listener, None
+        if one is not None:
+            one.close()
         self._hang_up()
 
     def thrusts(self, now: float) -> Array | None:
@@ -168,13 +160,12 @@ class Px4Sitl:
         if self._heard >= 0 and self._told - self._heard > _BACKLOG:  # its clock waits for us to wait for it
             return
         to_body = rotation_body_to_world(truth.attitude).T
-        acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
         slow = self._count % _SLOW_EVERY == 0
         self._count += 1
         self._told = round((truth.time - self._boot) * 1e6)
         message = self._mavlink.hil_sensor_encode(
             self._told,
-            *self._measured(to_body @ (acceleration + [0.0, 0.0, GRAVITY]), "acceleration"),
+            *self._measured(specific_force(last, truth), "acceleration"),
             *self._measured(truth.body_rates, "rate"),
             *self._measured(to_body @ _NORTH, "field"),
             _SEA_LEVEL - _PER_METRE * float(truth.position[2]) + _NOISE["pressure"] * self._random.standard_normal(),
@@ -224,8 +215,8 @@ class Px4Sitl:
 
     def _measured(self, vector: Array, kind: str) -> list[float]:
         """In PX4's axes, x forward, y right, z down, with noise."""
-        x, y, z = (vector + _NOISE[kind] * self._random.standard_normal(3)).tolist()
-        return [x, -y, -z]
+        values: list[float] = flu_to_frd(vector + _NOISE[kind] * self._random.standard_normal(3)).tolist()
+        return values
 
     def _answer_call(self, now: float) -> None:
         if self._listener is None:

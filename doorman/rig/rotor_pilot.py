@@ -2,15 +2,49 @@
 
 from __future__ import annotations
 
+import socket
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.exceptions import BackendError
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]
+
+
+def listener(kind: socket.SocketKind, port: int) -> socket.socket:
+    """Socket that takes what comes to a port on loopback, and never waits.
+
+    Args:
+        kind: `SOCK_DGRAM` or `SOCK_STREAM`.
+        port: Its port.
+
+    Raises:
+        BackendError: if the port is taken.
+    """
+    one = socket.socket(socket.AF_INET, kind)
+    try:
+        if kind == socket.SOCK_STREAM:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        one.bind(("127.0.0.1", port))
+        if kind == socket.SOCK_STREAM:
+            one.listen(1)
+    except OSError as error:
+        one.close()
+        raise BackendError(f"cannot listen: {error}", field="sitl port", given=port) from error
+    one.setblocking(False)
+    return one
+
+
+def specific_force(last: Truth, truth: Truth) -> Array:
+    """What accelerometers feel between two states, shape (3,), body frame [m/s²]."""
+    acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
+    return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, GRAVITY]))
 
 
 class RotorPilot(Protocol):
