@@ -6,7 +6,7 @@ suboptimality is, to first order, the price of the multipliers' last change,
 .. math:: \sum_i |\lambda_i^+ - \lambda_i|\,|r_i| = \tfrac1\mu\sum_{i\ \mathrm{active}} r_i^2
 
 with the linearised rows r: they must be zero where the multipliers do not move any more. Where it is large, as where noise
-throws the first states onto a constraint, iterations go on.
+throws the first states onto a constraint, one more iteration follows; a third one changes little but where the second went far.
 """
 
 from __future__ import annotations
@@ -32,12 +32,10 @@ EXTRA_ITERATIONS = 2
 
 _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
-_FAR = 0.02
-"""The same after that, if it changed by less than the one before."""
-_PRICE = 3e-6
+_PRICE = 1e-6
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
-_HIGH_PRICE = 1e-3
-"""The same after that."""
+_FAR = 3e-5
+"""A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
 
 @kernel
@@ -71,12 +69,11 @@ def follow(
     """
     guess.shift_guess(work, state, shift, limit)
     work.result[RESULT.SWEEPS] = 0.0
-    done, most, change = 0, max_iterations + extra_iterations, np.inf
+    done, most = 0, max_iterations + extra_iterations
     before, slowest = clock(), 0.0
-    while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations, change)):
+    while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations)):
         if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
             break
-        change = np.inf if done == 0 else work.result[RESULT.CHANGE]
         if not iterate_once(model, work):
             return NO_SWEEP
         done += 1
@@ -134,17 +131,16 @@ def price(work: Workspace, penalty: float) -> float:
 
 
 @kernel
-def is_rough(model: object, work: Workspace, extra: int, change: float) -> bool:
+def is_rough(model: object, work: Workspace, extra: int) -> bool:
     """Whether the last iteration changed so much that another one is worth its time.
 
     Args:
         model: The problem's model.
         work: Workspace.
         extra: Iterations beyond the planned ones so far.
-        change: Of the iteration before.
     """
-    converging = extra > 0 and work.result[RESULT.CHANGE] <= change
-    if work.result[RESULT.CHANGE] > (_FAR if converging else _ENOUGH):
+    change = work.result[RESULT.CHANGE]
+    if extra == 0 and change > _ENOUGH:
         return True
-    price = _HIGH_PRICE if extra > 0 else _PRICE
-    return bool(work.result[RESULT.PRICE] > price * (1.0 + abs(total_cost(model, work, work.nominal))))
+    scale = 1.0 + abs(total_cost(model, work, work.nominal))
+    return bool(change * change > _FAR * scale if extra > 0 else work.result[RESULT.PRICE] > _PRICE * scale)
