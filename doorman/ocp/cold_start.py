@@ -95,7 +95,7 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
     if states:
         settle_integrators(work)
     else:
-        roll_blindly(model, work)
+        roll_blindly(model, work, 0)
     finite = starts_finite(model, work)
     forget_trial(work)
     keep_guess(work)

@@ -28,10 +28,10 @@ def settle_integrators(work: Workspace) -> None:
 
 
 @kernel
-def roll_blindly(model: object, work: Workspace) -> None:
-    """Nominal states by the dynamics from the nominal inputs; held where they stop being finite."""
+def roll_blindly(model: object, work: Workspace, first: int) -> None:
+    """Nominal states after node `first` by the dynamics from the nominal inputs; held where they stop being finite."""
     states, inputs = work.nominal.states, work.nominal.inputs
-    for k in range(inputs.shape[0]):
+    for k in range(first, inputs.shape[0]):
         step(model, states[k], inputs[k], states[k + 1])
         finite = True
         for i in range(states.shape[1]):
@@ -108,10 +108,14 @@ def shift_rows(rows: Array, shift: float) -> None:
 
 
 @kernel
-def shift_guess(work: Workspace, state: Array, shift: float, limit: int) -> None:
+def shift_guess(model: object, work: Workspace, state: Array, shift: float, limit: int) -> None:
     """Shift states, inputs and multipliers of the nominal trajectory to begin at `state`.
 
+    It goes on at its end with the last inputs, by the dynamics. Multipliers of the last node stay there: with no future behind
+    it, they are not those of its neighbours. Without either the active set at the end flips in every replan.
+
     Args:
+        model: The problem's model.
         work: Workspace.
         state: First state from now on, shape (nx,).
         shift: Steps; negative: to where the trajectory passes nearest to `state` within its first `limit` steps.
@@ -122,10 +126,11 @@ def shift_guess(work: Workspace, state: Array, shift: float, limit: int) -> None
     if shift > 0.0:
         shift_rows(work.nominal.states, shift)
         shift_rows(work.nominal.inputs, shift)
-        shift_rows(work.multipliers.rows, shift)
+        shift_rows(work.multipliers.rows[:-1], shift)
         shift_rows(work.multipliers.input_rows, shift)
-        shift_rows(work.multipliers.states, shift)
+        shift_rows(work.multipliers.states[:-1], shift)
         shift_rows(work.multipliers.inputs, shift)
+        roll_blindly(model, work, max(work.nominal.inputs.shape[0] - int(np.ceil(shift)), 0))
     lead_to(work, state, shift)
     for i in range(state.shape[0]):
         work.nominal.states[0, i] = state[i]

@@ -122,7 +122,7 @@ class Hybrid(Cddp):
         self._forget_multipliers()
         self._work.nominal.inputs[:] = self._problem.cost.input_goal
         if self._work.result[RESULT.STRAIGHT] > 0.0:
-            guess.roll_blindly(self._model, self._memory)
+            guess.roll_blindly(self._model, self._memory, 0)
         else:
             guess.aim_straight(self._memory)
 
@@ -256,7 +256,7 @@ class Hybrid(Cddp):
         """
         model, work, penalty = self._model, self._memory, self.options.penalty
         return {
-            "shift": lambda: guess.shift_guess(work, state, 0.0, 1),
+            "shift": lambda: guess.shift_guess(model, work, state, 0.0, 1),
             "linearise": lambda: kernels.linearize(model, work),
             "active set": lambda: real_time.mark_active(work, penalty),
             "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),

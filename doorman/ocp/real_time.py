@@ -67,7 +67,7 @@ def follow(
     Returns:
         The code of `roll_out`, or NO_SWEEP.
     """
-    guess.shift_guess(work, state, shift, limit)
+    guess.shift_guess(model, work, state, shift, limit)
     work.result[RESULT.SWEEPS] = 0.0
     done, most = 0, max_iterations + extra_iterations
     before, slowest = clock(), 0.0

@@ -90,6 +90,24 @@ def random_guess(rng: np.random.Generator) -> Workspace:
     return work
 
 
+def at_the_cart() -> Handle:
+    return Handle(cart().model)
+
+
+def shifted_states(work: Workspace, inputs: Array, shift: float) -> Array:
+    """States `shift` steps later; behind the plan's end they go on with its last inputs, by the dynamics."""
+    states = interpolated(work.nominal.states, shift)
+    for k in range(N - int(np.ceil(shift)), N):
+        place, speed, boom = states[k]
+        acceleration, rate = inputs[k]
+        states[k + 1] = [
+            place + STEP * (speed + 0.5 * STEP * acceleration),
+            speed + STEP * acceleration,
+            boom + STEP * rate,
+        ]
+    return states
+
+
 def integrated(work: Workspace) -> Array:
     """The last state, the integral of the last input."""
     return work.nominal.states[0, 2] + STEP * np.concatenate([[0.0], np.cumsum(work.nominal.inputs[:, 1])])
@@ -107,12 +125,15 @@ def test_integrators_follow_from_their_inputs(rng: np.random.Generator) -> None:
 def test_a_shift_moves_states_inputs_and_multipliers_together(shift: float, rng: np.random.Generator) -> None:
     work = random_guess(rng)
     nominal, multipliers = work.nominal, work.multipliers
-    expected = [interpolated(rows, shift) for rows in (nominal.states, nominal.inputs)]
-    moved = {
-        name: interpolated(getattr(multipliers, name), shift) for name in Multipliers._fields if name != "end_rows"
-    }
+    inputs = interpolated(nominal.inputs, shift)
+    expected = [shifted_states(work, inputs, shift), inputs]
+    moved = {name: interpolated(getattr(multipliers, name), shift) for name in ("input_rows", "inputs")}
+    for name in ("rows", "states"):  # those of node N stay there
+        rows = getattr(multipliers, name)
+        moved[name] = np.vstack([interpolated(rows[:-1], shift), rows[-1:]])
+    assert set(moved) == set(Multipliers._fields) - {"end_rows"}
     of_the_end, state = multipliers.end_rows.copy(), rng.normal(size=3)
-    shift_guess(held(work), state, shift, 2)
+    shift_guess(at_the_cart(), held(work), state, shift, 2)
     np.testing.assert_array_equal(nominal.states[0], state)
     np.testing.assert_allclose(nominal.states[1:, :2], expected[0][1:, :2], atol=1e-13)
     bounds = cart().bounds
@@ -128,8 +149,8 @@ def test_a_shift_that_is_not_given_is_looked_for(rng: np.random.Generator) -> No
     one, other = random_guess(np.random.default_rng(1)), random_guess(np.random.default_rng(1))
     state = 0.3 * one.nominal.states[1] + 0.7 * one.nominal.states[2]
     shift = nearest_shift(one.nominal.states, state, one.weights.state, 2)
-    shift_guess(held(one), state, -1.0, 2)
-    shift_guess(held(other), state, shift, 2)
+    shift_guess(at_the_cart(), held(one), state, -1.0, 2)
+    shift_guess(at_the_cart(), held(other), state, shift, 2)
     for mine, theirs in zip((*one.nominal, *one.multipliers), (*other.nominal, *other.multipliers), strict=True):
         np.testing.assert_array_equal(mine, theirs)
 
@@ -144,7 +165,8 @@ def test_another_first_state_is_met_by_the_last_feedback_within_the_bounds(
     work.policy.gains[:] = 0.1 * rng.normal(size=work.policy.gains.shape)
     work.linear.jacobians[:] = 0.5 * rng.normal(size=work.linear.jacobians.shape)
     on_its_way = interpolated(work.nominal.states, shift)[0]
-    plain = [interpolated(rows, shift) for rows in (work.nominal.states, work.nominal.inputs)]
+    inputs = interpolated(work.nominal.inputs, shift)
+    plain = [shifted_states(work, inputs, shift), inputs]
     state = on_its_way + 0.1 * rng.normal(size=3)
     change, expected = state - on_its_way, [plain[0].copy(), plain[1].copy()]
     for k in range(N):
@@ -154,7 +176,7 @@ def test_another_first_state_is_met_by_the_last_feedback_within_the_bounds(
         jacobian = work.linear.jacobians[node]
         change = jacobian[:, :3] @ change + jacobian[:, 4:6] @ (expected[1][k] - plain[1][k])
         expected[0][k + 1] += change
-    shift_guess(held(work), state, shift, 2)
+    shift_guess(at_the_cart(), held(work), state, shift, 2)
     np.testing.assert_array_equal(work.nominal.states[0], state)
     np.testing.assert_allclose(work.nominal.inputs, expected[1], atol=1e-12)
     np.testing.assert_allclose(work.nominal.states[1:, :2], expected[0][1:, :2], atol=1e-12)
@@ -164,7 +186,7 @@ def test_another_first_state_is_met_by_the_last_feedback_within_the_bounds(
 def test_a_blind_rollout_obeys_the_dynamics_whatever_it_violates(rng: np.random.Generator) -> None:
     variant = Variant(wall=0.0, bend=0.8, horizon=N)
     work = random_guess(rng)
-    roll_blindly(Handle(variant.model()), held(work))
+    roll_blindly(Handle(variant.model()), held(work), 0)
     assert variant.defect(work.nominal.states, work.nominal.inputs) <= 1e-13
 
 

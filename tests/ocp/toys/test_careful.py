@@ -31,7 +31,7 @@ class Careful:
         self.memory, self.model = held(self.work), Handle(toy.problem.model)
         self.work.nominal.states[:] = toy.start
         self.work.nominal.inputs[:] = toy.problem.cost.input_goal
-        roll_blindly(self.model, self.memory)
+        roll_blindly(self.model, self.memory, 0)
 
     def iterate(self, iterations: int, penalty: float = FIRST_PENALTY, deadline: float = math.inf) -> int:
         code = iterate_carefully(self.model, self.memory, penalty, FEASIBILITY, iterations, deadline)
