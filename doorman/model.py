@@ -23,7 +23,7 @@ from doorman.dynamics.quasi_static import (
 )
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.kinematics.arm import ArmParameters
-from doorman.kinematics.coupling import Coupling
+from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
@@ -57,11 +57,11 @@ class Model:
         self.door = Door(scenario.door_urdf, scenario.door)
         self._check_contact()
         contact = scenario.contact
-        self.coupling = Coupling(self.vehicle, self.door, contact.distance_from_hinge, contact.height)
         self.n_arm = self.vehicle.n_arm
         self.nx = 5 + self.n_arm
         self.nu = 4 + self.n_arm
         self.start_arm = self._arm("start.arm", scenario.start.arm, _PAPER_START_ARM)
+        self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
         self.goal_arm = self._arm("goal.arm", scenario.goal.arm, _PAPER_GOAL_ARM)
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.start_state = frozen([0.0, 0.0, 0.0, scenario.start.door_angle, 0.0, *self.start_arm])
@@ -245,6 +245,15 @@ class Model:
                 allowed=f"{n}, the joints {', '.join(self.vehicle.joint_names)}",
             )  # fmt: skip
         return frozen(given)
+
+    def _distance_from_hinge(self) -> float:
+        """D_V [m]."""
+        contact = self.scenario.contact
+        if not contact.fit_doorway:
+            return contact.distance_from_hinge
+        reach = math.hypot(*self.vehicle.tip_position(self.start_arm)[:2])
+        room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
+        return min(contact.distance_from_hinge, distance_in_doorway(reach, room))
 
     def _check_contact(self) -> None:
         contact, door = self.scenario.contact, self.door

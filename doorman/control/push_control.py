@@ -1,11 +1,11 @@
 r"""Following a plan that pushes: force along the door's normal, position along the others.
 
 .. math::
-    F_n = \mathrm{clip}\big(F_n^{plan} + m_A\,n_D^T\ddot P_{posture} + k_v (v_{plan} - v),\ F_{least},\ F_{most}\big)
-          - n_D^T \hat F_{wind}
+    F_n = \mathrm{clip}\big(F_n^{plan} + k_v (v_{plan} - v),\ F_{least},\ F_{most}\big) - n_D^T \hat F_{wind}
 
 with the tip's speed v along the normal: the planned force as feed-forward, an impedance around the planned motion. A
-position loop there would fight the door.
+position loop there would fight the door. What the plan accelerates the vehicle with about its tip is no part of it: a plan begins
+where the push is, every one leans in with the same jerk, and what that feeds back would hold the push where it is.
 
 The heading follows a reference with a memory, :math:`\dot\psi_r = \dot\psi_{plan} + \kappa(\psi - \psi_r)`: plans start from the
 heading as it is, so that a steady torque of the tip would turn plan and vehicle away. Rotors' drag can do little against it.
@@ -113,11 +113,9 @@ class PushController:
         place = self._doorway.inside(place, setpoint.position, estimate.position, estimate.velocity)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
         motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
-        swing = self._converter.door_motion(plan, time + self._control.acceleration_look_ahead)
-        posture = self._mass * float(normal @ setpoint.acceleration + self._lever * swing.acceleration)
         planned = float(setpoint.normal @ setpoint.force)
         rate = max(motion.rate, -_OVERSPEED * self._settings.max_rate)
-        push = planned + posture + self._settings.velocity_gain * (-self._lever * rate - estimate.tip_speed)
+        push = planned + self._settings.velocity_gain * (-self._lever * rate - estimate.tip_speed)
         least, most = self._bounds(max(0.0, resistance) / self._lever)
         if self._too_fast(estimate, resistance):
             least, most = self._settings.least_force, max(0.5 * least, self._settings.least_force)

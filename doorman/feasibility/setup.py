@@ -73,10 +73,10 @@ def _thrust_reserve(model: Model) -> Finding:
 
 def _contact_point(model: Model) -> Finding:
     """The contact point against the leaf's edges; off the leaf is an error of the model already."""
-    contact, door = model.scenario.contact, model.door
+    contact, door, distance = model.scenario.contact, model.door, model.coupling.distance_from_hinge
     edges = {
-        "hinge": contact.distance_from_hinge,
-        "latch": door.width - contact.distance_from_hinge,
+        "hinge": distance,
+        "latch": door.width - distance,
         "lower": contact.height,
         "upper": door.height - contact.height,
     }

@@ -21,8 +21,29 @@ from doorman.kinematics.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
+_BESIDE = math.radians(14.0)
+"""Direction of the tip from the vehicle beside the leaf's normal that friction easily carries, μ = 0.5."""
+
 JACOBIAN_OF_DOOR_ANGLE = np.array([[0.0, 0.0, 0.0, 1.0]])
 """J_α of α̇ = J_α q̇, shape (1, 4)."""
+
+
+def distance_in_doorway(reach: float, room: float) -> float:
+    r"""Distance from the hinge at which a vehicle can push all the way through, behind its tip, without meeting the latch jamb.
+
+    Behind a tip at D_V, turned by β from the leaf's normal, the vehicle comes as far from the hinge's side of the doorway as
+    :math:`\sqrt{(D_V - r\sin\beta)^2 + (r\cos\beta)^2}`. Nearer to the jamb it would have to push from the side, and the
+    tip's force would turn it away.
+
+    Args:
+        reach: r from the vehicle's centre to the tip [m].
+        room: Largest distance of the centre from the hinge's side of the doorway [m].
+
+    Returns:
+        D_V [m].
+    """
+    beside, behind = reach * math.sin(_BESIDE), reach * math.cos(_BESIDE)
+    return beside + math.sqrt(max(room**2 - behind**2, 0.0))
 
 
 @dataclass(frozen=True)

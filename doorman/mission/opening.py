@@ -113,6 +113,7 @@ class Opening:
         self._weight = model.vehicle.mass * GRAVITY
         self._tip_position = model.vehicle.tip_position
         self._nearest = math.inf
+        self._way = abs(float(model.start_state[3]) - self._goal)
         self._progress_at = 0.0
         self._steps_nearer = 0
         self._rate = 0.0
@@ -311,7 +312,7 @@ class Opening:
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""
         if abs(off) < self._nearest - _PROGRESS:
-            self._steps_nearer += math.isfinite(self._nearest)  # where it begins is no step
+            self._steps_nearer += math.isfinite(self._nearest) and abs(off) < self._way  # where it begins is no step
             self._nearest, self._progress_at = abs(off), now
         if abs(off) > self._settings.hold_tolerance and math.copysign(1.0, off) != self._side:
             self._side, self._passes = math.copysign(1.0, off), self._passes + 1

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Pitch, Positive, Section
 
@@ -48,6 +50,9 @@ class ContactSection(Section):
     """Where and how the tip touches the leaf."""
 
     distance_from_hinge: Positive = 0.70
+    """D_V [m]."""
+    fit_doorway: Annotated[bool, Field(strict=True)] = False
+    """Whether it is less in a narrow doorway: `doorman.kinematics.coupling.distance_in_doorway`."""
     height: NonNegative = 0.80
     kind: Literal["grip", "push"] = "grip"
 

@@ -135,7 +135,7 @@ def _contact_in_leaf(model: Model) -> list[float]:
     """The contact point in the leaf's frame, shape (3,)."""
     contact = model.scenario.contact
     placement = model.door.link_placements(0.0)[link_name(model.door.urdf, model.door.section.leaf)]
-    point = model.door.contact_point(0.0, contact.distance_from_hinge, contact.height)
+    point = model.door.contact_point(0.0, model.coupling.distance_from_hinge, contact.height)
     return [float(value) for value in placement[:3, :3].T @ (point - placement[:3, 3])]
 
 

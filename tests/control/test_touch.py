@@ -292,6 +292,28 @@ def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateC
     assert all("heading is lost" in reason(degrees) for degrees in (57.0, -57.0, 170.0))
 
 
+@pytest.mark.parametrize(("first", "patience"), [(6.0, 10.0), (0.0, 6.0)])
+def test_a_door_has_swung_only_where_it_is_more_open_than_at_the_start(
+    model: Model, converter: StateConverter, first: float, patience: float
+) -> None:
+    """A tip that is stopped before the leaf shows a door that closes to its place: nobody holds that one when it stands."""
+    schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
+    opening = Opening(model, converter, schedule, PushController(model, converter))
+    last, start, rate = at_rest(model, np.zeros(3)), float(model.start_state[3]), np.radians(2.0)
+    opening.resume(last.time, 0.5)
+    given_up = None
+    for k in range(320):
+        spent, state = 0.05 * k, last.state.copy()
+        moves = spent < 3.0
+        state[3:5] = start + np.radians(first) - rate * min(spent, 3.0), -rate * moves
+        estimate = replace(last, time=last.time + spent, state=state, door_disturbance=-1.0, tip_angle=float(state[3]))
+        opening.step(estimate, np.zeros(3))
+        if opening.stuck(estimate):
+            given_up = spent
+            break
+    assert given_up == pytest.approx(3.0 + patience, abs=0.5)
+
+
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
     model: Model, converter: StateConverter, plan: Plan
 ) -> None:

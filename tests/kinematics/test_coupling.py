@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
 
 from doorman.exceptions import DimensionError
-from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
+from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world, skew
 from doorman.kinematics.vehicle import Vehicle
@@ -54,6 +54,15 @@ def test_start_of_the_paper_by_hand() -> None:
     """Closed door, level, arm stretched ahead: the vehicle is 0.502 m before the leaf and 0.066 m above the contact."""
     position = PAPER.vehicle_position([0, 0, 0], math.pi / 2, [0, math.pi / 2, -math.pi / 2, 0])
     np.testing.assert_allclose(position, [-0.502, 0.7, 1.266], atol=1e-15)
+
+
+@given(st.floats(0.3, 0.8), st.floats(0.6, 1.2))
+def test_a_vehicle_behind_its_tip_just_fits_the_doorway(reach: float, room: float) -> None:
+    """At the door angle where it comes nearest to the latch jamb, its centre is as far from the hinge's side as it may be."""
+    distance = distance_in_doorway(reach, max(room, reach))
+    angles, beside = np.linspace(0.0, math.pi / 2, 20001), math.radians(14.0)
+    from_the_hinge = distance * np.sin(angles) + reach * np.cos(angles + beside)
+    assert from_the_hinge.max() == pytest.approx(max(room, reach), abs=1e-6)
 
 
 def test_translation_jacobian(coupling: Coupling, rng: np.random.Generator) -> None:
