@@ -40,8 +40,10 @@ _HEADING_RATE = 0.4
 """κ [1/s]."""
 _ARM_TIME = 0.1
 """Time constant of the joint rates [s]: stiff servos make noise of angles a rattle of the tip, which then creeps on the leaf."""
-_CREEP = 0.04
+_CREEP = 0.03
 """A slower door is not too fast wherever it is [rad/s]."""
+_EARLY = math.radians(0.5)
+"""By which a door that is braked should stop before the goal: wind along the way opens it the more, the farther it is open [rad]."""
 _OVERSPEED = 1.15
 """Share of the largest rate beyond which the push brakes a door: a plan lets one that is faster be as fast as it is."""
 _FAST = 1.3
@@ -139,7 +141,7 @@ class PushController:
 
     def _too_fast(self, estimate: Estimate, resistance: float) -> bool:
         """Whether the door is far from being stopped before the goal by the share of its resistance that plans count on."""
-        left = max(estimate.door_angle - self._goal, 0.0)
+        left = max(estimate.door_angle - self._goal - _EARLY, 0.0)
         stopping = self._settings.stopping_share * max(resistance, 0.0) / self._moving * left
         return estimate.door_rate < 0.0 and 0.5 * estimate.door_rate**2 > _FAST * stopping + 0.5 * _CREEP**2
 

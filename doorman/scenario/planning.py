@@ -56,7 +56,7 @@ class PushSection(Section):
     """Largest rate of the door [rad/s]."""
     max_acceleration: Positive = 0.06
     """Largest acceleration of the door in the sense of opening [rad/s²]."""
-    stopping_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = 0.3
+    stopping_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = 0.2
     """η: share of the estimated resistance that a plan counts on to stop the door before the goal."""
     least_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.5
     """Least push, as a share of the estimated resistance; at most 1 − η, else the door cannot always be stopped."""
