@@ -249,7 +249,7 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact = self.scenario.contact
-        if not contact.fit_doorway:
+        if contact.kind != "push" or not contact.fit_doorway:
             return contact.distance_from_hinge
         reach = math.hypot(*self.vehicle.tip_position(self.start_arm)[:2])
         room = self.door.width - self.vehicle.radius - self.scenario.planner.margin

@@ -56,6 +56,19 @@ def test_push_is_the_same_task_with_a_tip_that_only_pushes():
     np.testing.assert_array_equal(Model(push).start_state, Model(paper).start_state)
 
 
+def test_a_push_comes_nearer_to_the_hinge_in_a_narrow_doorway():
+    def distance(**contact) -> float:
+        given = {f"contact.{key}": value for key, value in contact.items()}
+        return Model(Scenario.load("push", {"door.width": width, **given})).coupling.distance_from_hinge
+
+    width = 1.1
+    assert 0.5 < distance() < 0.6
+    assert distance(kind="grip") == distance(fit_doorway=False) == 0.7
+    assert distance(distance_from_hinge=0.5) == 0.5
+    width = 1.2
+    assert distance() == 0.7
+
+
 def test_an_empty_file_is_the_default_task(write):
     scenario = Scenario.load(write(""))
     assert scenario.model_dump() == Scenario().model_dump()

@@ -43,7 +43,7 @@ _ARM_TIME = 0.1
 _CREEP = 0.03
 """A slower door is not too fast wherever it is [rad/s]."""
 _EARLY = math.radians(0.5)
-"""By which a door that is braked should stop before the goal: wind along the way opens it the more, the farther it is open [rad]."""
+"""By which a door that is braked should stop before the goal: wind may open it the more, the farther it is open [rad]."""
 _OVERSPEED = 1.15
 """Share of the largest rate beyond which the push brakes a door: a plan lets one that is faster be as fast as it is."""
 _FAST = 1.3

@@ -68,7 +68,7 @@ def _where_to_gain(model: Model, binding: tuple[int, ...]) -> str:
     leaf, latch, hinge = (model.n_constraints - 3 + k for k in range(3))
     ways = []
     if latch in binding:
-        ways.append("a smaller contact.distance_from_hinge (for a push: contact.fit_doorway)")
+        ways.append("a smaller contact.distance_from_hinge")
     if hinge in binding:
         ways.append("a larger contact.distance_from_hinge")
     if latch in binding or hinge in binding:

@@ -82,9 +82,12 @@ def _contact_point(model: Model) -> Finding:
     }
     nearest = min(edges, key=lambda edge: edges[edge])
     ok = edges[nearest] >= _CONTACT_EDGE
+    fitted = ""
+    if distance < contact.distance_from_hinge:
+        fitted = f"; {distance:.2f} m from the hinge, to push from behind the tip in this doorway (contact.fit_doorway)"
     return Finding(
         "contact on the leaf", graded(ok, Severity.WARNING),
-        f"the contact point is {1e2 * edges[nearest]:.1f} cm from the leaf's {nearest} edge",
+        f"the contact point is {1e2 * edges[nearest]:.1f} cm from the leaf's {nearest} edge{fitted}",
         edges[nearest], _CONTACT_EDGE, "m",
         "" if ok else "move contact.distance_from_hinge or contact.height away from the edge",
     )  # fmt: skip

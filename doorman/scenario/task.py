@@ -51,8 +51,8 @@ class ContactSection(Section):
 
     distance_from_hinge: Positive = 0.70
     """D_V [m]."""
-    fit_doorway: Annotated[bool, Field(strict=True)] = False
-    """Whether it is less in a narrow doorway: `doorman.kinematics.coupling.distance_in_doorway`."""
+    fit_doorway: Annotated[bool, Field(strict=True)] = True
+    """Whether a tip that pushes comes nearer to the hinge in a narrow doorway: `kinematics.coupling.distance_in_doorway`."""
     height: NonNegative = 0.80
     kind: Literal["grip", "push"] = "grip"
 
