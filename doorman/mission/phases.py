@@ -205,6 +205,8 @@ class Sequence:
         reason = f"{self.phase.value} took longer than {limit:g} s"
         if self.phase is Phase.OPEN:
             reason += f", the door stands at {np.degrees(estimate.door_angle):.1f}°"
+        if self.phase is Phase.RECOVER and estimate.door_angle < float(self._model.goal_state[3]):
+            reason = f"the leaf has gone past the goal, to {np.degrees(estimate.door_angle):.0f}° or farther"
         if self.phase is Phase.RELEASE:
             self._enter(Phase.RETREAT, estimate, reason)
         elif self.phase is Phase.RETREAT:

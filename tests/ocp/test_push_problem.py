@@ -146,7 +146,7 @@ def test_the_least_push_keeps_a_door_stoppable_and_stops_it_before_the_goal(mode
 
 def test_shares_that_cannot_brake_are_refused() -> None:
     with pytest.raises(ScenarioError, match="cannot always be stopped"):
-        Scenario.load("push", {"push.least_share": 0.8})
+        Scenario.load("push", {"push.least_share": 0.9})
 
 
 def opening(planner: Planner, seconds: float) -> list[Plan]:
