@@ -42,6 +42,12 @@ class AugmentedLagrangian(Solver):
         result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
         return _STATUS[code], iterations
 
+    def _judged(self, status: PlanStatus) -> PlanStatus:
+        """What has not converged has not shown that its start can only be left through violations."""
+        judged = super()._judged(status)
+        unknown = judged is PlanStatus.RECOVERING and status is not PlanStatus.CONVERGED
+        return PlanStatus.INFEASIBLE if unknown else judged
+
     def _measure(self) -> None:
         kernels.linearize(self._model, self._memory)
         kernels.measure_nominal(self._memory)

@@ -9,13 +9,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.checks import vector
+from doorman.exceptions import DimensionError
 from doorman.ocp import augmented_lagrangian as kernels
 from doorman.ocp import cold_start, guess, real_time, rollout, sweep
 from doorman.ocp.careful import FIRST_PENALTY
 from doorman.ocp.cddp import Cddp
 from doorman.ocp.real_time import EXTRA_ITERATIONS, follow
 from doorman.ocp.solution import PlanStatus
-from doorman.ocp.solver import FAST_ITERATIONS, read_only
+from doorman.ocp.solver import FAST_ITERATIONS, checked_budget, read_only
 from doorman.ocp.workspace import RESULT
 
 Array = NDArray[np.float64]
@@ -36,7 +38,7 @@ class Hybrid(Cddp):
     """
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
-        result = self._work.result
+        result, begun = self._work.result, time.monotonic()
         code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
@@ -45,7 +47,7 @@ class Hybrid(Cddp):
             self._rollout_time += float(result[RESULT.ROLLOUT_TIME])
             finite = code == rollout.DONE or self._take(code >= 0 and self._resume(code))
         else:
-            iterations, converged = self._attempt_otherwise(iterations, max_iterations, deadline)
+            iterations, converged = self._attempt_otherwise(iterations, max_iterations, deadline, begun)
             result[RESULT.EXPECTED] = kernels.nominal_cost(self._model, self._memory)
             finite = self._start()
         if not finite:
@@ -68,10 +70,17 @@ class Hybrid(Cddp):
         guessing = self.options.guess_active_sets
         return int(cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline, guessing))
 
-    def _attempt_otherwise(self, iterations: int, max_iterations: int, deadline: float) -> tuple[int, bool]:
-        """Fast iterations from another guess, then careful ones from the first: iterations in all, and whether converged."""
+    def _attempt_otherwise(
+        self, iterations: int, max_iterations: int, deadline: float, begun: float
+    ) -> tuple[int, bool]:
+        """Fast iterations from another guess, then careful ones from the first: iterations in all, and whether converged.
+
+        What there is stays where less time is left than it has taken since `begun`: it was the time that ended it.
+        """
         result, code = self._work.result, kernels.OUT_OF_ITERATIONS
         deadline -= float(result[RESULT.ROLLOUT_TIME])
+        if deadline - time.monotonic() < time.monotonic() - begun:
+            return iterations, False
         if iterations < max_iterations and time.monotonic() < deadline:
             self._guess_otherwise()
             most = min(max_iterations - iterations, FAST_ITERATIONS)
@@ -184,8 +193,10 @@ class Hybrid(Cddp):
     ) -> PlanStatus:
         """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
 
+        Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
+
         Args:
-            state: First state, shape (nx,), contiguous.
+            state: First state, shape (nx,).
             shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
             limit: Steps within which that is looked for.
             max_iterations: Iterations.
@@ -194,17 +205,27 @@ class Hybrid(Cddp):
             extra_iterations: Further ones where the step was large.
 
         Returns:
-            How it ended; the trajectory is `trajectory()`, its other figures are the properties below.
+            How it ended; the trajectory is `trajectory()`, its other figures are the properties below. After DIVERGED the
+            trajectory before is there again.
+
+        Raises:
+            DimensionError: if the state has another shape or is not finite, or shift or budget is no number of them.
         """
         started = time.monotonic()
+        first, max_iterations = vector(state, self._problem.nx, "state"), checked_budget(max_iterations, time_limit)
+        if math.isnan(shift):
+            raise DimensionError("no shift", field="shift", given=shift, allowed="a number of steps")
         work, options = self._work, self.options
         deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
         guessing = options.guess_active_sets
         np.copyto(self._last_inputs, work.nominal.inputs)
+        np.copyto(self._last_state, work.nominal.states[0])
+        steps = float(min(shift, self._problem.horizon))
         code = follow(
-            self._model, self._memory, state, shift, limit, max_iterations, extra_iterations, deadline, guessing
+            self._model, self._memory, first, steps, limit, max_iterations, extra_iterations, deadline, guessing
         )
         if code < rollout.DONE or (code >= 0 and not self._resume(code)):
+            self._go_back()
             return PlanStatus.DIVERGED
         self._raise_failure()
         if code >= 0:
@@ -212,6 +233,16 @@ class Hybrid(Cddp):
         if work.result[RESULT.VIOLATION] <= options.feasibility:
             return PlanStatus.ITERATION_LIMIT
         return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
+
+    def _go_back(self) -> None:
+        """Trajectory before the last `follow`, without feedback and multipliers: what follows must not begin with its numbers."""
+        work = self._work
+        self._forget_multipliers()
+        cold_start.forget_policy(self._memory)
+        np.copyto(work.nominal.states[0], self._last_state)
+        np.copyto(work.nominal.inputs, self._last_inputs)
+        guess.roll_blindly(self._model, self._memory, 0)
+        self._return_to(work.nominal.states, work.nominal.inputs)
 
     @property
     def iterations(self) -> int:
@@ -270,8 +301,9 @@ class Hybrid(Cddp):
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:
-        self._last_inputs = self._work.nominal.inputs.copy()
+        self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
         super()._compile()
         self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
         kernels.iterate(self._model, self._memory, 1, 0.0)
         follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
+        self._go_back()

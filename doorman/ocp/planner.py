@@ -17,6 +17,7 @@ from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
 from doorman.ocp.real_time import EXTRA_ITERATIONS
 from doorman.ocp.solution import PlanStatus, row_name
+from doorman.ocp.solver import checked_budget
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -209,19 +210,14 @@ class Planner:
         x = self.planning.check_state(state)
         if elapsed is not None and not math.isfinite(elapsed):
             raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
-        budget = _RECOVERY_ITERATIONS if max_iterations is None else max_iterations
-        if budget < 1 or not time_limit > 0.0:
-            raise DimensionError(
-                "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
-                allowed=">= 1 iteration and > 0 s",
-            )  # fmt: skip
+        budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
         self._fit(x)
         solver = self.solver
         if not self._started:
             status, iterations = solver.run(x, max_iterations=budget, time_limit=time_limit)
             return self._plan(status, iterations, started)
         steps = -1.0 if elapsed is None else min(max(elapsed / self.settings.time_step, 0.0), self._problem.horizon)
-        most = self.settings.iterations if max_iterations is None else max_iterations
+        most = self.settings.iterations if max_iterations is None else budget
         extra = EXTRA_ITERATIONS if max_iterations is None else 0
         status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit, extra)
         iterations = solver.iterations

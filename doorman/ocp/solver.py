@@ -121,12 +121,8 @@ class Solver(ABC):
         Returns:
             How it ended, and the number of iterations.
         """
+        max_iterations = checked_budget(max_iterations, time_limit)
         self._deadline = deadline = time.monotonic() + time_limit
-        if not (max_iterations >= 1 and time_limit > 0.0):
-            raise DimensionError(
-                "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
-                allowed=">= 1 iteration and > 0 s",
-            )  # fmt: skip
         self._rollout_time, self._gave_up = 0.0, False
         self._forget_failures()
         self._set_guess(inputs, states, multipliers)
@@ -248,8 +244,14 @@ class Solver(ABC):
             return PlanStatus.INFEASIBLE
         if result[RESULT.VIOLATION] > feasibility:
             returns = not self._gave_up and self._last_violated() < self._problem.horizon
-            return PlanStatus.RECOVERING if returns else PlanStatus.INFEASIBLE
+            return PlanStatus.RECOVERING if returns and self._inputs_within() else PlanStatus.INFEASIBLE
         return status
+
+    def _inputs_within(self) -> bool:
+        """Whether the nominal trajectory's inputs keep to their bounds."""
+        inputs, limits, slack = self._work.nominal.inputs, self._work.limits, self.options.feasibility
+        within = (inputs >= limits.input_lower - slack) & (inputs <= limits.input_upper + slack)
+        return bool(within.all())
 
     def _solution(self, status: PlanStatus, iterations: int, total: float) -> Solution:
         """Solution of the nominal trajectory, which was measured last."""
@@ -300,6 +302,20 @@ class Solver(ABC):
                 "the last states are not integrators of the last inputs", field="problem.integrators", given=m,
                 allowed="x⁺ = x + Δt u, and no other state depends on them",
             )  # fmt: skip
+
+
+def checked_budget(max_iterations: int, time_limit: float) -> int:
+    """Number of iterations as kernels take it.
+
+    Raises:
+        DimensionError: if it is no integer, or a budget is not positive.
+    """
+    if not (isinstance(max_iterations, (int, np.integer)) and max_iterations >= 1 and time_limit > 0.0):
+        raise DimensionError(
+            "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
+            allowed=">= 1 iteration, an integer, and > 0 s",
+        )  # fmt: skip
+    return int(max_iterations)
 
 
 def _copy_checked(field: str, values: ArrayLike, out: Array) -> None:

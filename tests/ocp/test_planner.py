@@ -250,3 +250,41 @@ def test_a_scenario_or_its_model_make_the_same_planner(fresh) -> None:
     np.testing.assert_array_equal(one.plan(state).states, other.plan(state).states)
     with pytest.raises(ScenarioError, match=r"planner\.weights\.input"):
         Planner(Scenario.load("paper", {"planner.weights.input": [1.0]}))
+
+
+@pytest.mark.parametrize("limit", [1e-5, 1e-4, 2e-4, 3e-4])
+def test_time_that_ends_early_keeps_what_was_found(limit: float, fresh) -> None:
+    planner = fresh("paper")
+    state, spare = planner.model.start_state, 1e-6
+    first = planner.plan(state, max_iterations=1)
+    plan = planner.plan(state, time_limit=limit)
+    assert plan.usable
+    assert plan.cost <= first.cost + spare
+
+
+def test_following_checks_what_it_is_given(fresh) -> None:
+    planner = fresh("paper")
+    plan, solver = planner.plan(planner.model.start_state), planner.solver
+    for bad in (np.zeros(1), np.zeros(10), np.full(9, np.nan), "state"):
+        with pytest.raises(DimensionError, match="state"):
+            solver.follow(bad, 1.0, 2)
+    for budget in (0, 1.5):
+        with pytest.raises(DimensionError, match="max_iterations"):
+            solver.follow(plan.states[1], 1.0, 2, budget)
+    with pytest.raises(DimensionError, match="shift"):
+        solver.follow(plan.states[1], np.nan, 2)
+    assert solver.follow(plan.states[1], 1.0, 2).usable, "nothing of that has changed the plan; read-only is as good"
+    assert solver.follow(planner.model.start_state, np.inf, 2) is not None
+
+
+def test_a_trajectory_that_diverged_does_not_poison_the_next(fresh) -> None:
+    planner = fresh("paper")
+    plan, solver = planner.plan(planner.model.start_state), planner.solver
+    far = plan.states[1].copy()
+    far[4] = 1e200
+    assert not solver.follow(far, 1.0, 2).usable
+    assert solver.follow(plan.states[0], 0.0, 2).flyable
+    for _ in range(3):
+        status = solver.follow(plan.states[0], 0.0, 2)
+    assert status.usable
+    assert solver.cost == pytest.approx(plan.cost, rel=1e-4)
