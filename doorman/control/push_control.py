@@ -79,11 +79,11 @@ class PushController:
     def __init__(self, model: Model, converter: StateConverter) -> None:
         self._converter = converter
         self._settings, self._control = model.scenario.push, model.scenario.control
-        self._lever, self._mass = model.coupling.distance_from_hinge, model.vehicle.mass
+        self._lever = model.coupling.distance_from_hinge
         self._door, self._height = model.door, model.coupling.height
         self._doorway = Doorway(model)
         self._goal = float(model.goal_state[3])
-        self._moving = model.door.inertia + self._mass * self._lever**2
+        self._moving = model.door.inertia + model.vehicle.mass * self._lever**2
         self.push = 0.0
         """F_n that was asked for last, without the wind's share [N]."""
         self._heading: float | None = None
@@ -114,9 +114,9 @@ class PushController:
         place = self._turned(place, yaw - setpoint.yaw, estimate.door_angle)
         place = self._doorway.inside(place, setpoint.position, estimate.position, estimate.velocity)
         setpoint = replace(setpoint, position=place, yaw=yaw, arm_rates=self._arm_rates)
-        motion = self._converter.door_motion(plan, time + self._control.position_look_ahead)
         planned = float(setpoint.normal @ setpoint.force)
-        rate = max(motion.rate, -_OVERSPEED * self._settings.max_rate)
+        rate = self._converter.door_rate(plan, time + self._control.position_look_ahead)
+        rate = max(rate, -_OVERSPEED * self._settings.max_rate)
         push = planned + self._settings.velocity_gain * (-self._lever * rate - estimate.tip_speed)
         least, most = self._bounds(max(0.0, resistance) / self._lever)
         if self._too_fast(estimate, resistance):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,18 +15,6 @@ from doorman.ocp.planning_model import planning_model
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class DoorMotion:
-    """Motion of a door at one time."""
-
-    angle: float
-    """α [rad]."""
-    rate: float
-    """α̇ [rad/s]."""
-    acceleration: float
-    """α̈ [rad/s²]."""
 
 
 class StateConverter:
@@ -142,20 +128,9 @@ class StateConverter:
             arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
         )
 
-    def door_motion(self, plan: Plan, time: float) -> DoorMotion:
-        """The door's planned motion.
-
-        Args:
-            plan: A usable plan.
-            time: Since the plan's first state [s].
-
-        Returns:
-            Angle, rate and acceleration, the latter by central differences over four steps.
-        """
-        before, after = self._around(plan, time)
-        state = self._at(plan, time)[0]
-        change = self._at(plan, after)[0][4] - self._at(plan, before)[0][4] if after > before else 0.0
-        return DoorMotion(float(state[3]), float(state[4]), float(change / max(after - before, 1e-9)))
+    def door_rate(self, plan: Plan, time: float) -> float:
+        """α̇ at a time of the plan [rad/s]."""
+        return float(self._at(plan, time)[0][4])
 
     def force_along_leaf(self, plan: Plan, time: float) -> float:
         r"""Force of the tip on the leaf away from the hinge, at a time of the plan; none after its end [N].

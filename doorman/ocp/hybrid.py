@@ -236,13 +236,12 @@ class Hybrid(Cddp):
 
     def _go_back(self) -> None:
         """Trajectory before the last `follow`, without feedback and multipliers: what follows must not begin with its numbers."""
-        work = self._work
-        self._forget_multipliers()
-        cold_start.forget_policy(self._memory)
-        np.copyto(work.nominal.states[0], self._last_state)
-        np.copyto(work.nominal.inputs, self._last_inputs)
+        nominal = self._work.nominal
+        np.copyto(nominal.states[0], self._last_state)
+        np.copyto(nominal.inputs, self._last_inputs)
         guess.roll_blindly(self._model, self._memory, 0)
-        self._return_to(work.nominal.states, work.nominal.inputs)
+        cold_start.forget_policy(self._memory)
+        self._put_back(nominal.states, nominal.inputs)
 
     @property
     def iterations(self) -> int:

@@ -133,9 +133,9 @@ def _round_inertia(body: Any, urdf: Path) -> None:
 
 def _contact_in_leaf(model: Model) -> list[float]:
     """The contact point in the leaf's frame, shape (3,)."""
-    contact = model.scenario.contact
+    coupling = model.coupling
     placement = model.door.link_placements(0.0)[link_name(model.door.urdf, model.door.section.leaf)]
-    point = model.door.contact_point(0.0, model.coupling.distance_from_hinge, contact.height)
+    point = model.door.contact_point(0.0, coupling.distance_from_hinge, coupling.height)
     return [float(value) for value in placement[:3, :3].T @ (point - placement[:3, 3])]
 
 
