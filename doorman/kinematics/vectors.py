@@ -38,9 +38,3 @@ def combine(s: float, a: Vector, t: float, b: Vector) -> Vector:
 def transform(m: NDArray[np.float64], a: Vector) -> Vector:
     """Product of the (3, 3) matrix m and a."""
     return dot((m[0, 0], m[0, 1], m[0, 2]), a), dot((m[1, 0], m[1, 1], m[1, 2]), a), dot((m[2, 0], m[2, 1], m[2, 2]), a)
-
-
-@kernel
-def unit(axis: int) -> Vector:
-    """Unit vector along axis 0, 1 or 2."""
-    return 1.0 if axis == 0 else 0.0, 1.0 if axis == 1 else 0.0, 1.0 if axis == 2 else 0.0

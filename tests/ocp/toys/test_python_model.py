@@ -62,7 +62,7 @@ def test_either_derivatives_lead_to_the_optimum(derivatives: str, method: type[S
     assert solution.cost == pytest.approx(dense_solution(point_mass()).cost, rel=1e-6)
 
 
-def test_functions_of_every_kind() -> None:
+def cart_of_every_kind(derivatives: Any) -> Problem:
     """The cart again: its cost in functions, its limit on the next speed as a mixed row, and where it has to be at the end."""
     model = PythonModel(
         roll,
@@ -70,9 +70,13 @@ def test_functions_of_every_kind() -> None:
         end_constraints=lambda x: [0.5 - x[0]],
         stage_cost=lambda x, u: 0.5 * DT * COST.state_weights @ (x - COST.state_goal) ** 2,
         end_cost=lambda x: 0.5 * COST.terminal_weights @ (x - COST.state_goal) ** 2,
-        derivatives="complex step",
+        derivatives=derivatives,
     )
-    problem = model.problem(FREE, 40, DT, PUSHED, ["speed", "arrival"])
+    return model.problem(FREE, 40, DT, PUSHED, ["speed", "arrival"])
+
+
+def test_functions_of_every_kind() -> None:
+    problem = cart_of_every_kind("complex step")
     assert (problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints) == (0, 1, 1)
     solution, reference = AugmentedLagrangian(problem).solve([0.0, 0.0]), dense_solution(point_mass())
     assert solution.status is PlanStatus.CONVERGED

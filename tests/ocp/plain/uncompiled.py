@@ -1,0 +1,200 @@
+"""The package without a compiler: every kernel runs as the plain Python function that it is written as.
+
+numba is switched off. What has no Python body, as its machine code is written by hand (rows of numbers in registers, one node of
+the Riccati sweep, the marking of active rows), gets a plain body here from its docstring's formula; for themselves these
+are compared with dense algebra in tests/numba_types and tests/ocp. Python checks every index, which compiled code does not.
+
+To be imported before anything of the package.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+import time
+from collections.abc import Callable
+from typing import Any
+
+os.environ["NUMBA_DISABLE_JIT"] = "1"
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman import compilation
+from doorman.numba_types import lanes
+
+Array = NDArray[Any]
+
+np.seterr(all="ignore")  # IEEE, as in kernels
+
+called: dict[str, int] = {}
+"""How often every kernel that was defined has run, by module and name."""
+
+
+def _kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    name = f"{function.__module__}.{function.__qualname__}"
+    called.setdefault(name, 0)
+
+    @functools.wraps(function)
+    def plain(*arguments: Any) -> Any:
+        called[name] += 1
+        return function(*arguments)
+
+    return plain
+
+
+class Row(np.ndarray):
+    """Some consecutive numbers as a value: operators make new ones."""
+
+    def __iadd__(self, other: Any) -> Any:
+        return self + other
+
+    def __isub__(self, other: Any) -> Any:
+        return self - other
+
+    def __imul__(self, other: Any) -> Any:
+        return self * other
+
+    def __itruediv__(self, other: Any) -> Any:
+        return self / other
+
+
+def load(array: Array, index: Any, width: tuple[int, ...]) -> Any:
+    *rows, first = index if isinstance(index, tuple) else (index,)
+    row = array[tuple(rows)]
+    assert row.ndim == 1 and 0 <= first and first + len(width) <= len(row), "a load beyond its row"
+    return row[first : first + len(width)].copy().view(Row)
+
+
+def store(array: Array, index: Any, value: Any) -> None:
+    *rows, first = index if isinstance(index, tuple) else (index,)
+    row = array[tuple(rows)]
+    assert row.ndim == 1 and 0 <= first and first + len(value) <= len(row), "a store beyond its row"
+    row[first : first + len(value)] = value
+
+
+def get(array: Array, index: Any, width: tuple[int, ...]) -> Any:
+    if not width:
+        return array[index]
+    return load(array, (*(index if isinstance(index, tuple) else (index,)), 0), width)
+
+
+def put(array: Array, index: Any, value: Any) -> None:
+    if isinstance(value, Row):
+        store(array, (*(index if isinstance(index, tuple) else (index,)), 0), value)
+    else:
+        assert np.ndim(array[index]) == 0 and np.ndim(value) == 0
+        array[index] = value
+
+
+def zero(width: tuple[int, ...]) -> Any:
+    return np.zeros(len(width)).view(Row) if width else 0.0
+
+
+def multiply_rows(
+    matrix: Array, block: int, count: tuple[int, ...], width: tuple[int, ...], vector: Array, out: Array, start: int
+) -> None:
+    out[start : start + len(count)] = matrix[block, : len(count), : len(width)] @ vector[: len(width)]
+
+
+def call(address: int, task: int, x: Array, u: Array, out: Array, slopes: Array) -> None:
+    pointers = (each.ctypes.data_as(ctypes.c_void_p) for each in (x, u, out, slopes))
+    from doorman.numba_types import callbacks
+
+    callbacks.C_FUNCTION(address)(task, *pointers)  # type: ignore[call-overload]
+
+
+class Handle:
+    """A NamedTuple; kernels read its fields as they would those of a handle."""
+
+    def __init__(self, content: Any) -> None:
+        self.content = content
+
+    def replace(self, content: Any) -> None:
+        self.content = content
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.content, name)
+
+
+def mark_rows(
+    node: int, count: tuple[int, ...], rows: Array, multipliers: Array, scale: float, active: Array, proposal: Array
+) -> tuple[int, bool]:
+    place = node if rows.ndim == 2 else slice(None)
+    return _mark(multipliers[place] + scale * rows[place], np.zeros(len(count)), active[place], proposal[place])
+
+
+def mark_bounds(
+    node: int, count: tuple[int, ...], values: Array, first: int, lower: Array, upper: Array, multipliers: Array,
+    scale: float, active: Array, proposal: Array,
+) -> tuple[int, bool]:  # fmt: skip
+    if not count:
+        return 0, False
+    above, below = (multipliers[node] + scale * (values[node + first] - end) for end in (upper, lower))
+    return _mark(above, np.minimum(below, 0.0), active[node], proposal[node])
+
+
+def _mark(above: Array, below: Array, active: Array, proposal: Array) -> tuple[int, bool]:
+    sides = (above > 0.0).astype(np.int8) - (below < 0.0).astype(np.int8)
+    changed = bool((sides != active).any())
+    active[:], proposal[:] = sides, np.maximum(above, 0.0) + below
+    return int(np.abs(sides).sum()), changed
+
+
+def eliminate_inputs(
+    sizes: Any, node: int, time_step: float, jacobians: Array, value: Array, base_x: Array, base_u: Array, gains: Array,
+    factors: Array, values: Array, rows: Array, scaled: Array,
+) -> bool:  # fmt: skip
+    nx, nu, m = len(sizes.states), len(sizes.inputs), len(sizes.integrators)
+    s, v = nx - m, nu - m
+    by_state, defect, by_input = np.split(jacobians[node, :, : nx + 1 + nu].copy(), [nx, nx + 1], axis=1)
+    by_state[s:], defect[s:], by_input[s:] = np.eye(m, nx, s), 0.0, np.eye(m, nu, v) * time_step
+    by_input[:s, v:], by_state[:s, s:] = 0.0, 0.0
+    hessian, gradient = value[:, :nx], value[:, nx : nx + 1]
+    ahead = np.hstack([hessian @ by_state, hessian @ defect + gradient])
+    state_rows = base_x[:, : nx + 1] + by_state.T @ ahead
+    input_rows = base_u[:, : nx + 1 + nu] + by_input.T @ np.hstack([ahead, hessian @ by_input])
+    pivots = np.empty(nu)
+    for a in range(nu):
+        pivots[a] = input_rows[a, nx + 1 + a]
+        for c in range(a + 1, nu):
+            input_rows[c] -= input_rows[a, nx + 1 + c] / pivots[a] * input_rows[a]
+    unit = input_rows / pivots[:, None]
+    rows[:, : nx + 1 + nu], scaled[:, : nx + 1 + nu] = input_rows, unit
+    factors[node, :, :nu] = np.triu(unit[:, nx + 1 :], 1) + np.diag(pivots)
+    state_rows -= input_rows[:, :nx].T @ unit[:, : nx + 1]
+    value[:, : nx + 1] = values[node, :, : nx + 1] = state_rows
+    gains[node, :, : nx + 1] = -np.linalg.solve(np.triu(unit[:, nx + 1 :]), unit[:, : nx + 1])
+    return bool((pivots > 1e-14).all())
+
+
+def larger(x: Any, y: Any) -> Any:
+    return np.where(np.less(x, y), y, x).view(Row) if isinstance(x + y, Row) else (y if x < y else x)
+
+
+def nan_beyond(x: Any, limit: float) -> Any:
+    return x * np.where(np.abs(x) < limit, 1.0, np.nan)
+
+
+def clock() -> float:
+    return time.monotonic()
+
+
+def _write(handle: Any, content: Any) -> None:
+    """Nothing to write: a plain handle has its NamedTuple."""
+
+
+def _builtin(generate: Callable[..., Any]) -> Any:
+    return _BODIES[generate.__name__]
+
+
+_BODIES = {body.__name__: body for body in (call, _write, mark_rows, mark_bounds, eliminate_inputs)}
+compilation.kernel = _kernel  # type: ignore[assignment]
+lanes.builtin = _builtin
+for _body in (load, store, get, put, zero, larger, nan_beyond, multiply_rows, clock):
+    setattr(lanes, _body.__name__, _body)
+
+from doorman.numba_types import handles  # noqa: E402
+
+handles.Handle, handles.held = Handle, Handle  # type: ignore[misc,assignment]
