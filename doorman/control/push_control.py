@@ -44,6 +44,12 @@ _CREEP = 0.03
 """A slower door is not too fast wherever it is [rad/s]."""
 _EARLY = math.radians(0.5)
 """By which a door that is braked should stop before the goal: wind may open it the more, the farther it is open [rad]."""
+_LEAST_LEFT = math.radians(0.3)
+"""Way that a braked door always has [rad]."""
+_UNSURE = 0.5
+"""Torque of a resistance that is not counted on where a door is braked [N m]."""
+_LETTING_GO, _MOST_LESS = 8.0, 0.8
+"""By which a tip that is too fast pushes less than the least [N s/m], and no less than by [N]: gusts make the push unsure."""
 _OVERSPEED = 1.15
 """Share of the largest rate beyond which the push brakes a door: a plan lets one that is faster be as fast as it is."""
 _FAST = 1.3
@@ -120,7 +126,7 @@ class PushController:
         push = planned + self._settings.velocity_gain * (-self._lever * rate - estimate.tip_speed)
         least, most = self._bounds(max(0.0, resistance) / self._lever)
         if self._too_fast(estimate, resistance):
-            least, most = self._settings.least_force, max(0.5 * least, self._settings.least_force)
+            least, most = self._braking(estimate, resistance, least)
         push = self._eased(min(max(push, least), most), estimate)
         beside = self._beside(self._converter.force_along_leaf(plan, time), push, estimate)
         return self._with(replace(setpoint, force=beside), normal, push, estimate)
@@ -141,9 +147,25 @@ class PushController:
 
     def _too_fast(self, estimate: Estimate, resistance: float) -> bool:
         """Whether the door is far from being stopped before the goal by the share of its resistance that plans count on."""
+        return -estimate.door_rate > self._stoppable(estimate, resistance)
+
+    def _stoppable(self, estimate: Estimate, resistance: float) -> float:
+        """Rate that the share of the resistance that plans count on about stops before the goal [rad/s]."""
         left = max(estimate.door_angle - self._goal - _EARLY, 0.0)
         stopping = self._settings.stopping_share * max(resistance, 0.0) / self._moving * left
-        return estimate.door_rate < 0.0 and 0.5 * estimate.door_rate**2 > _FAST * stopping + 0.5 * _CREEP**2
+        return math.sqrt(2.0 * _FAST * stopping + _CREEP**2)
+
+    def _braking(self, estimate: Estimate, resistance: float, least: float) -> tuple[float, float]:
+        """Least and largest push on a door that is too fast [N].
+
+        The largest leaves of the resistance what stops the door, even if wind takes some of it away: a strong closer must not
+        win. The least lets go of a door that nevertheless stays too fast, as the push may be larger than it is believed to be.
+        """
+        settings, left = self._settings, max(estimate.door_angle - self._goal - _EARLY, _LEAST_LEFT)
+        allowed = min(self._stoppable(estimate, resistance), _OVERSPEED * settings.max_rate)
+        less = min(_LETTING_GO * max(estimate.tip_speed - self._lever * allowed, 0.0), _MOST_LESS)
+        stops = (resistance - _UNSURE - self._moving * 0.5 * estimate.door_rate**2 / left) / self._lever
+        return settings.least_force - less, max(stops, 0.5 * least, settings.least_force) - less
 
     def _yaw(self, plan: Plan, time: float, planned: float, heading: float, time_step: float) -> float:
         """Yaw to command, where the plan is at `planned` when the attitude loop gets there [rad]."""

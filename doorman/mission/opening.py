@@ -70,6 +70,8 @@ _HELD_MORE = 1.0
 """By which a pushed door that has swung may resist more than it did then, before it is waited for [N m]."""
 _FAR_FROM_IT, _LEAST_MORE = math.radians(10.0), 0.3
 """Nearer to the goal it is less in proportion, down to this share: what comes loose must stop before the goal."""
+_STANDS_LONG, _GROWTH = 2.0, 0.1
+"""A door that has stood for longer next to the goal [s] is pushed more and more [N m/s]: it can not go far."""
 _SHARE_MORE = 0.5
 """A door that resists much may resist more by this share anywhere: it also stops the sooner."""
 _HELD = 1.0
@@ -213,6 +215,8 @@ class Opening:
             return self._most
         least = max(self.resistance, 0.0)
         more = max(_HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0), _SHARE_MORE * least)
+        if off < _FAR:
+            more += _GROWTH * max(0.0, self._stood - _STANDS_LONG)
         return min(self._most, least + (0.0 if self._loose > 0.0 else more))
 
     def _learn_resistance(self, estimate: Estimate, time_step: float) -> None:

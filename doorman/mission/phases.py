@@ -52,6 +52,8 @@ _LOST_PAST = math.radians(2.5)
 """one that was lost is not looked for so far beyond it [rad]."""
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
+_PROGRESS = math.radians(1.0)
+"""A leaf that moves on towards the goal by itself, with the tip behind it, is not lost [rad]."""
 _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
@@ -128,6 +130,7 @@ class Sequence:
         self._entered: float | None = None
         self._recoveries = 0
         self._unsure = False
+        self._nearest = self._progress_at = 0.0
         self._following = False
         self._targets: list[Array] = []
         self._arm = model.start_arm
@@ -169,7 +172,8 @@ class Sequence:
         assert self._entered is not None
         if self.phase is not Phase.HOLD:
             limit = float(getattr(self._settings.time_out, self.phase.value))
-            if estimate.time - self._entered > limit:
+            begun = self._progress_at if self.phase is Phase.RECOVER else self._entered
+            if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
         if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER):
             self._guard(estimate)
@@ -233,7 +237,8 @@ class Sequence:
             self._estimator.contact.declare(False)
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._leaf.begin(float(estimate.state[2]), estimate)
-            self._let_go_at = estimate.door_angle
+            self._let_go_at = self._nearest = estimate.door_angle
+            self._progress_at = estimate.time
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
         self._on_change(estimate.time, phase, reason)
@@ -347,6 +352,8 @@ class Sequence:
         return self._leaf.search(estimate, speed) if far else self._leaf.move(estimate, speed)
 
     def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
+        if estimate.door_angle < self._nearest - _PROGRESS:
+            self._nearest, self._progress_at = estimate.door_angle, estimate.time
         if estimate.touching:
             self._enter(Phase.OPEN, estimate, "contact regained")
         return self._follow(estimate, far=self._searching(estimate.time))

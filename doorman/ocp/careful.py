@@ -33,7 +33,7 @@ from doorman.ocp.augmented_lagrangian import (
 )
 from doorman.ocp.functions import constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.linear_algebra import copy_rows
-from doorman.ocp.workspace import RESULT, Workspace
+from doorman.ocp.workspace import LARGEST_STATE, RESULT, Workspace
 
 FIRST_PENALTY = 30.0
 """1/μ to begin with where nothing is known yet."""
@@ -48,7 +48,6 @@ _GAP = 1e-7
 """Converged only if the rows' share of the merit is below this, relative to 1 + |J|: what violations may be worth."""
 _SLOW = 0.25
 """Where violations do not fall to this share from one update of the multipliers to the next, they have to cost more."""
-_LARGEST_STATE = 1e6
 _SMALLEST_SCALE = 1.0 / 256.0
 _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
@@ -111,7 +110,7 @@ def roll(model: object, work: Workspace, scale: float) -> bool:
             nominal.inputs[k, a] = total
         step(model, nominal.states[k], nominal.inputs[k], nominal.states[k + 1])
         for i in range(nx):
-            if not abs(nominal.states[k + 1, i]) < _LARGEST_STATE:
+            if not abs(nominal.states[k + 1, i]) < LARGEST_STATE:
                 return False
     return True
 

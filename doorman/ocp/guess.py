@@ -9,11 +9,9 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import multiply_rows
 from doorman.ocp.augmented_lagrangian import measure
 from doorman.ocp.functions import step
-from doorman.ocp.workspace import Workspace, copy_trajectory
+from doorman.ocp.workspace import LARGEST_STATE, Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
-
-_LARGEST_STATE = 1e6
 
 
 @kernel
@@ -35,7 +33,7 @@ def roll_blindly(model: object, work: Workspace, first: int) -> None:
         step(model, states[k], inputs[k], states[k + 1])
         finite = True
         for i in range(states.shape[1]):
-            finite &= abs(states[k + 1, i]) < _LARGEST_STATE
+            finite &= abs(states[k + 1, i]) < LARGEST_STATE
         if not finite:
             for j in range(k, inputs.shape[0]):
                 for i in range(states.shape[1]):

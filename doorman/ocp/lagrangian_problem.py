@@ -32,7 +32,7 @@ from doorman.model import Model
 from doorman.numba_types.lanes import get, put, sincos
 from doorman.ocp import functions
 from doorman.ocp.costs import QuadraticCost
-from doorman.ocp.limits import lagrangian_bounds, least_cosine
+from doorman.ocp.limits import lagrangian_bounds, largest_body_rates, least_cosine
 from doorman.ocp.problem import Problem
 from doorman.ocp.weights import chosen_weights
 
@@ -46,7 +46,7 @@ LANES = 8
 
 
 class LagrangianDoorModel(NamedTuple):
-    """Parameters and memory of the problem's kernels. Rows: the collision constraints, then the tilt."""
+    """Parameters and memory of the problem's kernels. Rows: the collision constraints, the tilt, the body rates."""
 
     dynamics: LagrangianParameters
     memory_lanes: LagrangianMemory
@@ -57,6 +57,8 @@ class LagrangianDoorModel(NamedTuple):
     """Added to the collision constraints [m]."""
     least_cosine: float
     """Of the angle between the body's z axis and the world's."""
+    body_rates: Array
+    """Largest |Ω|, (3,) [rad/s]; (0,) where they are free."""
     reduced: Array
     """[Φ, α, α̇, H], of which the constraints are functions, (5 + n,)."""
     slopes: Array
@@ -83,6 +85,7 @@ class LagrangianDoorModel(NamedTuple):
             collision_lanes=model.constraint_parameters(LANES),
             margin=model.scenario.planner.margin,
             least_cosine=least_cosine(model),
+            body_rates=largest_body_rates(model),
             reduced=np.zeros(model.nx),
             slopes=np.zeros((nh, model.nx)),
             state_lanes=np.zeros((8 + n, LANES)),
@@ -119,12 +122,49 @@ def _linearize_step(model: LagrangianDoorModel, x: Array, u: Array, out: Array) 
         out[i, nx + i - 4] = model.dynamics.time_step
 
 
+@kernel
+def _constrain_body_rates(model: LagrangianDoorModel, x: Array, h: Array) -> None:
+    r"""Rows :math:`\pm\Omega - \Omega_{max}` with :math:`\Omega = W^{-1}(\Phi)\dot\Phi`, the last ones of `h`."""
+    n = model.body_rates.shape[0]
+    if n == 0:
+        return
+    sr, cr = sincos(x[0])
+    sp, cp = sincos(x[1])
+    rates = (x[4] - sp * x[6], cr * x[5] + sr * cp * x[6], -sr * x[5] + cr * cp * x[6])
+    first = h.shape[0] - 2 * n
+    for i in range(n):
+        h[first + 2 * i] = rates[i] - model.body_rates[i]
+        h[first + 2 * i + 1] = -rates[i] - model.body_rates[i]
+
+
+@kernel
+def _linearize_body_rates(model: LagrangianDoorModel, x: Array, h: Array, jacobian: Array) -> None:
+    """The same with slopes; entries that are always zero are not written."""
+    n = model.body_rates.shape[0]
+    if n == 0:
+        return
+    _constrain_body_rates(model, x, h)
+    sr, cr = sincos(x[0])
+    sp, cp = sincos(x[1])
+    by_roll = (0.0, -sr * x[5] + cr * cp * x[6], -cr * x[5] - sr * cp * x[6])
+    by_pitch = (-cp * x[6], -sr * sp * x[6], -cr * sp * x[6])
+    by_rates = ((1.0, 0.0, -sp), (0.0, cr, sr * cp), (0.0, -sr, cr * cp))
+    first = h.shape[0] - 2 * n
+    for i in range(n):
+        for side in range(2):
+            row, sign = first + 2 * i + side, 1.0 - 2.0 * side
+            jacobian[row, 0], jacobian[row, 1] = sign * by_roll[i], sign * by_pitch[i]
+            for j in range(3):
+                jacobian[row, 4 + j] = sign * by_rates[i][j]
+
+
 @functions.implement(functions.constrain, LagrangianDoorModel)
 @kernel
 def _constrain(model: LagrangianDoorModel, x: Array, h: Array) -> None:
     reduce_state(x, model.reduced)
-    collision_constraints(model.collision, model.reduced, h)
-    last = h.shape[0] - 1
+    last = model.slopes.shape[0] - 1
+    collision_constraints(model.collision, model.reduced, h[: last + 1])
+    _constrain_body_rates(model, x, h)
     for i in range(last):
         h[i] += model.margin
     _, cr = sincos(x[0])
@@ -135,14 +175,16 @@ def _constrain(model: LagrangianDoorModel, x: Array, h: Array) -> None:
 @functions.implement(functions.linearize_constraints, LagrangianDoorModel)
 @kernel
 def _linearize_constraints(model: LagrangianDoorModel, x: Array, h: Array, jacobian: Array) -> None:
-    slopes, last = model.slopes, h.shape[0] - 1
+    slopes, last = model.slopes, model.slopes.shape[0] - 1
     reduce_state(x, model.reduced)
-    collision_constraints_jacobian(model.collision, model.reduced, h, slopes)
+    collision_constraints_jacobian(model.collision, model.reduced, h[: last + 1], slopes)
+    jacobian[last + 1 :, :] = 0.0
+    _linearize_body_rates(model, x, h, jacobian)
     sr, cr = sincos(x[0])
     sp, cp = sincos(x[1])
     h[last] = model.least_cosine - cr * cp
     slopes[last, 0], slopes[last, 1] = sr * cp, cr * sp
-    for i in range(h.shape[0]):
+    for i in range(last + 1):
         h[i] += model.margin if i < last else 0.0
         for j in range(4):
             jacobian[i, j] = slopes[i, j]
@@ -176,7 +218,7 @@ def _gather_reduced(states: Array, first: int, lanes: Array) -> None:
 def _linearize_horizon(
     model: LagrangianDoorModel, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
 ) -> None:
-    n, nx, nu, nh = inputs.shape[0], states.shape[1], inputs.shape[1], rows.shape[1]
+    n, nx, nu, nh = inputs.shape[0], states.shape[1], inputs.shape[1], model.slopes.shape[0]
     lanes, entries, h = model.collision_lanes.arm.lanes, model.entry_lanes, model.dynamics.time_step
     values, slopes, last, reduced = model.row_lanes, model.slope_lanes, nh - 1, model.state_lanes[: nx - 3]
     for first in range(0, n, LANES):
@@ -210,12 +252,13 @@ def _linearize_horizon(
                     row_jacobians[k, i, j] = slopes[i, j, side]
                 for j in range(8, nx):
                     row_jacobians[k, i, j] = slopes[i, j - 3, side]
+            _linearize_body_rates(model, states[k + 1], rows[k], row_jacobians[k])
 
 
 @functions.implement(functions.constrain_horizon, LagrangianDoorModel)
 @kernel
 def _constrain_horizon(model: LagrangianDoorModel, states: Array, rows: Array) -> None:
-    n, nh = rows.shape[0], rows.shape[1]
+    n, nh = rows.shape[0], model.slopes.shape[0]
     lanes, values, last = model.collision_lanes.arm.lanes, model.row_lanes, nh - 1
     reduced = model.state_lanes[: states.shape[1] - 3]
     for first in range(0, n, LANES):
@@ -227,6 +270,7 @@ def _constrain_horizon(model: LagrangianDoorModel, states: Array, rows: Array) -
         for side in range(min(LANES, n - first)):
             for i in range(nh):
                 rows[first + side, i] = values[i, side] + (model.margin if i < last else 0.0)
+            _constrain_body_rates(model, states[first + side + 1], rows[first + side])
 
 
 def lagrangian_problem(model: Model, disturbance: float = 0.0) -> Problem:
@@ -237,17 +281,19 @@ def lagrangian_problem(model: Model, disturbance: float = 0.0) -> Problem:
         disturbance: τ_d, torque in the sense of damping, beyond damping, friction and spring [N m].
 
     Returns:
-        The problem, whose constraints are h(x) + planner.margin ≤ 0, the tilt and the bounds of `[limits]`.
+        The problem, whose constraints are h(x) + planner.margin ≤ 0, the tilt, the body rates and the bounds of `[limits]`.
 
     Raises:
         ScenarioError: if a vector of weights does not fit the arm.
     """
-    planner = model.scenario.planner
+    planner, parameters = model.scenario.planner, LagrangianDoorModel.of(model, disturbance)
+    rates = tuple(f"{name} {end}" for name in ("roll rate", "pitch rate", "yaw rate") for end in ("above", "below"))
+    limited = rates if parameters.body_rates.size else ()
     return Problem(
-        model=LagrangianDoorModel.of(model, disturbance),
-        n_constraints=model.n_constraints + 1,
+        model=parameters,
+        n_constraints=model.n_constraints + 1 + len(limited),
         bounds=lagrangian_bounds(model),
-        constraint_names=(*model.constraint_names, "tilt"),
+        constraint_names=(*model.constraint_names, "tilt", *limited),
         horizon=planner.horizon_steps,
         time_step=planner.time_step,
         cost=lagrangian_cost(model),

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.model import Model
 from doorman.ocp.problem import Bounds
+
+Array = NDArray[np.float64]
 
 
 def reduced_bounds(model: Model) -> Bounds:
@@ -34,24 +37,29 @@ def reduced_bounds(model: Model) -> Bounds:
 
 
 def lagrangian_bounds(model: Model) -> Bounds:
-    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]: the body rates' limits hold for Φ̇.
+    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
 
     Args:
         model: Model of the scenario.
     """
     if not model.scenario.limits.enabled:
         return Bounds()
-    reduced, limits = reduced_bounds(model), model.scenario.limits
+    reduced = reduced_bounds(model)
     lower, upper = np.asarray(reduced.input_lower).copy(), np.asarray(reduced.input_upper).copy()
     lower[1:4], upper[1:4] = -np.inf, np.inf
-    arm = np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]
-    moving = np.concatenate([np.full(4, np.inf), limits.body_rates, [np.inf]])
+    arm, free = (np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]), np.full(8, np.inf)
     return Bounds(
-        state_lower=np.concatenate([-moving, arm[0]]),
-        state_upper=np.concatenate([moving, arm[1]]),
+        state_lower=np.concatenate([-free, arm[0]]),
+        state_upper=np.concatenate([free, arm[1]]),
         input_lower=lower,
         input_upper=upper,
     )
+
+
+def largest_body_rates(model: Model) -> Array:
+    """Largest |Ω| of `[limits]`, shape (3,) [rad/s]; shape (0,) if they are switched off."""
+    limits = model.scenario.limits
+    return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
 
 
 def least_cosine(model: Model) -> float:

@@ -362,6 +362,8 @@ def with_hinge(
 
     With the resistance :math:`\hat\tau` against opening at the start, :math:`a = \eta\hat\tau/I_e` and
     :math:`\lambda_{min}` belongs to a push of `push.least_share` :math:`\hat\tau/D_V`, at least to `push.least_force`.
+    A door that moves and that even the least push makes faster, as one that wind opens, may get as fast as that makes it
+    within the horizon: the plan cannot help it, and keeps everything else. One that stands is not set in motion.
 
     Args:
         model: Model of the scenario.
@@ -382,16 +384,18 @@ def with_hinge(
     torque = dynamics.damping * rate + dynamics.stiffness * (angle - dynamics.rest_angle) + known.disturbance
     resistance = max(0.0, known.friction - torque)
     deceleration = push.stopping_share * resistance / dynamics.door_inertia
-    left = angle - parameters.goal
+    least_force = max(push.least_force, (leaf_share * push.least_share + vehicle_share * lever) * resistance / lever)
+    moves = rate < -_CREEP
+    ahead = model.scenario.planner.horizon_steps * model.scenario.planner.time_step
+    gained = max(0.0, (lever * least_force + torque - known.friction) / known.inertia) * ahead if moves else 0.0
+    fastest = max(0.0, -rate) + _ROOM * gained
+    left = angle - parameters.goal - (fastest * ahead if gained > 0.0 else 0.0)
     allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * _CREEP**2
     hinge = PushHinge(
         deceleration=deceleration,
-        slack=0.5 * _CREEP**2 + _ROOM * max(0.0, 0.5 * rate * rate - allowed),
-        speed=max(push.max_rate, -rate),
-        least_force=max(
-            push.least_force,
-            (leaf_share * push.least_share + vehicle_share * lever) * resistance / lever,
-        ),
+        slack=0.5 * _CREEP**2 + _ROOM * max(0.0, 0.5 * fastest * fastest - allowed),
+        speed=max(push.max_rate, fastest),
+        least_force=least_force,
         acceleration=push.max_acceleration,
     )  # fmt: skip
     door = door._replace(dynamics=dynamics, margin=door.margin if margin is None else margin)

@@ -30,7 +30,7 @@ from doorman.ocp.functions import (
 )
 from doorman.ocp.guess import accept_trial, start_trial
 from doorman.ocp.stage_program import export_program, project_row, solve_dual, substitute_step
-from doorman.ocp.workspace import RESULT, Workspace
+from doorman.ocp.workspace import LARGEST_STATE, RESULT, Workspace
 
 DONE = -1
 NOT_FINITE = -4
@@ -39,7 +39,6 @@ FEASIBILITY = 2e-7
 """A row counts as violated beyond this; corrections aim at zero [the row's unit]."""
 
 _CORRECTIONS = 12
-_LARGEST_STATE = 1e6
 
 
 @kernel
@@ -62,7 +61,7 @@ def advance(model: object, work: Workspace, k: int) -> bool:
     trial = work.trial
     step(model, trial.states[k], trial.inputs[k], trial.states[k + 1])
     for i in range(trial.states.shape[1]):
-        if not abs(trial.states[k + 1, i]) < _LARGEST_STATE:
+        if not abs(trial.states[k + 1, i]) < LARGEST_STATE:
             return False
     return True
 

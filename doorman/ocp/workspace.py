@@ -20,6 +20,9 @@ Sides = NDArray[np.int8]
 VECTOR_WIDTH = 8
 """Doubles in the widest vector register; rows are padded to a multiple of it."""
 
+LARGEST_STATE = 1e6
+"""A trajectory with a larger number in a state has diverged."""
+
 _EARLY = 3.0
 """Rows of early states, on which few inputs act, take so much more of the penalty: multipliers converge there as fast as
 elsewhere. Twice as much makes active sets unsettled."""

@@ -106,6 +106,7 @@ class MissionTimeOutsSection(Section):
     touch: Positive = 30.0
     open: Positive = 60.0
     recover: Positive = 6.0
+    """Without the leaf coming nearer to the goal."""
     release: Positive = 8.0
     retreat: Positive = 30.0
 

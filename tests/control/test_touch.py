@@ -14,7 +14,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.opening import Opening
-from doorman.mission.phases import Sequence
+from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
@@ -264,6 +264,61 @@ def test_the_push_is_eased_where_the_disc_is_near_the_leaf(model: Model, convert
     assert pushes[1] > pushes[2] >= pushes[3] > 0.0
 
 
+def test_a_fast_door_is_braked_by_what_stops_it(model: Model, converter: StateConverter) -> None:
+    """A strong closer would win where the push is taken away, and a weak door runs on where it is not."""
+    last, lever = at_rest(model, np.zeros(3)), model.coupling.distance_from_hinge
+    control, settings = PushController(model, converter), model.scenario.push
+
+    def bounds(off: float, rate: float, resistance: float) -> tuple[float, float]:
+        state = last.state.copy()
+        state[3:5] = float(model.goal_state[3]) + np.radians(off), rate
+        estimate = replace(last, state=state, tip_speed=-lever * rate)
+        assert control._too_fast(estimate, resistance)
+        return control._braking(estimate, resistance, settings.least_share * resistance / lever)
+
+    rate, moving = -0.045, model.door.inertia + model.vehicle.mass * lever**2
+    stops = (3.0 - 0.5 - 0.5 * moving * rate**2 / np.radians(0.3)) / lever
+    assert stops > 0.35 * 3.0 / lever
+    assert bounds(0.7, rate, 3.0)[1] == pytest.approx(stops, abs=0.05), "it stops within the way that is left"
+    least, most = bounds(0.7, -0.2, 3.0)
+    assert most == pytest.approx(0.5 * settings.least_share * 3.0 / lever - 0.8, abs=0.01)
+    assert bounds(10.0, -0.08, 0.4)[1] < 0.3 * 0.4 / lever, "a weak door runs on where it is pushed"
+    assert settings.least_force > bounds(10.0, -0.12, 0.4)[0] > bounds(10.0, -0.14, 0.4)[0]
+    assert bounds(10.0, -0.6, 0.4)[0] == least == settings.least_force - 0.8, "it lets go, but does not flee"
+
+
+def test_a_leaf_that_moves_on_by_itself_is_not_given_up(model: Model, converter: StateConverter) -> None:
+    schedule, reasons = PlanSchedule(Planner(model), 0, Recorder(None, {})), []
+    sequence = Sequence(
+        model,
+        converter,
+        schedule,
+        Estimator(model, converter),
+        lambda _, phase, reason: reasons.append((phase, reason)),
+    )
+    last, limit = at_rest(model, np.zeros(3)), model.scenario.mission.time_out.recover
+    sequence._enter(Phase.RECOVER, last, "contact lost")
+
+    def flown(start: float, seconds: float, angle: float, rate: float) -> float | None:
+        """Time at which it is given up."""
+        for k in range(int(seconds / 0.05)):
+            state = last.state.copy()
+            state[3:5] = angle + rate * 0.05 * k, rate
+            now = start + 0.05 * k
+            away = last.position - 0.1 * door_normal(float(state[3]))
+            estimate = replace(last, time=last.time + now, state=state, touching=False, position=away)
+            sequence.step(estimate, np.zeros(3), 0.05)
+            if sequence.phase is not Phase.RECOVER:
+                return now
+        return None
+
+    begin, rate = float(model.start_state[3]), np.radians(-1.5)
+    assert flown(0.0, 2.5 * limit, begin, rate) is None
+    stands = flown(2.5 * limit, 2.0 * limit, begin + rate * 2.5 * limit, 0.0)
+    assert stands == pytest.approx(3.5 * limit, abs=1.0)
+    assert "recover took longer" in reasons[-1][1]
+
+
 def test_a_held_leaf_that_the_tip_has_lost_is_followed(model: Model, converter: StateConverter) -> None:
     schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
     sequence = Sequence(model, converter, schedule, Estimator(model, converter), lambda *_: None)
@@ -312,6 +367,25 @@ def test_a_door_has_swung_only_where_it_is_more_open_than_at_the_start(
             given_up = spent
             break
     assert given_up == pytest.approx(3.0 + patience, abs=0.5)
+
+
+def test_a_door_that_stands_next_to_the_goal_is_pushed_more_and_more(model: Model, converter: StateConverter) -> None:
+    schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
+    opening = Opening(model, converter, schedule, PushController(model, converter))
+    last, start, goal = at_rest(model, np.zeros(3)), float(model.start_state[3]), float(model.goal_state[3])
+    opening.resume(last.time, 0.5)
+    swing, most = 10.0, []
+    rate = (start - goal - np.radians(2.5)) / swing
+    for k in range(340):
+        spent, state = 0.05 * k, last.state.copy()
+        state[3:5] = start - rate * min(spent, swing), -rate * (spent < swing)
+        estimate = replace(last, time=last.time + spent, state=state, door_disturbance=-0.3, tip_angle=float(state[3]))
+        opening.step(estimate, np.zeros(3))
+        most.append(opening._most_now(float(state[3]) - goal))
+    stands = int(swing / 0.05)
+    assert most[stands + 30] == pytest.approx(most[stands + 5], abs=1e-9)
+    assert most[-1] == pytest.approx(most[stands + 5] + 0.1 * (len(most) - stands - 40) * 0.05, abs=0.03)
+    assert opening._most_now(np.radians(8.0)) < most[-1] + 0.5
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(

@@ -33,7 +33,8 @@ class LagrangianReference(InteriorPointReference):
         step = self._step_function()
         reduced = ca.vertcat(posture[:4], posture[7:])
         tilt = np.cos(model.scenario.limits.tilt) - ca.cos(posture[0]) * ca.cos(posture[1])
-        rows = ca.Function("h", [posture], [ca.vertcat(self.constraints(reduced) + self.margin, tilt)])
+        limited = self._over_body_rates(posture)
+        rows = ca.Function("h", [posture], [ca.vertcat(self.constraints(reduced) + self.margin, tilt, limited)])
         start, variables = ca.MX.sym("x0", self.nx), ca.MX.sym("z", (self.nu + self.nx) * self.n)
         nodes = ca.reshape(variables, self.nu + self.nx, self.n)
         inputs, states = nodes[: self.nu, :], nodes[self.nu :, :]
@@ -62,15 +63,22 @@ class LagrangianReference(InteriorPointReference):
         success = bool(self._solver.stats()["success"])
         return Reference(np.vstack([state, z[:, self.nu :]]), z[:, : self.nu], float(result["f"]), success)
 
+    def _over_body_rates(self, x: ca.SX) -> ca.SX:
+        """±Ω beyond its limits, from the attitude's derivative."""
+        attitude, limit = rotation(x[:3]), ca.DM(list(self.model.scenario.limits.body_rates))
+        turning = attitude.T @ ca.reshape(ca.jtimes(ca.vec(attitude), x[:3], x[4:7]), 3, 3)
+        rates = ca.vertcat(turning[2, 1], turning[0, 2], turning[1, 0])
+        return ca.vertcat(rates - limit, -rates - limit)
+
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of [u, x]: thrust, joint rates, Euler rates and joint angles."""
+        """Of [u, x]: thrust, joint rates and joint angles."""
         limits, vehicle = self.model.scenario.limits, self.model.vehicle
-        angles, free = np.full(4, np.inf), np.full(3, np.inf)
-        joints, body = np.array(vehicle.rate_limits), np.array(limits.body_rates)
+        others, free = np.full(8, np.inf), np.full(3, np.inf)
+        joints = np.array(vehicle.rate_limits)
         if limits.joint_rates is not None:
             joints[:] = limits.joint_rates
-        lower = [[limits.min_thrust], -free, -joints, -angles, -body, [-np.inf], vehicle.lower_limits]
-        upper = [[vehicle.max_thrust], free, joints, angles, body, [np.inf], vehicle.upper_limits]
+        lower = [[limits.min_thrust], -free, -joints, -others, vehicle.lower_limits]
+        upper = [[vehicle.max_thrust], free, joints, others, vehicle.upper_limits]
         return np.concatenate(lower), np.concatenate(upper)
 
     def _cost(self, before: ca.MX, inputs: ca.MX, last: ca.MX) -> ca.MX:

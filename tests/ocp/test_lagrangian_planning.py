@@ -96,7 +96,8 @@ def test_limits_are_kept_where_they_bind() -> None:
     limits, states = planner.model.scenario.limits, planner.plan(planner.planning.start_state).states
     tilt = np.arccos(np.cos(states[:, 0]) * np.cos(states[:, 1]))
     assert tilt.max() == pytest.approx(limits.tilt, abs=1e-5)
-    largest = np.abs(states[:, 4:7]).max(axis=0)
+    turning = np.array([body_rate_matrix(x[:3]) @ x[4:7] for x in states])
+    largest = np.abs(turning).max(axis=0)
     assert (largest <= np.array(limits.body_rates) + 1e-6).all()
     assert largest[1] == pytest.approx(0.3, abs=1e-5)
 
@@ -234,15 +235,40 @@ def test_a_horizon_is_linearised_as_node_by_node(n: int, rng: np.random.Generato
     assert not jacobians[:, :, -2:].any() and not slopes[:, :, -1].any()
 
 
+def test_body_rates_keep_to_their_limits(rng: np.random.Generator) -> None:
+    """Those of the body, which are not the Euler rates: with the vehicle tilted they differ by a third."""
+    problem, limits = lagrangian_problem(planner_of("paper").model), planner_of("paper").model.scenario.limits
+    model, names = Handle(problem.model), problem.constraint_names
+    for _ in range(5):
+        x = problem.cost.state_goal + 0.3 * rng.normal(size=problem.nx)
+        after, h = np.empty(problem.nx), np.empty(problem.n_constraints)
+        values(model, x, problem.cost.input_goal, after, h)
+        rates = body_rate_matrix(x[:3]) @ x[4:7]
+        for i, name in enumerate(("roll rate", "pitch rate", "yaw rate")):
+            above, below = (h[names.index(f"{name} {end}")] for end in ("above", "below"))
+            assert above == pytest.approx(rates[i] - limits.body_rates[i], abs=1e-13)
+            assert below == pytest.approx(-rates[i] - limits.body_rates[i], abs=1e-13)
+    tight = Planner(
+        Model(Scenario.load("paper", FULL | {"limits.body_rates": [0.3, 0.25, 0.2], "planner.horizon_steps": 30}))
+    )
+    start = tight.planning.start_state.copy()
+    start[3] -= 0.5
+    plan = tight.plan(start)
+    turning = np.array([body_rate_matrix(x[:3]) @ x[4:7] for x in plan.states[1:]])
+    assert plan.usable and (np.abs(turning).max(axis=0) <= np.array([0.3, 0.25, 0.2]) + 1e-6).all()
+    assert np.abs(turning[:, 2]).max() > 0.2 - 1e-6  # it matters
+
+
 def test_limits_become_bounds() -> None:
     model = planner_of("paper").model
     bounds, limits, vehicle = lagrangian_problem(model).bounds, model.scenario.limits, model.vehicle
-    np.testing.assert_array_equal(bounds.state_upper[4:7], limits.body_rates)
+    np.testing.assert_array_equal(lagrangian_problem(model).model.body_rates, limits.body_rates)
     np.testing.assert_array_equal(bounds.state_lower[8:], vehicle.lower_limits)
     np.testing.assert_array_equal(bounds.input_upper, [vehicle.max_thrust, *[np.inf] * 3, *vehicle.rate_limits])
-    assert np.isinf(bounds.state_lower[[2, 3, 7]]).all()
-    free = lagrangian_problem(Model(Scenario.load("paper", FULL | {"limits.enabled": False}))).bounds
-    assert all(np.isinf(end).all() for end in vars(free).values())
+    assert np.isinf(bounds.state_lower[:8]).all()
+    free = lagrangian_problem(Model(Scenario.load("paper", FULL | {"limits.enabled": False})))
+    assert all(np.isinf(end).all() for end in vars(free.bounds).values())
+    assert free.n_constraints == model.n_constraints + 1
 
 
 def test_reduced_states_and_back(rng: np.random.Generator) -> None:

@@ -185,6 +185,26 @@ def test_a_start_that_is_too_fast_is_planned_and_said(planner: Planner) -> None:
     assert planner.normal_forces(plan).min() > 0.0
 
 
+def test_a_door_that_wind_opens_is_planned_and_said(planner: Planner) -> None:
+    """It gets faster under the least push, and the plan cannot help it: the rest of the constraints holds."""
+    model = planner.model
+    for opening, rate in ((0.1, -0.05), (0.5, -0.1), (1.0, -0.25)):
+        planner.update_door(friction=0.3, disturbance=0.3 + opening)
+        start = push_state(model.start_state, 0.2, model.vehicle.mass * GRAVITY)
+        start[3:5] = start[3] - 0.05, rate
+        plan = planner.plan(start)
+        assert plan.status is PlanStatus.RELAXED, plan.violated
+        assert plan.states[-1, 4] < rate - 0.01
+        assert planner.normal_forces(plan).min() > 0.0
+        assert model.constraints_along(plan.states[1:]).max() <= 1e-6
+    standing = push_state(model.start_state, 0.2, model.vehicle.mass * GRAVITY)
+    planner.update_door(friction=0.3, disturbance=0.0)
+    assert planner.plan(standing).status is PlanStatus.CONVERGED
+    planner.update_door(friction=0.3, disturbance=0.8)
+    refused = planner.plan(standing)
+    assert refused.status is PlanStatus.INFEASIBLE and "door" in refused.violated, "it is not set in motion"
+
+
 def test_planned_motion_is_that_of_vehicle_and_leaf_together(planner: Planner) -> None:
     """One step with the plan's own force balance: I_e, not I_D."""
     model = planner.model
