@@ -387,16 +387,16 @@ def with_hinge(
     least_force = max(push.least_force, (leaf_share * push.least_share + vehicle_share * lever) * resistance / lever)
     moves = rate < -_CREEP
     ahead = model.scenario.planner.horizon_steps * model.scenario.planner.time_step
-    gained = max(0.0, (lever * least_force + torque - known.friction) / known.inertia) * ahead if moves else 0.0
-    fastest = max(0.0, -rate) + _ROOM * gained
-    left = angle - parameters.goal - (fastest * ahead if gained > 0.0 else 0.0)
+    faster = _ROOM * max(0.0, lever * least_force + torque - known.friction) / known.inertia if moves else 0.0
+    fastest = max(0.0, -rate) + faster * ahead
+    left = angle - parameters.goal - (fastest * ahead if faster > 0.0 else 0.0)
     allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * _CREEP**2
     hinge = PushHinge(
         deceleration=deceleration,
         slack=0.5 * _CREEP**2 + _ROOM * max(0.0, 0.5 * fastest * fastest - allowed),
         speed=max(push.max_rate, fastest),
         least_force=least_force,
-        acceleration=push.max_acceleration,
+        acceleration=max(push.max_acceleration, faster),
     )  # fmt: skip
     door = door._replace(dynamics=dynamics, margin=door.margin if margin is None else margin)
     return parameters._replace(hinge=hinge, door=door, leaf_share=leaf_share, vehicle_share=vehicle_share)
