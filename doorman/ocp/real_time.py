@@ -34,7 +34,7 @@ _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _PRICE = 1e-6
 """The same where the multipliers' last change costs more, relative to 1 + |J|."""
-_FAR = 3e-5
+_FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
 
