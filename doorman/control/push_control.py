@@ -49,7 +49,7 @@ _LEAST_LEFT = math.radians(0.3)
 _UNSURE = 0.5
 """Torque of a resistance that is not counted on where a door is braked [N m]."""
 _LETTING_GO, _MOST_LESS = 8.0, 0.8
-"""By which a tip that is too fast pushes less than the least [N s/m], and no less than by [N]: gusts make the push unsure."""
+"""By which a tip that is too fast pushes less than the least [N s/m], and by how much at most [N]: gusts make the push unsure."""
 _OVERSPEED = 1.15
 """Share of the largest rate beyond which the push brakes a door: a plan lets one that is faster be as fast as it is."""
 _FAST = 1.3
@@ -217,6 +217,6 @@ class PushController:
         return replace(setpoint, normal=normal, push=push - float(normal @ estimate.wind), force=force)
 
     def _bounds(self, resistance: float) -> tuple[float, float]:
-        """Least and largest push against a resistance at the tip: it never lets go, and never throws the door [N]."""
+        """Least and largest push against a resistance at the tip, where the door is not too fast: it never throws it [N]."""
         least = max(self._settings.least_force, self._settings.least_share * resistance)
         return least, resistance + self._moving / self._lever * self._settings.max_acceleration

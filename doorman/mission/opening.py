@@ -71,7 +71,7 @@ _HELD_MORE = 1.0
 _FAR_FROM_IT, _LEAST_MORE = math.radians(10.0), 0.3
 """Nearer to the goal it is less in proportion, down to this share: what comes loose must stop before the goal."""
 _STANDS_LONG, _GROWTH = 2.0, 0.1
-"""A door that has stood for longer next to the goal [s] is pushed more and more [N m/s]: it can not go far."""
+"""A door that has stood before the goal, within `_FAR` of it, for longer [s] is pushed more and more [N m/s]."""
 _SHARE_MORE = 0.5
 """A door that resists much may resist more by this share anywhere: it also stops the sooner."""
 _HELD = 1.0
@@ -136,6 +136,7 @@ class Opening:
         self._side = 0.0
         self._passes = -1
         self._stood = 0.0
+        self._beside = 0.0
         self._loose = 0.0
         self._taught = 0.0
         self._most = model.scenario.control.max_door_disturbance
@@ -154,7 +155,7 @@ class Opening:
             push: F_n that the tip presses with [N].
         """
         self._schedule.forget()
-        self._waiting = None
+        self._waiting, self._beside = None, 0.0
         self._held, self._progress_at, self._nearest, self._last = None, now, math.inf, now
         if self._push is not None:
             self._push.begin(push)
@@ -170,6 +171,8 @@ class Opening:
         time_step, self._last = now - self._last, now
         self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
         self._learn_resistance(estimate, time_step)
+        stands = 0.0 < off < _FAR and abs(self._rate) < _STANDS and self._held is None
+        self._beside = self._beside + time_step if stands else 0.0
         self._judge(now, off)
         if self._push is not None and self._holds(off, estimate):
             return self._hold(self._push, off, estimate, time_step)
@@ -215,8 +218,7 @@ class Opening:
             return self._most
         least = max(self.resistance, 0.0)
         more = max(_HELD_MORE * min(max(off / _FAR_FROM_IT, _LEAST_MORE), 1.0), _SHARE_MORE * least)
-        if off < _FAR:
-            more += _GROWTH * max(0.0, self._stood - _STANDS_LONG)
+        more += min(_GROWTH * max(0.0, self._beside - _STANDS_LONG), _HELD_MORE)
         return min(self._most, least + (0.0 if self._loose > 0.0 else more))
 
     def _learn_resistance(self, estimate: Estimate, time_step: float) -> None:

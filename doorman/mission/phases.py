@@ -53,7 +53,9 @@ _LOST_PAST = math.radians(2.5)
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
 _PROGRESS = math.radians(1.0)
-"""A leaf that moves on towards the goal by itself, with the tip behind it, is not lost [rad]."""
+_WHOLE_SEARCH = 3.0
+"""A tip that follows a leaf which moves on by itself, or looks for it along its swing, may go on as long as it comes nearer to
+the goal by that [rad], but for no more than so many time-outs."""
 _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
@@ -172,7 +174,9 @@ class Sequence:
         assert self._entered is not None
         if self.phase is not Phase.HOLD:
             limit = float(getattr(self._settings.time_out, self.phase.value))
-            begun = self._progress_at if self.phase is Phase.RECOVER else self._entered
+            begun = self._entered
+            if self.phase is Phase.RECOVER:
+                begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
             if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
         if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER):

@@ -106,7 +106,7 @@ class MissionTimeOutsSection(Section):
     touch: Positive = 30.0
     open: Positive = 60.0
     recover: Positive = 6.0
-    """Without the leaf coming nearer to the goal."""
+    """Without coming nearer to the goal by a degree; three times that in all."""
     release: Positive = 8.0
     retreat: Positive = 30.0
 

@@ -9,7 +9,7 @@ import pytest
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
 
 from doorman.kinematics.arm import ArmParameters, arm_kinematics, point_derivative
-from doorman.kinematics.vectors import combine, cross, dot, scale, transform, unit
+from doorman.kinematics.vectors import combine, cross, dot, scale, transform
 from doorman.kinematics.vehicle import Vehicle
 
 
@@ -71,4 +71,3 @@ def test_vectors_of_three(rng: np.random.Generator) -> None:
     np.testing.assert_allclose(scale(0.3, ta), 0.3 * a, atol=1e-15)
     np.testing.assert_allclose(combine(0.3, ta, -2.0, tb), 0.3 * a - 2.0 * b, atol=1e-15)
     np.testing.assert_allclose(transform(m, ta), m @ a, atol=1e-15)
-    np.testing.assert_array_equal([unit(i) for i in range(3)], np.eye(3))

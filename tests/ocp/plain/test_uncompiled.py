@@ -42,7 +42,11 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Any]:
         first = "import uncompiled, plans" if compiler == "uncompiled" else "import plans"
         command = [sys.executable, "-c", f"{first}; plans.write({which!r}, {str(file)!r})"]
         path = os.pathsep.join([*map(str, PATHS), os.environ.get("PYTHONPATH", "")])
-        environment = {**os.environ, "PYTHONPATH": path}
+        environment = {
+            **os.environ,
+            "PYTHONPATH": path,
+            "NUMBA_DISABLE_JIT": "0",
+        }  # uncompiled switches it off by itself
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done.stderr
         return json.loads(file.read_text())
