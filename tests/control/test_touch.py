@@ -42,6 +42,16 @@ def plan(model: Model, converter: StateConverter) -> Plan:
     return Planner(model).plan(state)
 
 
+@pytest.fixture
+def schedule(model: Model) -> PlanSchedule:
+    return PlanSchedule(Planner(model), 0, Recorder(None, {}))
+
+
+@pytest.fixture
+def opening(model: Model, converter: StateConverter, schedule: PlanSchedule) -> Opening:
+    return Opening(model, converter, schedule, PushController(model, converter))
+
+
 def hovering(model: Model, away: float, push: float, seconds: float, gust: float = 0.0) -> list[Estimate]:
     """A vehicle held still `away` from the contact by rotors that press with `push`, after a second of hover.
 
@@ -228,9 +238,11 @@ def test_a_search_takes_the_widest_way_where_none_is_wide(model: Model, converte
     assert nearest(yaw) == pytest.approx(min(nearest(heading) for heading in between), abs=1e-4)
 
 
-def test_a_held_tip_does_not_follow_a_door_past_the_goal(model: Model, converter: StateConverter) -> None:
+def test_a_held_tip_does_not_follow_a_door_past_the_goal(
+    model: Model, converter: StateConverter, schedule: PlanSchedule
+) -> None:
     control = PushController(model, converter)
-    opening = Opening(model, converter, PlanSchedule(Planner(model), 0, Recorder(None, {})), control)
+    opening = Opening(model, converter, schedule, control)
     last, goal = at_rest(model, np.zeros(3)), float(model.goal_state[3])
     opening.resume(0.0, 0.5)
     pushes = {}
@@ -287,15 +299,12 @@ def test_a_fast_door_is_braked_by_what_stops_it(model: Model, converter: StateCo
     assert bounds(10.0, -0.6, 0.4)[0] == least == settings.least_force - 0.8, "it lets go, but does not flee"
 
 
-def test_a_leaf_that_moves_on_by_itself_is_not_given_up(model: Model, converter: StateConverter) -> None:
-    schedule, reasons = PlanSchedule(Planner(model), 0, Recorder(None, {})), []
-    sequence = Sequence(
-        model,
-        converter,
-        schedule,
-        Estimator(model, converter),
-        lambda _, phase, reason: reasons.append((phase, reason)),
-    )
+def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
+    model: Model, converter: StateConverter, schedule: PlanSchedule
+) -> None:
+    reasons: list[str] = []
+    estimator = Estimator(model, converter)
+    sequence = Sequence(model, converter, schedule, estimator, lambda _, phase, reason: reasons.append(reason))
     last, limit = at_rest(model, np.zeros(3)), model.scenario.mission.time_out.recover
     sequence._enter(Phase.RECOVER, last, "contact lost")
 
@@ -316,13 +325,14 @@ def test_a_leaf_that_moves_on_by_itself_is_not_given_up(model: Model, converter:
     assert flown(0.0, 1.5 * limit, begin, rate) is None
     stands = flown(1.5 * limit, 2.0 * limit, begin + rate * 1.5 * limit, 0.0)
     assert stands == pytest.approx(2.5 * limit, abs=1.0)
-    assert "recover took longer" in reasons[-1][1]
+    assert "recover took longer" in reasons[-1]
     sequence._enter(Phase.RECOVER, last, "contact lost")
     assert flown(0.0, 4.0 * limit, begin, rate) == pytest.approx(3.0 * limit, abs=0.1), "no leaf is followed for ever"
 
 
-def test_a_held_leaf_that_the_tip_has_lost_is_followed(model: Model, converter: StateConverter) -> None:
-    schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
+def test_a_held_leaf_that_the_tip_has_lost_is_followed(
+    model: Model, converter: StateConverter, schedule: PlanSchedule
+) -> None:
     sequence = Sequence(model, converter, schedule, Estimator(model, converter), lambda *_: None)
     last = at_rest(model, np.zeros(3))
     holding = converter.hold(last.position, float(last.state[2]))
@@ -334,10 +344,7 @@ def test_a_held_leaf_that_the_tip_has_lost_is_followed(model: Model, converter: 
         assert setpoint.push is not None and setpoint.push > least
 
 
-def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateConverter) -> None:
-    opening = Opening(
-        model, converter, PlanSchedule(Planner(model), 0, Recorder(None, {})), PushController(model, converter)
-    )
+def test_a_heading_that_is_lost_ends_the_opening(model: Model, opening: Opening) -> None:
     last = at_rest(model, np.zeros(3))
 
     def reason(degrees: float) -> str:
@@ -351,11 +358,9 @@ def test_a_heading_that_is_lost_ends_the_opening(model: Model, converter: StateC
 
 @pytest.mark.parametrize(("first", "patience"), [(6.0, 10.0), (0.0, 6.0)])
 def test_a_door_has_swung_only_where_it_is_more_open_than_at_the_start(
-    model: Model, converter: StateConverter, first: float, patience: float
+    model: Model, opening: Opening, first: float, patience: float
 ) -> None:
     """A tip that is stopped before the leaf shows a door that closes to its place: nobody holds that one when it stands."""
-    schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
-    opening = Opening(model, converter, schedule, PushController(model, converter))
     last, start, rate = at_rest(model, np.zeros(3)), float(model.start_state[3]), np.radians(2.0)
     opening.resume(last.time, 0.5)
     given_up = None
@@ -371,9 +376,7 @@ def test_a_door_has_swung_only_where_it_is_more_open_than_at_the_start(
     assert given_up == pytest.approx(3.0 + patience, abs=0.5)
 
 
-def test_a_door_that_stands_next_to_the_goal_is_pushed_more_and_more(model: Model, converter: StateConverter) -> None:
-    schedule = PlanSchedule(Planner(model), 0, Recorder(None, {}))
-    opening = Opening(model, converter, schedule, PushController(model, converter))
+def test_a_door_that_stands_next_to_the_goal_is_pushed_more_and_more(model: Model, opening: Opening) -> None:
     last, start, goal = at_rest(model, np.zeros(3)), float(model.start_state[3]), float(model.goal_state[3])
     opening.resume(last.time, 0.5)
     swing, most = 10.0, []

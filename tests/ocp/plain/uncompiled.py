@@ -60,18 +60,20 @@ class Row(np.ndarray):
         return self / other
 
 
-def load(array: Array, index: Any, width: tuple[int, ...]) -> Any:
+def _numbers(array: Array, index: Any, width: int) -> Array:
+    """A view of so many numbers of one row from an index on."""
     *rows, first = index if isinstance(index, tuple) else (index,)
     row = array[tuple(rows)]
-    assert row.ndim == 1 and 0 <= first and first + len(width) <= len(row), "a load beyond its row"
-    return row[first : first + len(width)].copy().view(Row)
+    assert row.ndim == 1 and 0 <= first and first + width <= len(row), "beyond the row"
+    return row[first : first + width]
+
+
+def load(array: Array, index: Any, width: tuple[int, ...]) -> Any:
+    return _numbers(array, index, len(width)).copy().view(Row)
 
 
 def store(array: Array, index: Any, value: Any) -> None:
-    *rows, first = index if isinstance(index, tuple) else (index,)
-    row = array[tuple(rows)]
-    assert row.ndim == 1 and 0 <= first and first + len(value) <= len(row), "a store beyond its row"
-    row[first : first + len(value)] = value
+    _numbers(array, index, len(value))[:] = value
 
 
 def get(array: Array, index: Any, width: tuple[int, ...]) -> Any:
