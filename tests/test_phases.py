@@ -96,6 +96,16 @@ def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
     assert np.linalg.norm(truth["velocity"][-1]) < 0.3
 
 
+def test_a_gripper_that_opens_does_not_push_a_door_without_friction() -> None:
+    """Damping alone would let it coast on by degrees from a touch of two newtons."""
+    recording, mission = flown(scenario="paper", simulation__door_damping=2.0, simulation__door_friction=0.0)
+    assert mission.outcome == (True, "")
+    assert "release" in phases(recording)
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
+
+
 def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
     recording, mission = flown(hand(60.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate))

@@ -226,7 +226,7 @@ class _StatusLine:
 
 @contextmanager
 def _ctrl_c(session: FlightSession) -> Iterator[None]:
-    """Ctrl-C goes to the session, SIGTERM lands; the handlers before are put back."""
+    """Ctrl-C and SIGTERM go to the session; the handlers before are put back."""
     before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     signal.signal(signal.SIGINT, lambda *_: session.interrupt())
     signal.signal(signal.SIGTERM, lambda *_: session.terminate())

@@ -21,7 +21,7 @@ from doorman.exceptions import SingularityError
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Planner
 from doorman.ocp.planning_model import planning_model
-from doorman.ocp.push_planning import push_state
+from doorman.ocp.quasi_static_planning import push_state
 
 Array = NDArray[np.float64]
 

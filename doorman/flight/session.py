@@ -53,7 +53,7 @@ class FlightSession:
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
         self._mission = Mission(model, planner, recorder)
-        self._interrupts = 0
+        self._interrupts = self._terminations = 0
         self._flying_mission = False
 
     def fly(self, duration: float | None = None, on_progress: OnProgress | None = None) -> FlightReport:
@@ -89,8 +89,9 @@ class FlightSession:
         self.supervisor.report(Fault.OPERATOR_ABORT if first else Fault.OPERATOR_LAND)
 
     def terminate(self) -> None:
-        """The process is asked to end: land where the vehicle is."""
-        self.supervisor.report(Fault.OPERATOR_LAND)
+        """The process is asked to end: fly out of the doorway and land; asked again, land where the vehicle is."""
+        self._terminations += 1
+        self.supervisor.report(Fault.TERMINATED if self._terminations == 1 else Fault.OPERATOR_LAND)
 
     @property
     def phase(self) -> str:

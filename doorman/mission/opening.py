@@ -14,7 +14,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
 from doorman.ocp.hinge import Hinge
-from doorman.ocp.push_planning import push_state
+from doorman.ocp.quasi_static_planning import push_state
 
 Array = NDArray[np.float64]
 

@@ -61,7 +61,9 @@ _FAR = 1.0
 _MOVING = 0.03
 """A held door that is faster is not left yet [rad/s]."""
 _BACKING_OFF = 0.4
-"""Force away from the leaf while the tip lets go [N]."""
+"""Force away from the leaf while a tip that pushes lets go [N]."""
+_DRAWING_BACK = 1.0
+"""The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
 _LETTING_GO = 0.5
 """[s]."""
 _EASING = 1.5
@@ -382,9 +384,11 @@ class Sequence:
             return self._leaf.rest(estimate, (1.0 - eased) * pressed + eased * _RESTING)
         if tries:
             spent, pressed = spent - _EASING - _WATCHING, _RESTING
-        share = min(spent / _LETTING_GO, 1.0)
-        if share >= 1.0:
+        if spent >= _LETTING_GO:
             self._enter(Phase.RETREAT, estimate, self.failure)
+        if self._grips:
+            return self._leaf.push(estimate, -_DRAWING_BACK)
+        share = min(spent / _LETTING_GO, 1.0)
         return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:

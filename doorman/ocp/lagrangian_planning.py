@@ -57,7 +57,7 @@ class LagrangianPlanning:
         )
         return parameters._replace(dynamics=dynamics, margin=margin)
 
-    def goal(self, start: Array) -> Array:
+    def goal(self, start: Array, hinge: Hinge) -> Array:
         """The scenario's, from wherever, see `PlanningModel`."""
         return self.goal_state
 

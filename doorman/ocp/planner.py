@@ -153,7 +153,7 @@ class Planner:
             return
         self._parameters = self.planning.fitted(self._problem.model, self._hinge, self._margin, state)
         self.solver.update_model(self._parameters)
-        self.solver.update_goal(self.planning.goal(state))
+        self.solver.update_goal(self.planning.goal(state, self._hinge))
         self._fitted = True
 
     def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:

@@ -79,11 +79,12 @@ class PlanningModel(Protocol):
             Parameters of the same type.
         """
 
-    def goal(self, start: Array) -> Array:
+    def goal(self, start: Array, hinge: Hinge) -> Array:
         """Where the cost of a plan draws to, shape (nx,): `goal_state`, or a place on the way there.
 
         Args:
             start: x, shape (nx,).
+            hinge: What is known of it.
         """
 
     def relaxed(self, parameters: Any) -> bool:

@@ -35,7 +35,7 @@ class PushPlanning(QuasiStaticPlanning):
         """Constraints that fit the hinge's resistance and contain the start, see `PlanningModel`."""
         return with_hinge(self.model, parameters, hinge, start, margin)
 
-    def goal(self, start: Array) -> Array:
+    def goal(self, start: Array, hinge: Hinge) -> Array:
         """The door at its goal, heading and arm as far on their way as the door will be within the horizon.
 
         A pushed door takes many horizons. A heading that hurries to its goal turns the vehicle away from the line of the push,
@@ -56,25 +56,3 @@ class PushPlanning(QuasiStaticPlanning):
         torque = torque + p.friction * np.tanh(rate / p.friction_rate)
         push = push_along_normal(states, inputs)
         return np.asarray(parameters.leaf_share * push - parameters.vehicle_share * torque)
-
-
-def push_state(state: Array, push: float, weight: float) -> Array:
-    r"""Start of a plan: the attitude that a push makes by itself, whatever else the rotors hold against.
-
-    The plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
-    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
-
-    Args:
-        state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
-        push: F_n [N].
-        weight: m_A g [N].
-
-    Returns:
-        The same with that roll and pitch.
-    """
-    start = state.copy()
-    turn = state[3] - state[2]
-    forward, left = push * np.sin(turn), -push * np.cos(turn)
-    start[0] = np.arctan2(-left, np.hypot(forward, weight))
-    start[1] = np.arctan2(forward, weight)
-    return start

@@ -50,9 +50,13 @@ class QuasiStaticPlanning:
         )
         return parameters._replace(dynamics=dynamics, margin=margin)
 
-    def goal(self, start: Array) -> Array:
-        """The scenario's, from wherever, see `PlanningModel`."""
-        return self.goal_state
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """The scenario's, leaning against what the door resists with, see `PlanningModel`.
+
+        Cost that draws to a level vehicle lets a door creep that needs a steady push.
+        """
+        lever = self.model.coupling.distance_from_hinge
+        return push_state(self.goal_state, -hinge.disturbance / lever, self.model.vehicle.mass * GRAVITY)
 
     def relaxed(self, parameters: Any) -> bool:
         """Never, see `PlanningModel`."""
@@ -107,3 +111,25 @@ def push_along_normal(states: Array, inputs: Array) -> Array:
     )
     direction = np.cos(roll) * np.sin(pitch) * np.sin(turn) + np.sin(roll) * np.cos(turn)
     return np.asarray(inputs[:, 0] * direction)
+
+
+def push_state(state: Array, push: float, weight: float) -> Array:
+    r"""A state with the attitude that a push makes by itself, whatever else the rotors hold against.
+
+    A plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
+    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
+
+    Args:
+        state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
+        push: F_n [N].
+        weight: m_A g [N].
+
+    Returns:
+        The same with that roll and pitch.
+    """
+    start = state.copy()
+    turn = state[3] - state[2]
+    forward, left = push * np.sin(turn), -push * np.cos(turn)
+    start[0] = np.arctan2(-left, np.hypot(forward, weight))
+    start[1] = np.arctan2(forward, weight)
+    return start

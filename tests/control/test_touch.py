@@ -18,7 +18,7 @@ from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
 from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.push_planning import push_state
+from doorman.ocp.quasi_static_planning import push_state
 from doorman.recording import Recorder
 from doorman.scenario import Scenario
 from doorman.signals import Measurement

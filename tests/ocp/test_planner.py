@@ -11,8 +11,11 @@ import pytest
 from door_tasks import KINDS, model_of, planner_of, start_state
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario
+from doorman.dynamics.quasi_static import quasi_static_step
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
+from doorman.model import GRAVITY
 from doorman.ocp import SolverOptions
+from doorman.ocp.hinge import Hinge
 
 
 @pytest.fixture
@@ -190,6 +193,19 @@ def test_update_door_changes_the_plan_and_back(fresh) -> None:
     planner.update_door(friction=0.0, disturbance=0.0)
     np.testing.assert_array_equal(planner.plan(start).states, before.states)
     assert planner.model.door.friction == 0.0
+
+
+def test_plans_lean_against_what_the_door_resists_with(fresh) -> None:
+    """At the attitude that the cost draws to, the door neither gains nor loses speed."""
+    planner, model = fresh("paper"), model_of("paper")
+    resisting = Hinge(0.0, -2.0, model.door.inertia)
+    leaning = planner.planning.goal(model.start_state, resisting)
+    parameters = model.dynamics_parameters(-2.0)._replace(damping=0.0)
+    after = np.empty_like(leaning)
+    thrust = model.vehicle.mass * GRAVITY / (math.cos(leaning[0]) * math.cos(leaning[1]))
+    quasi_static_step(parameters, leaning, np.array([thrust, *np.zeros(3 + model.n_arm)]), after)
+    assert after[4] == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_array_equal(planner.planning.goal(model.start_state, Hinge(0.0, 0.0, 5.0)), model.goal_state)
 
 
 def test_update_door_reaches_replans(fresh) -> None:

@@ -16,8 +16,8 @@ from doorman.model import GRAVITY, Model
 from doorman.ocp import functions
 from doorman.ocp.hinge import Hinge
 from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.push_planning import push_state
 from doorman.ocp.push_problem import N_STATE_ROWS, push_problem, with_hinge
+from doorman.ocp.quasi_static_planning import push_state
 from doorman.ocp.solution import PlanStatus
 from doorman.scenario import Scenario
 

@@ -1,7 +1,8 @@
-"""One rig for all flights of this folder."""
+"""One rig for all flights of this folder; DOORMAN_RIG_SCENARIO=push in the environment has them push the door."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 import pytest
@@ -13,7 +14,7 @@ from doorman.hardware.scheduling import real_time
 
 @pytest.fixture(scope="session")
 def running_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FlightRig]:
-    rig = FlightRig(tmp_path_factory.mktemp("rig"))
+    rig = FlightRig(tmp_path_factory.mktemp("rig"), os.environ.get("DOORMAN_RIG_SCENARIO", "paper"))
     rehearse(rig.model, rig.planner)
     with real_time():  # where the system permits it, a busy computer does not disturb the flights
         try:

@@ -62,15 +62,16 @@ class FlightRig:
 
     Args:
         folder: For the link to the servos.
+        scenario: Whose mission is flown.
     """
 
-    def __init__(self, folder: Path) -> None:
-        scenario = Scenario.load("paper", {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
-        self.model = Model(scenario)
+    def __init__(self, folder: Path, scenario: str = "paper") -> None:
+        flown = Scenario.load(scenario, {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
+        self.model = Model(flown)
         self.places = Places.of(self.model)
         self.planner = Planner(self.model)
         setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=folder, heartbeat_rate=10.0)
-        self.far = FarRig(scenario, setup)
+        self.far = FarRig(flown, setup)
         self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
         words = self.far.arguments
         self.links = VehicleLinks(

@@ -71,7 +71,17 @@ def test_operator_lands(rig):
 def test_process_is_asked_to_end(rig):
     flight = at_hover(rig)
     flight.session.terminate()
-    assert flight.end().end is End.LANDED
+    report = lands_on_the_pad(rig, flight)
+    assert found(report) == {Fault.TERMINATED}
+
+
+def test_process_is_asked_to_end_again(rig):
+    flight = at_hover(rig)
+    flight.session.terminate()
+    flight.session.terminate()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.TERMINATED, Fault.OPERATOR_LAND}
     assert_down(rig)
 
 

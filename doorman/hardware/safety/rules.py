@@ -54,6 +54,7 @@ class Fault(Enum):
     SERVOS_STOPPED = "the arm does not follow"
     OPERATOR_ABORT = "the operator gives up"
     OPERATOR_LAND = "the operator wants to land"
+    TERMINATED = "the process is asked to end"
     SESSION = "nobody flies the vehicle back"
     MISSION_STUCK = "the mission does not end"
 
@@ -125,6 +126,7 @@ RULES: tuple[Rule, ...] = (
 ACTIONS: dict[Fault, Action] = {rule.fault: rule.action for rule in RULES} | {
     Fault.OPERATOR_ABORT: Action.ABORT,
     Fault.OPERATOR_LAND: Action.LAND,
+    Fault.TERMINATED: Action.RETREAT,
     Fault.SESSION: Action.LAND,
     Fault.MISSION_STUCK: Action.RETREAT,
 }
