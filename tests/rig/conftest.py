@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 
 import pytest
@@ -14,7 +13,7 @@ from doorman.hardware.scheduling import real_time
 
 @pytest.fixture(scope="session")
 def running_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FlightRig]:
-    rig = FlightRig(tmp_path_factory.mktemp("rig"), os.environ.get("DOORMAN_RIG_SCENARIO", "paper"))
+    rig = FlightRig(tmp_path_factory.mktemp("rig"))
     rehearse(rig.model, rig.planner)
     with real_time():  # where the system permits it, a busy computer does not disturb the flights
         try:

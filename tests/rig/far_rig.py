@@ -28,7 +28,7 @@ class Served:
     recorder: Recorder
 
     def __post_init__(self) -> None:
-        servos = range(1, self.rig.plant.model.n_arm + 2)  # the last one is the gripper's
+        servos = range(1, self.rig.plant.model.n_arm + 1 + self.rig.gripper)  # the last one is the gripper's
         self.models = {servo: self.rig.servos.servo(servo).memory.get("model number") for servo in servos}
 
     def collisions(self) -> list[str]:

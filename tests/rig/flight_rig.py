@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import threading
 import time
@@ -25,6 +26,8 @@ from doorman.rig import RigSetup
 from doorman.rig.plant import Snapshot
 from doorman.scenario import Scenario
 
+SCENARIO = os.environ.get("DOORMAN_RIG_SCENARIO", "paper")
+"""Whose missions are flown: `paper` or `push`."""
 PATIENCE = 60.0
 """Longest wait for something that takes far less [s]."""
 
@@ -62,16 +65,15 @@ class FlightRig:
 
     Args:
         folder: For the link to the servos.
-        scenario: Whose mission is flown.
     """
 
-    def __init__(self, folder: Path, scenario: str = "paper") -> None:
-        flown = Scenario.load(scenario, {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
-        self.model = Model(flown)
+    def __init__(self, folder: Path) -> None:
+        scenario = Scenario.load(SCENARIO, {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
+        self.model = Model(scenario)
         self.places = Places.of(self.model)
         self.planner = Planner(self.model)
         setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=folder, heartbeat_rate=10.0)
-        self.far = FarRig(flown, setup)
+        self.far = FarRig(scenario, setup)
         self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
         words = self.far.arguments
         self.links = VehicleLinks(
