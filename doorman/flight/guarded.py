@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError
+from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome, PositionSetpoint, SampleStatus
-from doorman.hardware.safety import Action, Fault, Observer, SafetyLimits, Supervisor
+from doorman.hardware.safety import Action, Fault, Observation, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
 from doorman.mission.motion import way_out
@@ -49,6 +50,7 @@ class End(Enum):
     NOT_FLOWN = "not flown"
     """It was refused on the ground; the vehicle is disarmed."""
     LANDED = "landed and disarmed"
+    FALLEN = "fallen: its motors stopped in the air"
     TAKEN_OVER = "taken over by the pilot or the autopilot"
     """And still armed when the session ended."""
     UNHEARD = "not heard any more: the autopilot's own failsafe lands it"
@@ -79,7 +81,8 @@ class GuardedFlight:
         self.model, self.links, self.say = model, links, say
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
-        self.supervisor = Supervisor(links, Observer(model, self.backend).look, limits, refuge=self._refuge)
+        self._observer, self._fall = Observer(model, self.backend), FallWatch()
+        self.supervisor = Supervisor(links, self._look, limits, refuge=self._refuge)
         self.journal = Journal(links, self.supervisor, recorder)
         self._armed_once = self._blind = False
 
@@ -198,7 +201,12 @@ class GuardedFlight:
             if time.monotonic() - begin > (_LANDING_PATIENCE if waits else _RELEASE_TIME):
                 break
             time.sleep(0.02)
-        return end
+        return End.FALLEN if end is End.LANDED and self._fall.fell else end
+
+    def _look(self) -> Observation:
+        seen = self._observer.look()
+        self._fall.note(seen.now, seen.speed, seen.armed)
+        return seen
 
     def _end(self) -> End:
         """How the flight has ended, or `STILL_ARMED` while it has not."""

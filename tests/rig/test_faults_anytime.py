@@ -127,6 +127,13 @@ LANDED_THERE = {"autopilot loses its estimate", "link cut", "pilot takes over"}
 """It comes down where it is, as after LAND, or by others: it may touch door, frame or sill."""
 
 
+SPECIAL_ENDS = {
+    "heartbeats end": {End.STILL_ARMED},  # nobody says that the motors have stopped
+    "pilot stops the motors": {End.FALLEN},
+    "autopilot reboots": {End.FALLEN},
+}
+
+
 @pytest.fixture(autouse=True)
 def planner_as_it_was(rig: FlightRig):
     yield
@@ -156,8 +163,8 @@ def test_a_fault_at_any_time_ends_on_the_ground(
     said = (report.end, report.message, round(when, 2), flight.told())
     if fault == "pilot takes over" and report.end is End.TAKEN_OVER:
         rig.far.call("rig.autopilot.pilot_mode", "land")
-    allowed = {End.LANDED, End.TAKEN_OVER, End.UNHEARD} | ({End.STILL_ARMED} if fault == "heartbeats end" else set())
-    assert report.end in allowed, said  # without heartbeats nobody says that the motors have stopped
+    allowed = {End.LANDED, End.TAKEN_OVER, End.UNHEARD} | SPECIAL_ENDS.get(fault, set())
+    assert report.end in allowed, said
     assert report.completed or report.message, said
     until(lambda: down(rig), f"down, motors off: {said}")
     action = flight.session.supervisor.action
