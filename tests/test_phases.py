@@ -106,6 +106,18 @@ def test_a_gripper_that_opens_does_not_push_a_door_without_friction() -> None:
     assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
 
 
+def test_a_gripped_door_without_friction_comes_to_rest_at_the_goal() -> None:
+    """It rests nowhere by itself: what it is held with must be what is estimated, and not what was at some moment."""
+    recording, mission = flown(
+        scenario="paper", simulation__door_mass=20.0, simulation__door_damping=0.0, simulation__door_friction=0.0
+    )
+    assert mission.outcome == (True, "")
+    assert "hold" in phases(recording), "it would drift away"
+    summary = recording.summary
+    assert summary is not None and summary["time_to_open_s"] < 8.0
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 0.15
+
+
 def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
     recording, mission = flown(hand(60.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate))

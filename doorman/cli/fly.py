@@ -21,7 +21,7 @@ from rich.text import Text
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError
 from doorman.feasibility import check
-from doorman.flight import Check, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
+from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
 from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import real_time
@@ -109,7 +109,7 @@ def fly_mission(
         if result is None:
             result = _fly(model, links, planner, limits, _file(out, model), duration, console, output)
     _print_result(checks, result, output)
-    return 0 if result["completed"] else 1
+    return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
 
 
 def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:

@@ -140,9 +140,9 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
     ) -> None:
         """Fly the mission on the vehicle: checklist, take-off, door, landing.
 
-        Ctrl-C once gives the mission up and flies back to the hover point, twice lands at once. The radio's mode switch always
-        wins. The exit status is 0 if the mission was flown to its end and the vehicle has landed, 1 if not, 2 if the input
-        cannot be used or a link cannot be opened.
+        Ctrl-C once gives the mission up and flies back to the hover point, twice lands at once. SIGTERM flies back and lands. The
+        radio's mode switch always wins. The exit status is 0 if the mission was flown to its end and the vehicle has landed, 1
+        if not, 2 if the input cannot be used or a link cannot be opened.
         """
 
         def command() -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 FALLING = 2.0
@@ -11,30 +12,30 @@ _REMEMBERED = 2.0
 
 
 class FallWatch:
-    """Speeds of a vehicle that is, or was, in the air."""
+    """Speeds of a vehicle that is, or was, in the air; noted by one thread, and asked for by another."""
 
     def __init__(self) -> None:
         self._speeds: deque[tuple[float, float]] = deque()
-        self._disarmed_at: float | None = None
+        self._flown = self._armed = False
+        self._flew_at = -math.inf
 
-    def note(self, now: float, speed: float, armed: bool) -> None:
+    def note(self, now: float, speed: float, armed: bool, heard: bool = True) -> None:
         """Take in a look.
 
         Args:
             now: [s].
             speed: NaN where nobody knows it [m/s].
-            armed: Whether the motors run.
+            armed: Whether the motors run, by what was heard last.
+            heard: Whether the autopilot is heard now: one that restarts is silent for seconds.
         """
-        if armed:
-            self._disarmed_at = None
-        elif self._disarmed_at is None:
-            self._disarmed_at = now
+        self._armed, self._flown = armed, self._flown or armed
+        if (armed and heard) or not self._flown:
+            self._flew_at = now
         self._speeds.append((now, speed))
-        since = (now if self._disarmed_at is None else self._disarmed_at) - _REMEMBERED
-        while self._speeds[0][0] < since:
+        while self._speeds[0][0] < self._flew_at - _REMEMBERED:
             self._speeds.popleft()
 
     @property
     def fell(self) -> bool:
-        """Whether it was falling when its motors had stopped, or shortly before that was seen."""
-        return self._disarmed_at is not None and any(speed > FALLING for _, speed in self._speeds)
+        """Whether it fell when its motors had stopped, or shortly before that was heard."""
+        return self._flown and not self._armed and any(speed > FALLING for _, speed in tuple(self._speeds))

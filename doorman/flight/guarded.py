@@ -34,6 +34,8 @@ _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
+_LAST_LOOK = 1.0
+"""After the motors are told to have stopped: a vehicle that falls is on the ground then [s]."""
 _RECOVERY = 3.0
 """For a gripper that has shut down to be set up again [s]."""
 _ON_THE_WAY = 3.0
@@ -193,19 +195,22 @@ class GuardedFlight:
                 else:  # nobody would say when it has
                     autopilot.request_landing()
         self.say("wait for the motors to stop")
-        begin = time.monotonic()
+        begin = ended = time.monotonic()
         while (end := self._end()) is not End.NOT_FLOWN:
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
             waits = end in (End.STILL_ARMED, End.TAKEN_OVER)
             waits = waits or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
-            if time.monotonic() - begin > (_LANDING_PATIENCE if waits else _RELEASE_TIME):
+            now = time.monotonic()
+            ended = now if waits else ended
+            if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
                 break
             time.sleep(0.02)
         return End.FALLEN if end is End.LANDED and self._fall.fell else end
 
     def _look(self) -> Observation:
         seen = self._observer.look()
-        self._fall.note(seen.now, seen.speed, seen.armed)
+        heard = seen.conditions.isdisjoint({EventKind.STATE_STALE, EventKind.LINK_LOST, EventKind.DEVICE_LOST})
+        self._fall.note(seen.now, seen.speed, seen.armed, heard)
         return seen
 
     def _end(self) -> End:
@@ -296,7 +301,8 @@ class GuardedFlight:
     @property
     def _lost(self) -> bool:
         """Whether the way back is flown by dead reckoning, the autopilot's or ours."""
-        return not self._seen or any(finding.fault is Fault.POSE for finding in self.supervisor.findings)
+        found = {finding.fault for finding in self.supervisor.findings}
+        return not self._seen or not found.isdisjoint({Fault.POSE, Fault.DIVERGENCE})
 
     @property
     def _seen(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,6 +14,9 @@ from doorman.mission import Mission, OnProgress
 from doorman.model import Model
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder
+
+_SAME_SIGNAL = 1.0
+"""Two signals within this are one [s]."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,8 @@ class FlightSession:
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
         self._mission = Mission(model, planner, recorder)
-        self._interrupts = self._terminations = 0
+        self._interrupts = 0
+        self._asked_to_end_at: float | None = None
         self._flying_mission = False
 
     def fly(self, duration: float | None = None, on_progress: OnProgress | None = None) -> FlightReport:
@@ -89,9 +94,14 @@ class FlightSession:
         self.supervisor.report(Fault.OPERATOR_ABORT if first else Fault.OPERATOR_LAND)
 
     def terminate(self) -> None:
-        """The process is asked to end: fly out of the doorway and land; asked again, land where the vehicle is."""
-        self._terminations += 1
-        self.supervisor.report(Fault.TERMINATED if self._terminations == 1 else Fault.OPERATOR_LAND)
+        """The process is asked to end: fly out of the doorway and land; asked again a second later, land where the vehicle is.
+
+        A signal that reaches the process twice at once, by its group and by its parent, is one.
+        """
+        now = time.monotonic()
+        self._asked_to_end_at = now if self._asked_to_end_at is None else self._asked_to_end_at
+        again = now - self._asked_to_end_at > _SAME_SIGNAL
+        self.supervisor.report(Fault.OPERATOR_LAND if again else Fault.TERMINATED)
 
     @property
     def phase(self) -> str:

@@ -28,6 +28,8 @@ _LENIENCE = math.radians(0.35)
 _ARRIVED = math.radians(0.5)
 _ARRIVING = 0.05
 """A gripped door that comes this near to the goal, and is no faster, is left to its friction [rad], [rad/s]."""
+_NO_FRICTION = 0.1
+"""A gripped door with less, by estimate, does not rest by itself [N m]."""
 _LEFT_TO_FRICTION = 0.7
 """Share of its friction that is then counted on."""
 _SETTLING = 4.0
@@ -243,10 +245,11 @@ class Opening:
     def _at_rest(self, off: float, estimate: Estimate) -> float:
         """Torque of a gripped hinge, without its friction where the door should come to rest: it is what holds the door there.
 
-        Else the push that overcomes the friction of a slow door carries it beyond the goal, by degrees.
+        Else the push that overcomes the friction of a slow door carries it beyond the goal, by degrees. One without friction
+        follows whatever it is pushed with: what is estimated brings it to the goal, and a torque of the moment away from it.
         """
         torque = estimate.door_disturbance
-        if abs(off) > self._at_goal:
+        if abs(off) > self._at_goal or estimate.hinge.friction < _NO_FRICTION:
             self._rest = None
         elif self._passes > 1 and abs(self._rate) < _SLOW:
             self._rest = torque if self._rest is None else self._rest

@@ -176,9 +176,8 @@ class Sequence:
         assert self._entered is not None
         if self.phase is not Phase.HOLD:
             limit = float(getattr(self._settings.time_out, self.phase.value))
-            begun = self._entered
-            if self.phase is Phase.RECOVER:
-                begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
+            # a search that gets on has longer
+            begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
             if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
         if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER):
@@ -227,7 +226,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        self.phase, self._entered, self._since = phase, estimate.time, None
+        self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
         if phase is Phase.OPEN:
@@ -244,7 +243,6 @@ class Sequence:
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._leaf.begin(float(estimate.state[2]), estimate)
             self._let_go_at = self._nearest = estimate.door_angle
-            self._progress_at = estimate.time
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
         self._on_change(estimate.time, phase, reason)

@@ -17,7 +17,7 @@ from doorman.numba_types.handles import Handle
 from doorman.ocp.hinge import Hinge
 from doorman.ocp.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
 from doorman.ocp.problem import Problem
-from doorman.ocp.quasi_static_planning import push_along_normal
+from doorman.ocp.quasi_static_planning import leaning, push_along_normal
 
 Array = NDArray[np.float64]
 
@@ -58,8 +58,8 @@ class LagrangianPlanning:
         return parameters._replace(dynamics=dynamics, margin=margin)
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
-        """The scenario's, from wherever, see `PlanningModel`."""
-        return self.goal_state
+        """The scenario's, leaning, see `PlanningModel`."""
+        return leaning(self.model, self.goal_state, hinge)
 
     def relaxed(self, parameters: Any) -> bool:
         """Never, see `PlanningModel`."""

@@ -47,7 +47,7 @@ class Plan:
     inputs: Array
     """u_0 … u_{N−1}, shape (N, nu)."""
     cost: float
-    """J, the paper's cost."""
+    """J, the paper's cost; its goal leans against a disturbance of the hinge (`PlanningModel.goal`)."""
     max_violation: float
     """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
     iterations: int

@@ -80,7 +80,7 @@ class PlanningModel(Protocol):
         """
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
-        """Where the cost of a plan draws to, shape (nx,): `goal_state`, or a place on the way there.
+        """Where the cost of a plan draws to, shape (nx,): `goal_state`, leaning against the hinge, or a place on the way there.
 
         Args:
             start: x, shape (nx,).

@@ -51,12 +51,8 @@ class QuasiStaticPlanning:
         return parameters._replace(dynamics=dynamics, margin=margin)
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
-        """The scenario's, leaning against what the door resists with, see `PlanningModel`.
-
-        Cost that draws to a level vehicle lets a door creep that needs a steady push.
-        """
-        lever = self.model.coupling.distance_from_hinge
-        return push_state(self.goal_state, -hinge.disturbance / lever, self.model.vehicle.mass * GRAVITY)
+        """The scenario's, leaning, see `PlanningModel`."""
+        return leaning(self.model, self.goal_state, hinge)
 
     def relaxed(self, parameters: Any) -> bool:
         """Never, see `PlanningModel`."""
@@ -113,6 +109,25 @@ def push_along_normal(states: Array, inputs: Array) -> Array:
     return np.asarray(inputs[:, 0] * direction)
 
 
+def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
+    """A goal whose attitude pushes against what the door is estimated to resist with, beyond what the scenario names.
+
+    A cost that draws to a level vehicle lets a door creep that needs a steady push.
+
+    Args:
+        model: Model of the scenario.
+        goal: Begins with Φ and α, shape (nx,).
+        hinge: What is known of it.
+
+    Returns:
+        The same with the roll and pitch of that push added.
+    """
+    push = -hinge.disturbance / model.coupling.distance_from_hinge
+    leans = goal.copy()
+    leans[:2] += push_state(goal, push, model.vehicle.mass * GRAVITY)[:2]
+    return leans
+
+
 def push_state(state: Array, push: float, weight: float) -> Array:
     r"""A state with the attitude that a push makes by itself, whatever else the rotors hold against.
 
@@ -120,7 +135,7 @@ def push_state(state: Array, push: float, weight: float) -> Array:
     for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
 
     Args:
-        state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
+        state: Begins with Φ and α, such as the reduced one, x = [Φ, α, α̇, H], shape (nx,).
         push: F_n [N].
         weight: m_A g [N].
 

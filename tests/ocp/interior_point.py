@@ -44,7 +44,7 @@ class InteriorPointReference:
         inputs = [ca.SX.sym(f"u{k}", self.nu) for k in range(self.n)]
         weights, limits = self._weights(), model.scenario.limits
         cost, equal, bounded = 0.0, [], []
-        goal, hover = ca.DM(np.array(model.goal_state)), ca.DM(np.array(model.hover_input))
+        goal, hover = ca.DM(self._goal()), ca.DM(np.array(model.hover_input))
         x = start
         for k in range(self.n):
             dx, du = x - goal, inputs[k] - hover
@@ -66,6 +66,15 @@ class InteriorPointReference:
             **(options or {}),
         }  # fmt: skip
         self._solver = ca.nlpsol("door", "ipopt", {"x": variables, "p": start, "f": cost, "g": rows}, settings)
+
+    def _goal(self) -> np.ndarray:
+        """With the attitude whose thrust carries the weight and pushes with −τ_d/D_V along the door's normal."""
+        goal, push = np.array(self.model.goal_state), -self.disturbance / self.model.coupling.distance_from_hinge
+        turn = goal[3] - goal[2]
+        thrust = np.array([push * np.sin(turn), -push * np.cos(turn), self.model.vehicle.mass * 9.81])
+        thrust /= np.linalg.norm(thrust)
+        goal[:2] += np.arcsin(-thrust[1]), np.arctan2(thrust[0], thrust[2])
+        return goal
 
     def solve(self, state: np.ndarray, guess: Reference | None = None) -> Reference:
         """Solve from hover inputs and the state held, or from a guess."""

@@ -26,7 +26,7 @@ class LagrangianReference(InteriorPointReference):
         planner = model.scenario.planner
         self.n, self.dt, self.margin = planner.horizon_steps, planner.time_step, planner.margin
         self.nx, self.nu = 8 + model.n_arm, 4 + model.n_arm
-        goal, posture = model.goal_state, ca.SX.sym("x", self.nx)
+        goal, posture = self._goal(), ca.SX.sym("x", self.nx)
         self.state_goal = np.array([*goal[:4], 0.0, 0.0, 0.0, goal[4], *goal[5:]])
         self.input_goal = np.array([model.vehicle.mass * 9.81, *np.zeros(3 + model.n_arm)])
         self.rates = self._rates_function()

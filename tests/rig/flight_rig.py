@@ -31,7 +31,7 @@ SCENARIO = os.environ.get("DOORMAN_RIG_SCENARIO", "paper")
 PATIENCE = 60.0
 """Longest wait for something that takes far less [s]."""
 
-LONGEST = 100.0
+LONGEST = 140.0
 """Longest that a session takes to end: it waits a minute for motors that nobody reports to have stopped [s]."""
 
 

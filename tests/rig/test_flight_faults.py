@@ -79,6 +79,9 @@ def test_process_is_asked_to_end_again(rig):
     flight = at_hover(rig)
     flight.session.terminate()
     flight.session.terminate()
+    assert flight.session.supervisor.action is Action.RETREAT, "the same signal, by group and parent"
+    time.sleep(1.2)
+    flight.session.terminate()
     report = flight.end()
     assert report.end is End.LANDED
     assert found(report) == {Fault.TERMINATED, Fault.OPERATOR_LAND}
@@ -113,6 +116,18 @@ def test_cameras_lose_a_vehicle_that_grips(rig):
     rig.far.set("rig.mocap.faults.frozen", True)
     report = flight.end()
     assert report.end is End.LANDED, "with its gripper closed it would hang on the door"
+    assert Fault.POSE in found(report)
+    assert Fault.SESSION not in found(report), "the program itself flew it back"
+    assert_down(rig)
+    assert_before_the_door(rig)
+
+
+def test_cameras_find_it_elsewhere(rig):
+    """Its autopilot must not be dragged along, and nothing may land in the doorway."""
+    flight = swinging(rig)
+    rig.far.set("rig.mocap.faults.jump", (0.3, -0.3, 0.0))
+    report = flight.end()
+    assert report.end is End.LANDED
     assert Fault.POSE in found(report)
     assert Fault.SESSION not in found(report), "the program itself flew it back"
     assert_down(rig)

@@ -96,7 +96,7 @@ class Observer:
         thrust = backend.thrust if commanding else math.nan
         pose = None if links.mocap is None else links.mocap.read()
         usable = pose is not None and pose.usable
-        stale = sample.status is SampleStatus.STALE
+        stale = sample.status is not SampleStatus.FRESH
         seen: PoseSample | VehicleSample = pose if pose is not None and usable and stale else sample
         unknown = stale and not usable
         self._stale_at = now if stale else self._stale_at

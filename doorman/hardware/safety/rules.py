@@ -95,8 +95,8 @@ def _servos_stopped(seen: Observation, _: SafetyLimits) -> bool:
 RULES: tuple[Rule, ...] = (
     Rule(Fault.PILOT, 0.0, Action.RELEASE, lambda seen, _: seen.authority is Authority.LOST),
     Rule(Fault.LINK, 10.0, Action.RELEASE, _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
-    Rule(Fault.DIVERGENCE, 0.3, Action.LAND, lambda seen, limits: seen.divergence > limits.divergence),
     Rule(Fault.TILT, 0.05, Action.LAND, lambda seen, limits: seen.tilt > limits.tilt),
+    Rule(Fault.DIVERGENCE, 0.3, Action.RETREAT, lambda seen, limits: seen.divergence > limits.divergence),
     Rule(Fault.DISOBEDIENCE, 0.2, Action.RETREAT,
          lambda seen, limits: seen.commanding and seen.disobedience > limits.disobedience),
     Rule(Fault.STATE, 0.3, Action.RETREAT, _unseen(EventKind.STATE_STALE)),

@@ -18,6 +18,7 @@ from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
+from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, OPENS_WITHIN, gripper_current
 
 Array = NDArray[np.float64]
@@ -53,7 +54,7 @@ class VehicleLinks:
         self.config = config
         self.autopilot = Autopilot(config.pixhawk)
         self.servos = ServoBus(config.servos)
-        self.mocap = None if config.mocap is None else MocapReceiver(config.mocap)
+        self.mocap = None if config.mocap is None else DoubtedMocap(config.mocap, self.autopilot)
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None

@@ -1,0 +1,51 @@
+"""Cameras that are believed as long as the autopilot, which feels every motion, does not contradict them.
+
+Where a body is found again after a gap, cameras cannot know whether it has flown there: another body may be taken for it, or its
+markers may have moved. The autopilot's estimate drifts by centimetres in such a gap. Poses far from it are lost ones, for
+controller, supervisor and for the autopilot itself, which they would drag along.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample
+from doorman.hardware.pixhawk import Autopilot, SampleStatus
+
+DOUBTED = 0.25
+"""Distance between cameras and autopilot beyond which poses are lost ones [m]."""
+BELIEVED = 0.15
+"""Nearer than this they are believed again [m]."""
+
+
+class DoubtedMocap(MocapReceiver):
+    """Mocap receiver whose poses count as lost in flight while they are far from where the autopilot is.
+
+    Args:
+        config: Of the receiver.
+        autopilot: Who contradicts; need not be open.
+    """
+
+    def __init__(self, config: MocapConfig, autopilot: Autopilot) -> None:
+        super().__init__(config)
+        self._autopilot = autopilot
+        self._doubted = False
+
+    def read(self) -> PoseSample:
+        """Newest pose, at once, see `MocapReceiver.read`; lost while it is doubted."""
+        return self._judged(super().read())
+
+    def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
+        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted."""
+        return self._judged(super().wait(sample, timeout))
+
+    def _judged(self, pose: PoseSample) -> PoseSample:
+        state = self._autopilot.state()
+        if not state.armed:
+            self._doubted = False  # on the ground it learns from the cameras where it is
+        elif pose.usable and state.status is SampleStatus.FRESH:
+            apart = float(np.linalg.norm(pose.position - state.position))
+            self._doubted = apart > (BELIEVED if self._doubted else DOUBTED)
+        return replace(pose, quality=PoseQuality.LOST, fresh=False) if self._doubted and pose.usable else pose

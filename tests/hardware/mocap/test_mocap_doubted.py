@@ -1,0 +1,78 @@
+"""Cameras that find the vehicle elsewhere, against an autopilot that has felt its motion."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import cast
+
+import numpy as np
+import pytest
+from mocap_rig import Rig, start_rig, true_position
+
+from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.pixhawk import Autopilot, SampleStatus, VehicleSample
+from doorman.hardware.vehicle.doubted_mocap import BELIEVED, DOUBTED, DoubtedMocap
+
+
+class Inertial:
+    """What an autopilot says that has followed every motion, up to an error."""
+
+    armed, status, error = True, SampleStatus.FRESH, 0.0
+
+    def state(self) -> VehicleSample:
+        where = np.array(true_position(time.monotonic())) + (self.error, 0.0, 0.0)
+        return VehicleSample(self.status, position=where, armed=self.armed)
+
+
+@pytest.fixture
+def autopilot() -> Inertial:
+    return Inertial()
+
+
+@pytest.fixture
+def seen(autopilot: Inertial) -> Iterator[Rig]:
+    tracked = start_rig()
+    tracked.receiver = DoubtedMocap(tracked.config, cast(Autopilot, autopilot))
+    try:
+        with tracked.receiver:
+            yield tracked
+    finally:
+        tracked.emulator.stop()
+
+
+def test_a_vehicle_found_elsewhere_is_lost_until_it_is_found_where_it_is(seen: Rig) -> None:
+    seen.until_fresh()
+    before = seen.receiver.read().count
+    seen.emulator.faults.jump = (0.5, 0.3, 0.0)
+    seen.until_lost()
+    far = seen.until(lambda sample: sample.count > before + 20)  # its track has begun anew, away from the autopilot
+    assert np.linalg.norm(far.position - true_position(far.time)) > DOUBTED
+    for _ in range(20):
+        newest = seen.receiver.wait(far, 1.0)
+        assert newest.quality is PoseQuality.LOST
+        assert not newest.fresh
+    seen.heal()
+    seen.until_fresh()
+
+
+def test_the_error_of_dead_reckoning_is_no_reason_to_doubt(seen: Rig, autopilot: Inertial) -> None:
+    autopilot.error = 0.8 * DOUBTED
+    for _ in range(20):
+        assert seen.until(lambda sample: sample.usable).usable
+    autopilot.error = 1.3 * DOUBTED
+    seen.until_lost()
+    autopilot.error = 0.5 * (DOUBTED + BELIEVED)  # between the two: as before
+    time.sleep(0.05)
+    assert not seen.receiver.read().usable
+    autopilot.error = 0.5 * BELIEVED
+    seen.until_fresh()
+
+
+@pytest.mark.parametrize(("armed", "status"), [(False, SampleStatus.FRESH), (True, SampleStatus.STALE)])
+def test_an_autopilot_that_does_not_know_contradicts_nobody(
+    seen: Rig, autopilot: Inertial, armed: bool, status: SampleStatus
+) -> None:
+    autopilot.error, autopilot.armed, autopilot.status = 5.0, armed, status
+    for _ in range(20):
+        assert seen.until(lambda sample: sample.usable).usable
