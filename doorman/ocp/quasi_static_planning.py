@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -143,8 +144,8 @@ def push_state(state: Array, push: float, weight: float) -> Array:
         The same with that roll and pitch.
     """
     start = state.copy()
-    turn = state[3] - state[2]
-    forward, left = push * np.sin(turn), -push * np.cos(turn)
-    start[0] = np.arctan2(-left, np.hypot(forward, weight))
-    start[1] = np.arctan2(forward, weight)
+    turn = float(state[3] - state[2])
+    forward, left = push * math.sin(turn), -push * math.cos(turn)
+    start[0] = math.atan2(-left, math.hypot(forward, weight))
+    start[1] = math.atan2(forward, weight)
     return start
