@@ -75,6 +75,23 @@ def test_process_is_asked_to_end(rig):
     assert found(report) == {Fault.TERMINATED}
 
 
+def test_process_is_asked_to_end_while_it_rises(rig):
+    flight = rig.flight().begin()
+    until(lambda: rig.snapshot.truth.position[2] > 0.5, "a vehicle that rises", flight.told)
+    flight.session.terminate()
+    assert flight.session.supervisor.action is Action.LAND, "its way has not begun"
+    assert flight.end().end is End.LANDED
+    assert_down(rig)
+
+
+def test_process_is_asked_to_end_after_the_operator_gave_up(rig):
+    flight = at_hover(rig)
+    flight.session.interrupt()
+    flight.session.terminate()
+    report = lands_on_the_pad(rig, flight)
+    assert found(report) == {Fault.OPERATOR_ABORT, Fault.TERMINATED}
+
+
 def test_process_is_asked_to_end_again(rig):
     flight = at_hover(rig)
     flight.session.terminate()
