@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from doorman.scenario.values import NonNegative, Positive, Section
+from doorman.scenario.values import NonNegative, Positive, Section, Switch
 
 
 class WeightsSection(Section):
@@ -37,7 +37,7 @@ class PlannerSection(Section):
 class LimitsSection(Section):
     """What the planner may ask of vehicle and arm; joint angles are the URDF's, the largest thrust the vehicle's."""
 
-    enabled: Annotated[bool, Field(strict=True)] = True
+    enabled: Switch = True
     """Whether the limits are constraints of the plan."""
     min_thrust: NonNegative = 0.0
     """[N]."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import Field
-
-from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Pitch, Positive, Section
+from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Pitch, Positive, Section, Switch
 
 
 class VehicleSection(Section):
@@ -51,7 +49,7 @@ class ContactSection(Section):
 
     distance_from_hinge: Positive = 0.70
     """D_V [m]."""
-    fit_doorway: Annotated[bool, Field(strict=True)] = True
+    fit_doorway: Switch = True
     """Whether a tip that pushes comes nearer to the hinge in a narrow doorway: `kinematics.coupling.distance_in_doorway`."""
     height: NonNegative = 0.80
     kind: Literal["grip", "push"] = "grip"

@@ -13,6 +13,7 @@ NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-2 * math.pi, le=2 * math.pi)]
 DoorAngle = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-math.pi, le=math.pi)]
 Pitch = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=-math.pi / 2, lt=math.pi / 2)]
+Switch = Annotated[bool, Field(strict=True)]
 Name = Annotated[str, Field(min_length=1)]
 
 
