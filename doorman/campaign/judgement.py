@@ -21,7 +21,7 @@ class Judgement:
     reason: str
     """Empty for a success."""
     safe: bool
-    """Whether nothing was touched and the mission came to its hover, be it that the door was given up."""
+    """Whether nothing was touched and the mission came to its end, in a hover or holding the door, be it that it was given up."""
 
 
 def judge(summary: Mapping[str, Any]) -> Judgement:

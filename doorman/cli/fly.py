@@ -19,7 +19,7 @@ from rich.table import Table
 from rich.text import Text
 
 from doorman.cli.overrides import parse_overrides
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
@@ -172,13 +172,21 @@ def _fly(
     output: Output,
 ) -> dict[str, Any]:
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
-    with Recorder(path, header) as recorder:
-        session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
+    recorder, unwritten = Recorder(path, header), ""
+    session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
+    try:
         with _ctrl_c(session):
             report = session.fly(duration, _StatusLine(session, console))
-        ticks = session.backend.ticks
-        recorder.write("timing", 0.0, vars(ticks))
-    lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" else math.nan
+        gap = links.autopilot.status().longest_setpoint_gap
+        timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
+        recorder.write("timing", 0.0, timing)
+    finally:
+        try:
+            recorder.close()
+        except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is told
+            unwritten = str(error)
+            console.print(f"The recording is not whole: {unwritten}")
+    lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" and not unwritten else math.nan
     _print_report(report, session, path, lag, output)
     return {
         "ready": True,
@@ -186,7 +194,8 @@ def _fly(
         "message": report.message,
         "end": report.end.value,
         "recording": str(path),
-        "timing": vars(ticks),
+        "unwritten": unwritten,
+        "timing": timing,
         "attitude_lag_s": None if math.isnan(lag) else lag,
         "journal": session.journal.lines,
     }

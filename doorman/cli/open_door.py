@@ -14,6 +14,7 @@ from doorman.cli.effective import effective_toml
 from doorman.cli.live import live_view
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError
+from doorman.feasibility import Severity, beforehand
 from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording
@@ -77,6 +78,10 @@ def open_door(
     scenario = Scenario.load(source, parse_overrides(settings))
     with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
         model = Model(scenario)
+        for finding in beforehand(model):
+            if finding.severity is Severity.ERROR:
+                advice = f"; {finding.advice}" if finding.advice else ""
+                typer.echo(f"Warning: {finding.name}: {finding.message}{advice}", err=True)
         folder = _run_folder(out, scenario.name)
         (folder / "scenario.toml").write_text(effective_toml(scenario), encoding="utf-8")
         with live_view(model, port) as listener:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from doorman.collision.audit import AuditReport, audit
-from doorman.feasibility.flight import flight_findings
+from doorman.feasibility.flight import flight_findings, stopping_findings
 from doorman.feasibility.geometry import geometry_findings
 from doorman.feasibility.rehearsal import DURATION, rehearse
 from doorman.feasibility.report import Finding, Report, Severity, graded
@@ -44,6 +44,18 @@ def check(scenario: Scenario) -> Report:
         audit_finding(report),
     )
     return Report(scenario.name, findings, report)
+
+
+def beforehand(model: Model) -> tuple[Finding, ...]:
+    """What `check` finds without a rehearsal, within a millisecond.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    return (*setup_findings(model), *stopping_findings(model))
 
 
 def audit_finding(report: AuditReport) -> Finding:

@@ -46,7 +46,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         _tilt(model, rehearsal),
         _thrust(model, rehearsal),
         *_forces(model, rehearsal),
-        *_stopping(model),
+        *stopping_findings(model),
         _clearance(model, rehearsal),
     ]
 
@@ -165,8 +165,15 @@ def _pull(model: Model, pull: float) -> Finding:
     )  # fmt: skip
 
 
-def _stopping(model: Model) -> list[Finding]:
-    """A tip that can only push needs a hinge that stops the door: the speed from which it does, at the start."""
+def stopping_findings(model: Model) -> list[Finding]:
+    """A tip that can only push needs a hinge that stops the door: the speed from which it does, at the start.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        None for a grip, else one.
+    """
     if model.scenario.contact.kind != "push":
         return []
     torque, push, lever = resistance(model), model.scenario.push, model.coupling.distance_from_hinge

@@ -14,7 +14,7 @@ from doorman.exceptions import BackendError
 from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
-from doorman.hardware.pixhawk import Authority, EventKind, Outcome, PositionSetpoint, SampleStatus
+from doorman.hardware.pixhawk import Authority, EventKind, Outcome, OutcomeStatus, PositionSetpoint, SampleStatus
 from doorman.hardware.safety import Action, Fault, Observation, Observer, SafetyLimits, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
@@ -30,10 +30,14 @@ _BLIND_PATIENCE = 3.0
 """In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
 _STOPS = 5
 """On one leg of the way back, because the state was old."""
+_STARVED = 2.0
+"""For links to become fresh before the autopilot is engaged [s]."""
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
+OPERATOR_PATIENCE = 30.0
+"""In the hover after the operator has given the mission up [s]."""
 _LAST_LOOK = 1.0
 """After the motors are told to have stopped: a vehicle that falls is on the ground then [s]."""
 _RECOVERY = 3.0
@@ -100,7 +104,7 @@ class GuardedFlight:
             return f"gripper: {reason}"
         height = float(places.hover[2] - autopilot.state().position[2])
         steps: tuple[tuple[str, Callable[[], Outcome]], ...] = (
-            ("engage", autopilot.engage),
+            ("engage", self._engage),
             ("arm", autopilot.arm),
             ("take off", lambda: autopilot.take_off(height)),
         )
@@ -120,6 +124,16 @@ class GuardedFlight:
             return reason
         self.supervisor.rising = False
         return ""
+
+    def _engage(self) -> Outcome:
+        """Engage; links that were starved while the program made ready have a moment to become fresh again."""
+        begin = time.monotonic()
+        while True:
+            outcome = self.links.autopilot.engage()
+            starved = outcome.status is OutcomeStatus.NOT_READY and time.monotonic() - begin < _STARVED
+            if not starved or self.supervisor.action is not None:
+                return outcome
+            time.sleep(0.05)
 
     def _try_gripper(self) -> str:
         """Close it, and let its spring open it: in flight it must open whatever has failed. Returns what went wrong."""
@@ -188,6 +202,7 @@ class GuardedFlight:
             self.say("back to the hover point")
             self.supervisor.acknowledge()
             self._back_off()
+            self._await_operator()
             if self._may_fly_back():
                 self.say("land")
                 if autopilot.state().status is SampleStatus.FRESH:
@@ -245,6 +260,19 @@ class GuardedFlight:
             begin = place
         if not self._lost and self._travel(places.hover, where.yaw):
             self._travel(places.hover, places.yaw)
+
+    def _await_operator(self) -> None:
+        """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle."""
+        gave_up = any(finding.fault is Fault.OPERATOR_ABORT for finding in self.supervisor.findings)
+        if not gave_up or not self._may_fly_back():
+            return
+        self.say(f"hover: Ctrl-C again lands, or take over by radio; it lands by itself after {OPERATOR_PATIENCE:g} s")
+        self.links.hold()
+        begin = time.monotonic()
+        while self._may_fly_back() and self.supervisor.action is Action.ABORT:
+            if time.monotonic() - begin > OPERATOR_PATIENCE:
+                break
+            time.sleep(0.02)
 
     def _let_go(self) -> bool:
         """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -82,6 +83,9 @@ class FlightSession:
                 completed = self.supervisor.action is None and not message
         except DoormanError as error:
             message = str(error)
+        except Exception as error:  # whatever it is, the vehicle comes down, and the flight is told
+            message = f"{type(error).__name__}: {error}"
+            self.say(traceback.format_exc())
         finally:
             end = self.flight.descend()
         reason = self.supervisor.reason

@@ -35,6 +35,8 @@ _REQUIRED = {
 _POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
 _NOT_NEGATIVE = {("limit", "effort"), ("limit", "velocity"), ("dynamics", "damping"), ("dynamics", "friction")}
 _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collision": ("geometry",)}
+_LARGEST = 1e9
+"""Of a length, angle, mass or inertia: what is computed from larger ones overflows."""
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
@@ -107,6 +109,8 @@ def _check_text(path: Path, tag: str, attribute: str, text: str, count: int, fie
     if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
         allowed = "a finite number" if count == 1 else f"{count} finite numbers"
         raise UrdfError(f"not {allowed}", file=path, field=field, given=text, allowed=allowed)
+    if tag != "limit" and max(map(abs, numbers)) > _LARGEST:
+        raise UrdfError("too large", file=path, field=field, given=text, allowed=f"up to {_LARGEST:g}")
     if (tag, attribute) in _POSITIVE and min(numbers) <= 0.0:
         raise UrdfError("not positive", file=path, field=field, given=text, allowed="> 0")
     if (tag, attribute) in _NOT_NEGATIVE and min(numbers) < 0.0:

@@ -40,6 +40,7 @@ DOORS = [
     ("hinge turned", 'xyz="0 0 0.4" rpy="0 0 0"', 'xyz="0 0 0.4" rpy="0 0 0.3"', "joint hinge", "along"),
     ("hinge upside down", 'xyz="0 0 0.4" rpy="0 0 0"', 'xyz="0 0 0.4" rpy="3.141592653589793 0 0"', "joint hinge", "along"),
     ("hinge at infinity", 'xyz="0 0 0.4"', 'xyz="0 0 inf"', "joint[hinge]/origin@xyz", "0 0 inf"),
+    ("hinge out of this world", 'xyz="0 0 0.4"', 'xyz="0 0 1e160"', "joint[hinge]/origin@xyz", "0 0 1e160"),
     ("hinge limits swapped", 'lower="-1.5" upper="1.7"', 'lower="1.7" upper="-1.5"', "joint[hinge]/limit@lower", 1.7),
     ("hinge without limits", '<limit lower="-1.5" upper="1.7" effort="0" velocity="10"/>', "", "joint[hinge]", "none"),
     ("leaf without mass", '<mass value="11"/>', '<mass value="0"/>', "link leaf/inertial/mass", 0.0),

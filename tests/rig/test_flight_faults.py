@@ -10,7 +10,7 @@ import pytest
 from flight_rig import Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError
-from doorman.flight import End, FlightReport
+from doorman.flight import End, FlightReport, guarded
 from doorman.hardware.emulators.servos_unit import OVERLOAD
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.safety import Action, Fault
@@ -47,13 +47,30 @@ def lands_on_the_pad(rig: FlightRig, flight: Flight) -> FlightReport:
     return report
 
 
-def test_operator_gives_up(rig):
+def test_operator_gives_up(rig, monkeypatch):
+    monkeypatch.setattr(guarded, "OPERATOR_PATIENCE", 4.0)
     flight = at_hover(rig)
     flight.session.interrupt()
+    until(lambda: any(words.startswith("hover: ") for words in flight.said), "a hover after the retreat", flight.told)
+    time.sleep(3.0)
+    assert np.linalg.norm(rig.snapshot.truth.position - rig.places.hover) < 0.3
+    assert np.linalg.norm(rig.snapshot.truth.velocity) < 0.2
     report = flight.end()
     assert (report.end, report.completed) == (End.LANDED, False)
     assert found(report) == {Fault.OPERATOR_ABORT}
     assert "retreat" in flight.recording["mission"]["state"], "the mission's own controller flew back"
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_operator_lands_out_of_the_hover_after_giving_up(rig):
+    flight = at_hover(rig)
+    flight.session.interrupt()
+    until(lambda: any(words.startswith("hover: ") for words in flight.said), "a hover after the retreat", flight.told)
+    flight.session.interrupt()
+    began = time.monotonic()
+    assert Fault.OPERATOR_LAND in found(flight.end())
+    assert time.monotonic() - began < 0.7 * guarded.OPERATOR_PATIENCE
     assert_down(rig)
     assert_at_the_pad(rig)
 
