@@ -232,7 +232,13 @@ class Vehicle:
                     given=joints[name].leader, allowed="joints that move on their own",
                 )  # fmt: skip
         locked = [i for i in range(1, full.njoints) if i not in chain]
-        model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        try:
+            model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
+            raise UrdfError(
+                "the arm cannot be told from the rest", file=self.urdf, field="/robot", given=str(error),
+                allowed="links and joints of different names",
+            ) from error  # fmt: skip
         return model, tuple(full.names[i] for i in chain)
 
     def _servo_frames(self) -> list[int]:

@@ -322,15 +322,17 @@ def test_wind_pushes_too_hard(rig):
     assert_down(rig)
 
 
-def test_mission_raises_an_error(rig):
+@pytest.mark.parametrize("error", [DoormanError("made up"), RuntimeError("made up")])
+def test_mission_raises_an_error(rig, error):
     flight = rig.flight()
 
     def fail() -> None:
-        raise DoormanError("made up")
+        raise error
 
     flight.on_progress = fail
     report = flight.begin().end()
-    assert (report.end, report.completed, report.message) == (End.LANDED, False, "made up")
+    message = "made up" if isinstance(error, DoormanError) else "RuntimeError: made up"
+    assert (report.end, report.completed, report.message) == (End.LANDED, False, message)
     assert_down(rig)
     assert_at_the_pad(rig)
 

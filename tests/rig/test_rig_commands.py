@@ -32,9 +32,10 @@ def run(*arguments: str) -> Result:
     return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "200", "TERM": "dumb"})
 
 
-def test_the_door_is_opened_over_real_links(tmp_path):
+@pytest.mark.parametrize("scenario", ["paper", "push"])
+def test_the_door_is_opened_over_real_links(tmp_path, scenario):
     ran = subprocess.run(
-        [*COMMAND, "rig", "paper", "--fly", "--out", str(tmp_path / "truth.mcap")], cwd=tmp_path, text=True,
+        [*COMMAND, "rig", scenario, "--fly", "--out", str(tmp_path / "truth.mcap")], cwd=tmp_path, text=True,
         capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert ran.returncode == 0, ran.stdout + ran.stderr
@@ -44,9 +45,22 @@ def test_the_door_is_opened_over_real_links(tmp_path):
     assert not truth["truth"]["collisions"].any()
     assert truth["truth"]["position"][-1, 2] < 0.3, "it has landed"
     assert {"event", "epoch", "timing", "measurement", "plan"} <= set(flight)
+    assert flight["timing"]["longest_setpoint_gap"][-1] < 0.05
     both = together(truth, flight)
     error = both["truth"]["position"] - both["estimate"]["position"]
     assert np.abs(error).max() < 0.05, "the two recordings are on one clock"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is full")
+def test_a_full_disk_loses_the_recording_and_not_the_flight(tmp_path):
+    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
+        result = run("fly", "paper", *rig.arguments, "--yes", "--json", "--duration", "2", "--out", "/dev/full")
+    told = json.loads(result.stdout)
+    assert told["end"] == "landed and disarmed", result.output
+    assert "No space left" in told["unwritten"]
+    assert "The recording is not whole" in result.stderr
+    assert result.exit_code == 1, "the mission was cut short"
 
 
 def test_dry_run_sends_nothing(tmp_path):
