@@ -128,6 +128,29 @@ def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     assert summary["door_angle_estimate_error_deg_max"] < 12.0
 
 
+def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed() -> None:
+    """A hand takes the leaf away; with no recovery allowed, the vehicle leaves, and says why."""
+    away = hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
+    recording, mission = flown(away)
+    assert mission.outcome == (True, "") and "recover" in phases(recording)
+    truth = recording["truth"]
+    touching = truth["touching"].astype(bool)
+    lost = np.flatnonzero(touching[:-1] & ~touching[1:]) + 1
+    found = [int(np.flatnonzero(touching[k:])[0]) + k for k in lost if touching[k:].any()]
+    lever, again = mission.model.coupling.distance_from_hinge, 0
+    for left, k in zip(lost, found, strict=False):
+        if truth.time[k] - truth.time[left] > 0.3:  # a bounce is shorter
+            before = k - 1
+            along = float(door_normal(float(truth["door_angle"][before])) @ truth["velocity"][before])
+            assert along + lever * float(truth["door_rate"][before]) < 0.1
+            again += 1
+    assert again >= 1
+    away = hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
+    recording, mission = flown(away, mission__recoveries=0)
+    assert mission.outcome == (False, "contact was lost 1 times")
+    assert phases(recording)[-2:] == ["done", "end"]
+
+
 def test_a_door_that_a_person_holds_for_three_seconds_is_opened_and_not_thrown() -> None:
     """The push grows meanwhile; once they let go, the door must stop at the goal by its own friction all the same."""
     recording, mission = flown(hand(30.0, 3.0, lambda off, rate: -60.0 * off - 30.0 * rate))

@@ -56,6 +56,7 @@ class Wiring:
     zero_positions: tuple[int, ...] | None = None
     signing_key: Path | None = None
     write_parameters: bool = False
+    write_eeprom: bool = False
 
 
 def fly_mission(
@@ -92,6 +93,7 @@ def fly_mission(
         object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
         directions=wiring.directions, zero_positions=wiring.zero_positions, on_mocap_loss="report",
         signing_key=wiring.signing_key, write_parameters=wiring.write_parameters,
+        write_eeprom=wiring.write_eeprom,
     )  # fmt: skip
     limits = SafetyLimits()
     console = Console(stderr=True, highlight=False)

@@ -125,6 +125,9 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 help="Write the autopilot's parameters that the checklist finds wrong; then reboot it.",
             ),
         ] = False,
+        write_eeprom: Annotated[
+            bool, typer.Option("--write-eeprom", help="Change settings of the servos that are not as they should be.")
+        ] = False,
         signing_key: Annotated[
             Path | None,
             typer.Option(
@@ -153,6 +156,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 pixhawk, servos, mocap, setpoints.value, object_name, mocap_rate,
                 whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
                 whole_numbers(servo_zeros, "--servo-zeros"), signing_key, write_parameters,
+                write_eeprom,
             )  # fmt: skip
             return fly_mission(
                 scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"

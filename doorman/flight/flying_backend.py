@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
@@ -29,6 +30,7 @@ class FlyingBackend(Backend):
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
         limits: Of the supervisor.
         recorder: Gets what the links and the supervisor tell.
+        **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
     """
 
     real_time = True
@@ -42,9 +44,10 @@ class FlyingBackend(Backend):
         *,
         limits: SafetyLimits | None = None,
         recorder: Recorder | None = None,
+        **settings: Any,
     ) -> None:
         self._model, self._limits = model, limits or SafetyLimits()
-        self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report"))
+        self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings))
         self._scheduling = ExitStack()
         self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}), self._limits)
 

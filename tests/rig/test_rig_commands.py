@@ -89,6 +89,20 @@ def test_without_an_answer_the_vehicle_is_not_flown(tmp_path):
         assert not rig.autopilot.brain.armed
 
 
+def test_settings_of_servos_are_changed_on_request_only(tmp_path):
+    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
+        memory = rig.servos.servo(2).memory
+        memory.set("return delay time", 200)
+        refused = run("fly", "paper", *rig.arguments, "--yes")
+        assert refused.exit_code == 2 and "return delay time" in refused.stderr and "--write-eeprom" in refused.stderr
+        assert memory.get("return delay time") == 200
+        words = ["fly", "paper", *rig.arguments, "--write-eeprom"]
+        result = CliRunner().invoke(app, words, input="n\n", env={"COLUMNS": "200"})
+        assert result.exit_code == 1, result.output
+        assert memory.get("return delay time") == 0
+
+
 def test_parameters_are_written_on_request_and_then_nothing_is_flown(tmp_path):
     setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
     with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:

@@ -96,7 +96,7 @@ def commission(servo: Servo, index: int, config: ServoConfig, reboot: bool, writ
     blocking = [finding for finding in findings if finding.blocking]
     if blocking:
         raise BackendError("; ".join(str(finding) for finding in blocking), field="servos",
-                           allowed="settings as above; write_eeprom changes them")  # fmt: skip
+                           allowed="settings as above; write_eeprom (doorman fly --write-eeprom) changes them")  # fmt: skip
     _stand_still(servo, index, config)
     _gather_telemetry(servo)
     servo.write(TORQUE_ENABLE, TORQUE_ON)

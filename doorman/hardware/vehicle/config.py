@@ -71,6 +71,7 @@ def vehicle_config(
     on_mocap_loss: Literal["land", "report"] = "land",
     signing_key: Path | None = None,
     write_parameters: bool = False,
+    write_eeprom: bool = False,
 ) -> VehicleConfig:
     """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
 
@@ -90,6 +91,7 @@ def vehicle_config(
             `Supervisor` acts on it.
         signing_key: File with the MAVLink signing key; None signs nothing.
         write_parameters: Whether the autopilot's parameters may be written, when that is asked for.
+        write_eeprom: Whether the servos' settings are changed to what they should be when the links are opened.
 
     Returns:
         The configuration.
@@ -111,7 +113,7 @@ def vehicle_config(
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
-            gripper=grips,
+            gripper=grips, write_eeprom=write_eeprom,
             latency=0.006, stale_after=0.05,
             directions=None if directions is None else tuple(directions),
             zero_positions=None if zero_positions is None else tuple(zero_positions),
