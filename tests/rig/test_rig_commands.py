@@ -60,7 +60,7 @@ def test_a_full_disk_loses_the_recording_and_not_the_flight(tmp_path):
     assert told["end"] == "landed and disarmed", result.output
     assert "No space left" in told["unwritten"]
     assert "The recording is not whole" in result.stderr
-    assert result.exit_code == 1, "the mission was cut short"
+    assert result.exit_code == 0, "the flight itself went as asked"
 
 
 def test_dry_run_sends_nothing(tmp_path):
