@@ -29,25 +29,9 @@ _SCENARIOS = sorted((Path(doorman.__file__).parent / "scenarios").glob("*.toml")
 _NUMBER = re.compile(r"-?\d+\.?\d*(?:e-?\d+)?")
 _WORD = re.compile(r"\w+")
 _ODD = (
-    "0",
-    "-0.0",
-    "-1",
-    "1e160",
-    "-1e300",
-    "1e-300",
-    "1e999",
-    "nan",
-    "inf",
-    "-inf",
-    "0x10",
-    "1_0",
-    "true",
-    "[]",
-    "{}",
-    '""',
-    "'",
+    "0", "-0.0", "-1", "1e160", "-1e300", "1e-300", "1e999", "nan", "inf", "-inf", "0x10", "1_0", "true", "[]", "{}", '""', "'",
     "",
-)
+)  # fmt: skip
 _NOISE = "\x00\t\n \"'#<>&;=[]{}().,-+eE0123456789äπ\u2028\ud7ff\U0001f6aa"
 
 READERS: tuple[tuple[str, Path, Callable[[Path], object]], ...] = (

@@ -175,8 +175,8 @@ def _fly(
 ) -> dict[str, Any]:
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
     recorder, unwritten = Recorder(path, header), ""
-    session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
     try:
+        session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
         with _ctrl_c(session):
             report = session.fly(duration, _StatusLine(session, console))
         gap = links.autopilot.status().longest_setpoint_gap
@@ -189,7 +189,7 @@ def _fly(
             unwritten = str(error)
             console.print(f"The recording is not whole: {unwritten}")
     lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" and not unwritten else math.nan
-    _print_report(report, session, path, lag, output)
+    _print_report(report, session, gap, path, lag, output)
     return {
         "ready": True,
         "completed": report.completed,
@@ -258,7 +258,9 @@ def _print_checks(checks: list[Check], console: Console) -> None:
     console.print(table)
 
 
-def _print_report(report: FlightReport, session: FlightSession, path: Path, lag: float, output: Output) -> None:
+def _print_report(
+    report: FlightReport, session: FlightSession, gap: float, path: Path, lag: float, output: Output
+) -> None:
     say = partial(typer.echo, err=output != "words")
     ticks = session.backend.ticks
     done = "The mission was flown to its end" if report.completed else "The mission was not flown to its end"
@@ -266,7 +268,6 @@ def _print_report(report: FlightReport, session: FlightSession, path: Path, lag:
     say(f"{done}{why}. The vehicle: {report.end.value}.")
     for line in session.journal.lines[-_LINES:]:
         say(f"  {line}")
-    gap = session.links.autopilot.status().longest_setpoint_gap
     say(
         f"Ticks: {ticks.ticks}, {ticks.missed} missed, p99.9 {ticks.p99_9 * 1e3:.1f} ms off; "
         f"longest gap of setpoints {gap * 1e3:.0f} ms. Recording: {path}"

@@ -47,11 +47,15 @@ def lands_on_the_pad(rig: FlightRig, flight: Flight) -> FlightReport:
     return report
 
 
+def give_up_and_hover(flight: Flight) -> None:
+    flight.session.interrupt()
+    until(lambda: any(words.startswith("hover: ") for words in flight.said), "a hover after the retreat", flight.told)
+
+
 def test_operator_gives_up(rig, monkeypatch):
     monkeypatch.setattr(guarded, "OPERATOR_PATIENCE", 4.0)
     flight = at_hover(rig)
-    flight.session.interrupt()
-    until(lambda: any(words.startswith("hover: ") for words in flight.said), "a hover after the retreat", flight.told)
+    give_up_and_hover(flight)
     time.sleep(3.0)
     assert np.linalg.norm(rig.snapshot.truth.position - rig.places.hover) < 0.3
     assert np.linalg.norm(rig.snapshot.truth.velocity) < 0.2
@@ -65,8 +69,7 @@ def test_operator_gives_up(rig, monkeypatch):
 
 def test_operator_lands_out_of_the_hover_after_giving_up(rig):
     flight = at_hover(rig)
-    flight.session.interrupt()
-    until(lambda: any(words.startswith("hover: ") for words in flight.said), "a hover after the retreat", flight.told)
+    give_up_and_hover(flight)
     flight.session.interrupt()
     began = time.monotonic()
     assert Fault.OPERATOR_LAND in found(flight.end())
