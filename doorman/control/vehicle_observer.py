@@ -5,20 +5,21 @@ r"""Observer of the vehicle as a point mass: velocity and outer force from posit
     \dot{\hat v} = \frac{F + \hat F_{out}}{m} + 3\omega^2 e,\qquad
     \dot{\hat F}_{out} = m\omega^3 e
 
-with the rotors' and gravity's force F and the innovation e of the position: three poles at ω. A position that is t old is
-compared with :math:`\hat p - t\hat v`; one that has been seen before is not compared at all, so a gap is bridged by the model.
+with the rotors' and gravity's force F and the innovation e of the position: three poles at ω. Positions come T apart, so the
+gains are those of the sampled observer with three poles at :math:`\theta = e^{-\omega T}`: :math:`1 - \theta^3`,
+:math:`\tfrac32(1 - \theta^2)(1 - \theta)/T` and :math:`(1 - \theta)^3/T^2`. After a gap they take the new position for true,
+and the velocity that leads there; gains in proportion to T would overshoot. A position that is t old is compared with
+:math:`\hat p - t\hat v`; one that has been seen before is not compared at all, so a gap is bridged by the model.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-_LONGEST = 0.04
-"""Largest time that one innovation counts for [s]: after a gap it would overshoot."""
-
 
 class VehicleObserver:
     """Position, velocity and outer force of the vehicle.
@@ -57,9 +58,10 @@ class VehicleObserver:
         self.velocity = self.velocity + time_step * acceleration
         if measured_at <= self._seen:
             return
-        weight, rate = min(measured_at - self._seen, _LONGEST), self.rate
-        self._seen = measured_at
+        apart, self._seen = measured_at - self._seen, measured_at
         innovation = position - (self.position - (now - measured_at) * self.velocity)
-        self.position = self.position + 3.0 * rate * weight * innovation
-        self.velocity = self.velocity + 3.0 * rate**2 * weight * innovation
-        self.outer_force = self.outer_force + self.mass * rate**3 * weight * innovation
+        kept = math.exp(-self.rate * apart)
+        lost = 1.0 - kept
+        self.position = self.position + (1.0 - kept**3) * innovation
+        self.velocity = self.velocity + 1.5 * (1.0 - kept**2) * lost / apart * innovation
+        self.outer_force = self.outer_force + self.mass * lost**3 / apart**2 * innovation

@@ -53,6 +53,26 @@ def test_the_vehicle_observer_finds_velocity_and_wind() -> None:
     np.testing.assert_allclose(observer.outer_force, [0.8, -0.4, 0.2], atol=0.02)
 
 
+@pytest.mark.parametrize("gap", [0.05, 0.1, 0.2])
+def test_what_happens_in_a_gap_is_caught_up_with_and_not_overshot(gap: float) -> None:
+    """A blow while the cameras see nothing: with the first pose after it the estimate is there, and stays there."""
+    observer, velocity, tick, rate = VehicleObserver(3.0, 15.0), np.array([0.3, 0.0, 0.0]), 0.008, 15.0
+    before, blown, position = 0.8, False, np.zeros(3)
+    for k in range(round((before + gap + 0.4) / tick)):
+        now = k * tick
+        if now >= before + 0.5 * gap and not blown:
+            velocity, blown = np.array([-0.3, 0.0, 0.0]), True
+        position = position + tick * velocity
+        seen_at = now if not before < now < before + gap else before
+        observer.update(position, seen_at, now, np.zeros(3), tick if k else 0.0)
+        if k == 0:
+            observer.velocity = velocity.copy()
+        if now >= before + gap:
+            assert abs(observer.position[0] - position[0]) < 0.6 * 0.3 * gap, now
+            assert -0.6 < observer.velocity[0] < 0.31, now
+    assert observer.velocity[0] == pytest.approx(-0.3, abs=0.1 + math.exp(-rate * 0.3))
+
+
 def test_late_positions_do_not_shift_the_estimate() -> None:
     observer, position, _ = observe(0.02)
     np.testing.assert_allclose(observer.position, position, atol=5e-3)
