@@ -23,7 +23,6 @@ from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
-from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
@@ -57,6 +56,8 @@ class Wiring:
     signing_key: Path | None = None
     write_parameters: bool = False
     write_eeprom: bool = False
+    local_frame: tuple[float, ...] | None = None
+    """Origin and yaw of the autopilot's local frame in the world, shape (4,) [m, rad]."""
 
 
 def fly_mission(
@@ -93,23 +94,22 @@ def fly_mission(
         object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
         directions=wiring.directions, zero_positions=wiring.zero_positions, on_mocap_loss="report",
         signing_key=wiring.signing_key, write_parameters=wiring.write_parameters,
-        write_eeprom=wiring.write_eeprom,
+        write_eeprom=wiring.write_eeprom, local_frame=wiring.local_frame,
     )  # fmt: skip
-    limits = SafetyLimits()
     console = Console(stderr=True, highlight=False)
     if dry_run:
-        return _dry_run(model, config, limits, output)
+        return _dry_run(model, config, output)
     console.print("Preparing planner and controller")
     planner, findings = Planner(model), check(model.scenario)
     rehearse(model, planner)
     console.print("Opening the links")
     with real_time(), VehicleLinks(config) as links:
         await_links(links, console.print)
-        checks = preflight(model, links, limits, findings)
+        checks = preflight(model, links, findings)
         _print_checks(checks, Console(stderr=output != "words", highlight=False))
         result = _written(links, output) or _refusal(checks, yes, output)
         if result is None:
-            result = _fly(model, links, planner, limits, _file(out, model), duration, console, output)
+            result = _fly(model, links, planner, _file(out, model), duration, console, output)
     _print_result(checks, result, output)
     return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
 
@@ -149,11 +149,11 @@ def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] |
     return {"ready": good, "completed": False, "message": words}
 
 
-def _dry_run(model: Model, config: VehicleConfig, limits: SafetyLimits, output: Output) -> int:
+def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
     """Check what can be checked without sending anything."""
     findings = check(model.scenario)
     Console(stderr=True, highlight=False).print("Listening to the links; nothing is sent")
-    checks = listen(model, config, limits, findings)
+    checks = listen(model, config, findings)
     _print_checks(checks, Console(stderr=output != "words", highlight=False))
     good = ready(checks)
     words = "nothing speaks against a flight so far" if good else "the vehicle would not fly, see the lines marked 'no'"
@@ -167,7 +167,6 @@ def _fly(
     model: Model,
     links: VehicleLinks,
     planner: Planner,
-    limits: SafetyLimits,
     path: Path,
     duration: float | None,
     console: Console,
@@ -176,7 +175,7 @@ def _fly(
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
     recorder, unwritten = Recorder(path, header), ""
     try:
-        session = FlightSession(model, links, planner, recorder, limits, say=lambda words: console.print(f"· {words}"))
+        session = FlightSession(model, links, planner, recorder, say=lambda words: console.print(f"· {words}"))
         with _ctrl_c(session):
             report = session.fly(duration, _StatusLine(session, console))
         gap = links.autopilot.status().longest_setpoint_gap

@@ -1,6 +1,9 @@
-"""Lists of whole numbers on the command line."""
+"""Lists of numbers on the command line."""
 
 from __future__ import annotations
+
+import contextlib
+import math
 
 from doorman.exceptions import DoormanError
 
@@ -24,3 +27,28 @@ def whole_numbers(text: str | None, option: str) -> tuple[int, ...] | None:
         return tuple(int(part) for part in text.split(","))
     except ValueError as error:
         raise DoormanError("not whole numbers", field=option, given=text, allowed="such as 1,2,3") from error
+
+
+def real_numbers(text: str | None, option: str, count: int) -> tuple[float, ...] | None:
+    """Numbers between commas.
+
+    Args:
+        text: Such as `0.5,-1,0`; None stays None.
+        option: Its name, for the error.
+        count: How many there must be.
+
+    Returns:
+        The numbers.
+
+    Raises:
+        DoormanError: if there are others, or one of them is not a finite number.
+    """
+    if text is None:
+        return None
+    with contextlib.suppress(ValueError):
+        values = tuple(float(part) for part in text.split(","))
+        if len(values) == count and all(map(math.isfinite, values)):
+            return values
+    raise DoormanError(
+        "not such numbers", field=option, given=text, allowed=f"{count} finite numbers, such as 0.5,-1,0"
+    )

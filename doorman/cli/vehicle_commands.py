@@ -103,6 +103,14 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             str | None,
             typer.Option(metavar="LINK", help="Cameras' stream: udp:51001.", show_default="the autopilot's estimate"),
         ] = None,
+        local_frame: Annotated[
+            str | None,
+            typer.Option(
+                metavar="X,Y,Z,YAW",
+                help="Origin [m] of the autopilot's local frame, and where its north points [rad], in the scenario's world.",
+                show_default="0,0,0,0",
+            ),
+        ] = None,
         setpoints: Annotated[SetpointKind, typer.Option(help="What the autopilot gets.")] = SetpointKind.ATTITUDE,
         object_name: Annotated[str, typer.Option(metavar="NAME", help="Of the vehicle in the stream.")] = "vehicle",
         mocap_rate: Annotated[float, typer.Option(metavar="HZ", help="Frames per second of the cameras.")] = 100.0,
@@ -150,13 +158,13 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
         def command() -> int:
             from doorman.cli.fly import Wiring, fly_mission
-            from doorman.cli.numbers import whole_numbers
+            from doorman.cli.numbers import real_numbers, whole_numbers
 
             wiring = Wiring(
                 pixhawk, servos, mocap, setpoints.value, object_name, mocap_rate,
                 whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
                 whole_numbers(servo_zeros, "--servo-zeros"), signing_key, write_parameters,
-                write_eeprom,
+                write_eeprom, real_numbers(local_frame, "--local-frame", 4),
             )  # fmt: skip
             return fly_mission(
                 scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"

@@ -13,7 +13,6 @@ import numpy as np
 
 from doorman.feasibility import Report, Severity
 from doorman.hardware.pixhawk import SampleStatus
-from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.waiting import TOGETHER, apart
@@ -59,13 +58,12 @@ def ready(checks: list[Check]) -> bool:
     return all(one.verdict is not Verdict.BAD for one in checks)
 
 
-def preflight(model: Model, links: VehicleLinks, limits: SafetyLimits, findings: Report) -> list[Check]:
+def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check]:
     """Go through the checklist; reads, and changes nothing.
 
     Args:
         model: Model of the scenario.
         links: Of the vehicle, open for some seconds.
-        limits: Of the supervisor.
         findings: Of `doorman.feasibility.check` for the scenario; it takes too long to be found while links are open.
 
     Returns:
@@ -75,7 +73,7 @@ def preflight(model: Model, links: VehicleLinks, limits: SafetyLimits, findings:
         _autopilot(links),
         _mocap(links),
         _servos(model, links),
-        judge_limits(model, limits),
+        judge_limits(model),
         _place(model, links),
         _computer(),
         judge_scenario(findings),
@@ -166,19 +164,19 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
                "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
 
 
-def judge_limits(model: Model, limits: SafetyLimits) -> Iterator[Check]:
+def judge_limits(model: Model) -> Iterator[Check]:
     """Rows about fence and thrust.
 
     Args:
         model: Model of the scenario.
-        limits: Of the supervisor.
     """
-    places = Places.of(model)
+    limits, places = model.scenario.safety, Places.of(model)
     inside = all(
         bool((place >= limits.fence_low).all() and (place <= limits.fence_high).all())
         for place in (places.pad, places.hover, places.touch)
     )
-    yield _row("fence", inside, f"{limits.fence_low} to {limits.fence_high} m", "a fence around pad, hover and door")
+    yield _row("fence", inside, f"{limits.fence_low} to {limits.fence_high} m",
+               "pad, hover and door between safety.fence_low and safety.fence_high")  # fmt: skip
     ratio = model.vehicle.max_thrust / model.hover_input[0]
     yield _row("thrust", ratio > 1.3, f"{ratio:.2f} times the weight", "a lighter vehicle or stronger motors")
 

@@ -11,7 +11,6 @@ from doorman.flight.checklist import Verdict, preflight
 from doorman.flight.guarded import GuardedFlight
 from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
-from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
@@ -28,7 +27,6 @@ class FlyingBackend(Backend):
         pixhawk: Connection to the autopilot, such as `udp:14540`.
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
-        limits: Of the supervisor.
         recorder: Gets what the links and the supervisor tell.
         **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
     """
@@ -42,14 +40,13 @@ class FlyingBackend(Backend):
         servos: str,
         mocap: str | None = None,
         *,
-        limits: SafetyLimits | None = None,
         recorder: Recorder | None = None,
         **settings: Any,
     ) -> None:
-        self._model, self._limits = model, limits or SafetyLimits()
+        self._model = model
         self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings))
         self._scheduling = ExitStack()
-        self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}), self._limits)
+        self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}))
 
     def open(self) -> None:
         """Open the links, go through the checklist, arm, take off and fly to the hover point.
@@ -64,9 +61,7 @@ class FlyingBackend(Backend):
         try:
             self.links.open()
             await_links(self.links)
-            bad = [
-                one for one in preflight(self._model, self.links, self._limits, findings) if one.verdict is Verdict.BAD
-            ]
+            bad = [one for one in preflight(self._model, self.links, findings) if one.verdict is Verdict.BAD]
             if bad:
                 raise BackendError("; ".join(f"{one.name}: {one.found}" for one in bad), field="checklist")
             self.flight.begin()

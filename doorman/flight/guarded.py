@@ -15,7 +15,7 @@ from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority, EventKind, Outcome, OutcomeStatus, PositionSetpoint, SampleStatus
-from doorman.hardware.safety import Action, Fault, Observation, Observer, SafetyLimits, Supervisor
+from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
 from doorman.mission.motion import way_out
@@ -72,7 +72,6 @@ class GuardedFlight:
         model: Model of the scenario.
         links: Of the vehicle.
         recorder: Gets what links and supervisor tell.
-        limits: Of the supervisor.
         say: Told of every step.
     """
 
@@ -81,14 +80,13 @@ class GuardedFlight:
         model: Model,
         links: VehicleLinks,
         recorder: Recorder,
-        limits: SafetyLimits | None = None,
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
         self.model, self.links, self.say = model, links, say
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer, self._fall = Observer(model, self.backend), FallWatch()
-        self.supervisor = Supervisor(links, self._look, limits, refuge=self._refuge)
+        self.supervisor = Supervisor(links, self._look, model.scenario.safety, refuge=self._refuge)
         self.journal = Journal(links, self.supervisor, recorder)
         self._armed_once = self._blind = False
 

@@ -16,7 +16,6 @@ from doorman.feasibility import Report
 from doorman.flight.checklist import Check, Verdict, judge_limits, judge_scenario
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Autopilot
-from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import Model
 
@@ -24,20 +23,19 @@ LISTENING = 3.0
 """[s]."""
 
 
-def listen(model: Model, config: VehicleConfig, limits: SafetyLimits, findings: Report) -> list[Check]:
+def listen(model: Model, config: VehicleConfig, findings: Report) -> list[Check]:
     """Listen to the links and go through what can be checked so; nothing is sent on any of them.
 
     Args:
         model: Model of the scenario.
         config: Of the links, which are opened and closed here.
-        limits: Of the supervisor.
         findings: Of `doorman.feasibility.check` for the scenario.
 
     Returns:
         All rows; what only an answer could tell is a warning.
     """
     rows = [*_autopilot(config), *_mocap(config), *_servos(config)]
-    return [*rows, *judge_limits(model, limits), *judge_scenario(findings)]
+    return [*rows, *judge_limits(model), *judge_scenario(findings)]
 
 
 def _autopilot(config: VehicleConfig) -> Iterator[Check]:

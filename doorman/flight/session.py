@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from doorman.exceptions import DoormanError
 from doorman.flight.guarded import End, GuardedFlight
-from doorman.hardware.safety import Fault, Finding, SafetyLimits
+from doorman.hardware.safety import Fault, Finding
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.mission import Mission, OnProgress
 from doorman.model import Model
@@ -40,7 +40,6 @@ class FlightSession:
         links: Of the vehicle, open.
         planner: Of the same scenario, rehearsed.
         recorder: Gets everything; written by the thread that calls `fly`.
-        limits: Of the supervisor.
         say: Told of every step.
     """
 
@@ -50,11 +49,10 @@ class FlightSession:
         links: VehicleLinks,
         planner: Planner,
         recorder: Recorder,
-        limits: SafetyLimits | None = None,
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
         self.links, self.say = links, say
-        self.flight = GuardedFlight(model, links, recorder, limits, say)
+        self.flight = GuardedFlight(model, links, recorder, say)
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
         self._mission = Mission(model, planner, recorder)

@@ -13,6 +13,7 @@ from doorman.scenario.flight import (
     MissionTimeOutsSection,
 )
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
+from doorman.scenario.safety import SafetySection
 from doorman.scenario.scenario import Scenario
 from doorman.scenario.simulation import GustSection, NoiseSection, SensorsSection, SimulationSection
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
@@ -33,6 +34,7 @@ __all__ = [
     "NoiseSection",
     "PlannerSection",
     "PushSection",
+    "SafetySection",
     "Scenario",
     "SensorsSection",
     "SimulationSection",

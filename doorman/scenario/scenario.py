@@ -16,6 +16,7 @@ from doorman.scenario.campaign import CampaignSection
 from doorman.scenario.errors import explain
 from doorman.scenario.flight import ControlSection, EstimationSection, MissionSection
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection
+from doorman.scenario.safety import SafetySection
 from doorman.scenario.simulation import SimulationSection
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 from doorman.scenario.values import Section
@@ -38,6 +39,7 @@ class Scenario(Section):
     control: ControlSection = ControlSection()
     estimation: EstimationSection = EstimationSection()
     mission: MissionSection = MissionSection()
+    safety: SafetySection = SafetySection()
     simulation: SimulationSection = SimulationSection()
     campaign: CampaignSection = CampaignSection()
 

@@ -16,7 +16,6 @@ from far_rig import FarRig
 
 from doorman.flight import FlightReport, FlightSession
 from doorman.hardware.pixhawk import SampleStatus, Timeouts
-from doorman.hardware.safety import SafetyLimits
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.places import Places
 from doorman.model import Model
@@ -68,7 +67,15 @@ class FlightRig:
     """
 
     def __init__(self, folder: Path) -> None:
-        scenario = Scenario.load(SCENARIO, {"planner.rate": 25.0, "simulation.planner_latency_periods": 1})
+        scenario = Scenario.load(
+            SCENARIO,
+            {
+                "planner.rate": 25.0,
+                "simulation.planner_latency_periods": 1,
+                "safety.missed_ticks": 2.0,
+                "safety.divergence": 0.3,
+            },
+        )
         self.model = Model(scenario)
         self.places = Places.of(self.model)
         self.planner = Planner(self.model)
@@ -80,7 +87,6 @@ class FlightRig:
             quick(vehicle_config(self.model, words[1], words[3], words[5], on_mocap_loss="report"))
         )
         self._collisions: list[str] = []
-        self.limits = SafetyLimits(missed_ticks=2.0, divergence=0.3)
 
     def start(self) -> None:
         self.links.open()
@@ -119,18 +125,23 @@ class FlightRig:
         """Between cameras and autopilot [m]."""
         return float(np.linalg.norm(self.links.mocap.read().position - self.links.autopilot.state().position))
 
-    def flight(self) -> Flight:
-        return Flight(self)
+    def flight(self, recording: Path | None = None) -> Flight:
+        return Flight(self, recording)
 
 
 class Flight:
-    """One session in a thread of its own."""
+    """One session in a thread of its own.
 
-    def __init__(self, rig: FlightRig) -> None:
+    Args:
+        rig: The rig.
+        recording: File to record to, besides memory.
+    """
+
+    def __init__(self, rig: FlightRig, recording: Path | None = None) -> None:
         self.rig = rig
-        self.recorder = Recorder(None, {})
+        self.recorder = Recorder(recording, {})
         self.said: list[str] = []
-        self.session = FlightSession(rig.model, rig.links, rig.planner, self.recorder, rig.limits, self.said.append)
+        self.session = FlightSession(rig.model, rig.links, rig.planner, self.recorder, self.said.append)
         self.on_progress: Callable[[], None] = lambda: None
         self._report: FlightReport | None = None
         self._thread = threading.Thread(target=self._fly, daemon=True)

@@ -1,7 +1,6 @@
 """Safety supervisor: watches the flight independently of planner and controller, and takes the vehicle from them."""
 
 from doorman.hardware.safety.assessor import Assessor, Finding
-from doorman.hardware.safety.limits import SafetyLimits
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.safety.observer import Observer
 from doorman.hardware.safety.rules import RULES, Action, Fault, Rule
@@ -16,6 +15,5 @@ __all__ = [
     "Observation",
     "Observer",
     "Rule",
-    "SafetyLimits",
     "Supervisor",
 ]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from doorman.hardware.safety.limits import SafetyLimits
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.safety.rules import RULES, Action, Fault
+from doorman.scenario import SafetySection
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Assessor:
         limits: Bounds.
     """
 
-    def __init__(self, limits: SafetyLimits) -> None:
+    def __init__(self, limits: SafetySection) -> None:
         self.limits = limits
         self._since: dict[Fault, float] = {}
         self._found: set[Fault] = set()

@@ -11,8 +11,8 @@ import numpy as np
 from doorman.hardware.dynamixel import LATCHED, BusState, ServoFault
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.pixhawk import Authority, EventKind
-from doorman.hardware.safety.limits import SafetyLimits
 from doorman.hardware.safety.observation import Observation
+from doorman.scenario import SafetySection
 
 
 class Action(IntEnum):
@@ -67,28 +67,28 @@ class Rule:
     patience: float
     """For how long it must hold [s]."""
     action: Action
-    holds: Callable[[Observation, SafetyLimits], bool]
+    holds: Callable[[Observation, SafetySection], bool]
     """Whether it holds now."""
 
 
-def _conditions(*kinds: EventKind) -> Callable[[Observation, SafetyLimits], bool]:
+def _conditions(*kinds: EventKind) -> Callable[[Observation, SafetySection], bool]:
     return lambda seen, _: not seen.conditions.isdisjoint(kinds)
 
 
-def _outside(seen: Observation, limits: SafetyLimits) -> bool:
+def _outside(seen: Observation, limits: SafetySection) -> bool:
     return bool((seen.position < limits.fence_low).any() or (seen.position > limits.fence_high).any())
 
 
-def _seen_only(seen: Observation, _: SafetyLimits) -> bool:
+def _seen_only(seen: Observation, _: SafetySection) -> bool:
     """Whether only the cameras say where the vehicle is: it can be flown by them."""
     return seen.pose is not None and seen.pose.usable and EventKind.STATE_STALE in seen.conditions
 
 
-def _unseen(kind: EventKind) -> Callable[[Observation, SafetyLimits], bool]:
+def _unseen(kind: EventKind) -> Callable[[Observation, SafetySection], bool]:
     return lambda seen, limits: kind in seen.conditions and not _seen_only(seen, limits)
 
 
-def _servos_stopped(seen: Observation, _: SafetyLimits) -> bool:
+def _servos_stopped(seen: Observation, _: SafetySection) -> bool:
     return seen.commanding and seen.servo_state is BusState.HOLDING and not seen.servo_fault & ServoFault.COMMAND_STALE
 
 

@@ -14,10 +14,10 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import StraightWay
 from doorman.hardware.safety.assessor import Assessor, Finding
-from doorman.hardware.safety.limits import SafetyLimits
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.safety.rules import ACTIONS, Action, Fault
 from doorman.hardware.vehicle.links import VehicleLinks
+from doorman.scenario import SafetySection
 
 Array = NDArray[np.float64]
 
@@ -56,14 +56,14 @@ class Supervisor:
         self,
         links: VehicleLinks,
         look: Callable[[], Observation],
-        limits: SafetyLimits | None = None,
+        limits: SafetySection | None = None,
         period: float = 0.02,
         refuge: Callable[[Array], Array] | None = None,
     ) -> None:
         self._links, self._look, self._period = links, look, period
         self._refuge = refuge
         self._leaving: StraightWay | None = None
-        self._assessor = Assessor(limits or SafetyLimits())
+        self._assessor = Assessor(limits or SafetySection())
         self._lock = threading.RLock()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None

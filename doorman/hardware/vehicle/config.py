@@ -10,10 +10,11 @@ from typing import Literal
 
 import numpy as np
 
+from doorman.checks import vector
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
-from doorman.hardware.pixhawk import PixhawkConfig, Rates, Timeouts
+from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
 from doorman.hardware.vehicle import gripper
 from doorman.model import GRAVITY, Model
 
@@ -72,6 +73,7 @@ def vehicle_config(
     signing_key: Path | None = None,
     write_parameters: bool = False,
     write_eeprom: bool = False,
+    local_frame: Sequence[float] | None = None,
 ) -> VehicleConfig:
     """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
 
@@ -92,14 +94,18 @@ def vehicle_config(
         signing_key: File with the MAVLink signing key; None signs nothing.
         write_parameters: Whether the autopilot's parameters may be written, when that is asked for.
         write_eeprom: Whether the servos' settings are changed to what they should be when the links are opened.
+        local_frame: Origin of the autopilot's local frame, and yaw of its north, in the world, shape (4,) [m, rad]; the world
+            itself by default, as where poses come from the cameras.
 
     Returns:
         The configuration.
 
     Raises:
         BackendError: if a value is out of range.
+        DimensionError: if `local_frame` has another shape or is not finite.
     """
     vehicle = model.vehicle
+    x, y, z, yaw = (0.0, 0.0, 0.0, 0.0) if local_frame is None else vector(local_frame, 4, "local_frame").tolist()
     grips = model.scenario.contact.kind == "grip"
     lower, upper, rates = vehicle.lower_limits, vehicle.upper_limits, vehicle.rate_limits
     if grips:
@@ -110,6 +116,7 @@ def vehicle_config(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
             rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
             signing_key=signing_key, write_parameters=write_parameters,
+            local_frame=LocalFrame((x, y, z), yaw),
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),

@@ -7,10 +7,11 @@ import re
 from pathlib import Path
 
 from doorman.hardware.pixhawk.straight_way import SPEED
-from doorman.hardware.safety import RULES, Action, SafetyLimits
+from doorman.hardware.safety import RULES, Action
 from doorman.hardware.safety.observer import FORCE_LAG
 from doorman.hardware.safety.supervisor import ABORT_WITHIN, ACKNOWLEDGE_WITHIN
 from doorman.hardware.vehicle.links import GUARD_TIMEOUT
+from doorman.scenario import SafetySection
 
 HERE = Path(__file__).parent
 PAGE = (HERE.parents[2] / "docs" / "hardware" / "safety.md").read_text(encoding="utf-8")
@@ -49,7 +50,7 @@ def test_every_action_of_the_rules_is_in_the_table():
 
 
 def test_numbers_are_those_of_the_code():
-    limits = SafetyLimits()
+    limits = SafetySection()
     assert f"has not ended after {ABORT_WITHIN:g} s, RETREAT" in PAGE
     assert f"does not do so within {ACKNOWLEDGE_WITHIN:g} s" in PAGE
     assert f"out of the doorway at {SPEED:g} m/s" in PAGE

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import ScenarioError
 from doorman.hardware.dynamixel import BusState, ServoFault
 from doorman.hardware.mocap import PoseQuality
 from doorman.hardware.pixhawk import Authority, EventKind
-from doorman.hardware.safety import RULES, Action, Assessor, Fault, Observation, SafetyLimits
+from doorman.hardware.safety import RULES, Action, Assessor, Fault, Observation
 from doorman.hardware.safety.rules import ACTIONS
+from doorman.scenario import SafetySection, Scenario
 
-LIMITS = SafetyLimits()
+LIMITS = SafetySection()
 GOOD = Observation(
     now=100.0, position=np.array([-1.0, 0.7, 1.3]), speed=0.1, tilt=0.05, thrust_share=0.6, force=1.0,
     pose=PoseQuality.MEASURED, divergence=0.005, battery=0.8,
@@ -162,13 +163,13 @@ def test_every_limit_is_used():
         "disobedience": (3.0, Fault.DISOBEDIENCE), "missed_ticks": (2.0, Fault.DEADLINES), "command_age": (9.0, Fault.CONTROLLER),
         "low_battery": (0.12, Fault.BATTERY_LOW), "critical_battery": (0.01, Fault.BATTERY_CRITICAL),
     }  # fmt: skip
-    assert set(wide) | {"fence_low"} == {field.name for field in fields(SafetyLimits)}
+    assert set(wide) | {"fence_low"} == set(SafetySection.model_fields)
     for name, (value, fault) in wide.items():
-        assessor = Assessor(replace(LIMITS, **{name: value}))
+        assessor = Assessor(LIMITS.model_copy(update={name: value}))
         bad = replace(GOOD, **BROKEN[fault])
         found = [f.fault for k in range(200) for f in assessor.assess(replace(bad, now=100.0 + 0.02 * k))]
         assert fault not in found, name
-    low = Assessor(replace(LIMITS, fence_low=(-0.5, -2.0, 0.0)))
+    low = Assessor(LIMITS.model_copy(update={"fence_low": (-0.5, -2.0, 0.0)}))
     assert [f.fault for k in range(9) for f in low.assess(replace(GOOD, now=100.0 + 0.02 * k))] == [Fault.FENCE]
 
 
@@ -177,11 +178,12 @@ def test_every_limit_is_used():
     [
         ({"tilt": 0.0}, "safety.tilt"),
         ({"speed": math.nan}, "safety.speed"),
-        ({"fence_low": (5.0, 0.0, 0.0)}, "safety.fence_low"),
-        ({"critical_battery": 0.5}, "safety.critical_battery"),
+        ({"fence_low": [5.0, 0.0, 0.0]}, "safety"),
+        ({"critical_battery": 0.5}, "safety"),
     ],
 )
 def test_limits_are_checked(change, field):
-    with pytest.raises(BackendError) as error:
-        SafetyLimits(**change)
+    with pytest.raises(ScenarioError) as error:
+        Scenario.load("paper", {f"safety.{name}": value for name, value in change.items()})
     assert error.value.field == field
+    assert all(name in str(error.value) for name in change)

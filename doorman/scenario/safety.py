@@ -1,0 +1,50 @@
+"""What the supervisor of a flight allows."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from doorman.scenario.values import Number, Positive, Section
+
+_Share = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)]
+_Corner = tuple[Number, Number, Number]
+
+
+class SafetySection(Section):
+    """Bounds of a flight on a vehicle; simulated flights have no supervisor."""
+
+    fence_low: _Corner = (-3.0, -2.5, 0.0)
+    """Lowest corner of the box in which O_B may be, world frame [m]."""
+    fence_high: _Corner = (3.0, 3.5, 3.0)
+    """Highest corner [m]."""
+    tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=math.pi)] = 0.6
+    """Largest angle between the body's z axis and the vertical [rad]."""
+    speed: Positive = 1.5
+    """[m/s]."""
+    thrust_share: Positive = 0.95
+    """Thrust above this share of the largest counts as saturated."""
+    force: Positive = 18.0
+    """Largest force of the surroundings on the vehicle [N]."""
+    divergence: Positive = 0.15
+    """Largest distance between the cameras' and the autopilot's position [m]."""
+    disobedience: Positive = 0.2
+    """Largest angle between the attitude that the autopilot steers by and the commanded one [rad]."""
+    missed_ticks: Positive = 0.5
+    """Largest share of the controller's ticks that may be missed within a second."""
+    command_age: Positive = 0.25
+    """Without a command for this long, the controller counts as silent [s]."""
+    low_battery: _Share = 0.2
+    """Share of the charge at which the task is given up."""
+    critical_battery: _Share = 0.1
+    """Share of the charge at which the vehicle lands where it is."""
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> SafetySection:
+        if not all(low < high for low, high in zip(self.fence_low, self.fence_high, strict=True)):
+            raise ValueError("fence_low below fence_high in every coordinate")
+        if self.critical_battery > self.low_battery:
+            raise ValueError("critical_battery up to low_battery")
+        return self
