@@ -29,7 +29,7 @@ def model() -> Model:
     return Model(Scenario.load("paper", {"mission.start": "contact"}))
 
 
-FREE = Hinge(0.0, 0.0, 5.0)
+FREE = Hinge(0.0, 0.0, 5.0, 0.0, 0.0)
 """A hinge that nothing resists in."""
 
 
@@ -134,10 +134,11 @@ def test_nothing_to_follow_before_the_first_usable_plan(model: Model) -> None:
     assert followed[4] is not None and followed[4].start == pytest.approx(0.02)
 
 
-def test_the_planner_is_told_torque_and_inertia_and_no_friction(model: Model) -> None:
+def test_the_planner_is_told_the_hinge(model: Model) -> None:
     schedule = schedule_of(model, 0)
-    schedule.update(0.0, model.start_state, FREE._replace(disturbance=-0.7))
-    assert schedule.planner.told == [{"friction": 0.0, "disturbance": -0.7, "inertia": FREE.inertia}]
+    hinge = Hinge(0.1, -0.7, 4.0, 0.6, 0.9)
+    schedule.update(0.0, model.start_state, hinge)
+    assert schedule.planner.told == [hinge._asdict()]
 
 
 def test_first_plan_misses_no_deadline_others_may(model: Model) -> None:

@@ -17,7 +17,7 @@ from doorman.recording import Recorder
 
 PATIENCE = 30.0
 
-FREE = Hinge(0.0, 0.0, 5.0)
+FREE = Hinge(0.0, 0.0, 5.0, 0.0, 0.0)
 """A hinge that nothing resists in."""
 
 

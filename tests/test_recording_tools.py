@@ -226,15 +226,15 @@ def test_every_plan_comes_out_the_same_to_the_bit(flight, recording):
 
 def test_changing_doors_and_cold_plans_are_replayed(planner):
     told, inertias = [0.0, -0.3, -0.31, 0.2, -1.0, -1.1], [5.3, 5.3, 6.0, 7.5, 7.5, 7.0]
+    dampings = [0.0, 0.7, 0.6, 0.6, 0.2, 0.3]
     with Recorder(None, {}) as recorder:
         schedule = PlanSchedule(planner, 0, recorder)
-        for k, (disturbance, inertia) in enumerate(zip(told, inertias, strict=True)):
+        for k, (disturbance, inertia, damping) in enumerate(zip(told, inertias, dampings, strict=True)):
             if k == 3:
                 schedule.forget()
-            schedule.update(schedule.period * k, planner.planning.start_state, Hinge(0.0, disturbance, inertia))
+            schedule.update(schedule.period * k, planner.planning.start_state, Hinge(0.0, disturbance, inertia, damping, 0.5 * damping))
         recording = recorder.recording()
-    assert recording["plan"]["door_disturbance"].tolist() == told
-    assert recording["plan"]["door_inertia"].tolist() == inertias
+    assert recording["plan"]["hinge"][:, 1:4].T.tolist() == [told, inertias, dampings]
     assert recording["plan"]["cold"].tolist() == [True, False, False, True, False, False]
     found = replay_plans(recording, planner)
     assert (found.plans, found.cold, found.identical, found.not_compared) == (6, 2, True, 0)
@@ -275,7 +275,10 @@ def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
 
 def test_another_door_would_give_other_plans(recording, planner, tmp_path):
     def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
-        return message | {"door_disturbance": message["door_disturbance"] - 0.5} if topic == "plan" else message
+        if topic != "plan":
+            return message
+        friction, disturbance, *others = message["hinge"]
+        return message | {"hinge": [friction, disturbance - 0.5, *others]}
 
     path = changed(recording, tmp_path / "changed.mcap", change)
     assert len(replay_plans(Recording.load(path), planner).differences) > 20

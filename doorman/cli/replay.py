@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from doorman.cli.recorded import recorded_scenario, recording_file
 from doorman.exceptions import RecordingError
 from doorman.model import Model
+from doorman.ocp.hinge import Hinge
 from doorman.ocp.planner import Plan, Planner
 from doorman.recording import Recording, Topic
 
 _NEEDED = (
-    "cold", "cut_short", "door_disturbance", "door_inertia", "margin",
+    "cold", "cut_short", "hinge", "margin",
     "state", "states", "inputs", "cost", "iterations", "status",
 )  # fmt: skip
 _NUMBERS = ("states", "inputs", "cost", "iterations")
@@ -116,8 +117,7 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
         )  # fmt: skip
     differences, comparable, left_out = [], True, 0
     for k, start in enumerate(_starts(recording, planner.model)):
-        disturbance, inertia = float(recorded["door_disturbance"][k]), float(recorded["door_inertia"][k])
-        planner.update_door(friction=0.0, disturbance=disturbance, inertia=inertia)
+        planner.update_door(**Hinge(*map(float, recorded["hinge"][k]))._asdict())
         planner.update_margin(float(recorded["margin"][k]))
         x = planner.planning.state(*start)
         plan = planner.plan(x) if recorded["cold"][k] else planner.replan(x)

@@ -8,7 +8,8 @@ import numpy as np
 
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing import Swing, best_swing
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
+from doorman.ocp.limits import largest_push
 
 _FORCE_RESERVE = 0.7
 
@@ -85,12 +86,11 @@ def _force(model: Model, duration: float) -> Finding:
     rate = sense * abs(goal - start) / duration
     torques = [sense * model.door.hinge_torque(angle, rate) for angle in np.linspace(start, goal, 30)]
     needed = max(0.0, max(torques)) / model.coupling.distance_from_hinge
-    weight, tilt = model.vehicle.mass * GRAVITY, model.scenario.control.max_tilt
-    by_tilt = weight * math.tan(tilt)
-    by_thrust = math.sqrt(max(model.vehicle.max_thrust**2 - weight**2, 0.0))
-    available = min(by_tilt, by_thrust)
+    tilt = model.scenario.control.max_tilt
+    available = largest_push(model, tilt)
     severity = graded(needed <= _FORCE_RESERVE * available, Severity.WARNING if needed < available else Severity.ERROR)
-    what = f"the tilt limit of {math.degrees(tilt):.0f}°" if by_tilt < by_thrust else "the largest thrust"
+    by_tilt = available < largest_push(model, math.pi / 2)
+    what = f"the tilt limit of {math.degrees(tilt):.0f}°" if by_tilt else "the largest thrust"
     return Finding(
         "force on the door", severity,
         f"friction, damping and spring of the hinge need {needed:.1f} N at the tip; {what} allows {available:.1f} N",

@@ -183,8 +183,7 @@ class Opening:
             state = push_state(state, self._push.push, self._weight)
         self._nudge(off, estimate.door_rate, time_step)
         disturbance = max(self._disturbance(off, estimate) - self._stiction, -self._most_now(off))
-        hinge = Hinge(0.0, disturbance, self._inertia(estimate))
-        current = self._schedule.update(now, state, hinge, self._lean(estimate))
+        current = self._schedule.update(now, state, self._hinge(estimate, disturbance), self._lean(estimate))
         if current is None:
             if self._waiting is None:
                 self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))
@@ -267,9 +266,17 @@ class Opening:
         """Distance from the goal at which a gripped door may stay [rad]."""
         return min(_AT_GOAL + _LENIENCE * max(0, self._passes - 1), _NEAR)
 
-    def _inertia(self, estimate: Estimate) -> float:
-        """Of the leaf, as plans take it: as a grip has learnt it; a push moves a door too slowly to."""
-        return estimate.hinge.inertia if self._push is None else self._model.door.inertia
+    def _hinge(self, estimate: Estimate, torque: float) -> Hinge:
+        """What plans are told: the estimated parameters, and a disturbance that makes their sum what it is now.
+
+        Args:
+            estimate: Of door and hinge.
+            torque: Of the hinge now beyond what the scenario names [N m].
+        """
+        hinge, door = estimate.hinge, self._model.door
+        torque += (door.damping - hinge.damping) * estimate.door_rate
+        torque += (door.stiffness - hinge.stiffness) * (estimate.door_angle - door.rest_angle)
+        return Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness)
 
     def _lean(self, estimate: Estimate) -> float:
         """How much nearer to the leaf a vehicle comes that leans into the wind about its tip [m]."""
@@ -311,6 +318,7 @@ class Opening:
         return (
             f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
             f"against {max(0.0, -estimate.door_disturbance):.2f} N m"
+            + (f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else "")
         )
 
     def _turned(self, estimate: Estimate) -> float:

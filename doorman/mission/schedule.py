@@ -71,6 +71,8 @@ class PlanSchedule:
     _waiting: list[TimedPlan] = field(default_factory=list)
     current: TimedPlan | None = None
     """What `update` returned last."""
+    refusal: str = ""
+    """Why the last plan is not flown; empty if it is."""
     _next: float = 0.0
     _started: bool = False
     _epoch: int = 0
@@ -160,6 +162,7 @@ class PlanSchedule:
 
     def _take(self, answer: _Answer, available_at: float) -> None:
         order, plan = answer.order, answer.plan
+        self.refusal = "" if plan.flyable else f"{plan.status.value}: {plan.violated}"
         if plan.flyable and order.epoch == self._epoch:
             self._waiting.append(TimedPlan(plan, order.time, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)
@@ -168,8 +171,7 @@ class PlanSchedule:
             order.time,
             {
                 "cold": order.cold,
-                "door_disturbance": order.hinge.disturbance,
-                "door_inertia": order.hinge.inertia,
+                "hinge": list(order.hinge),
                 "margin": order.margin,
                 "state": states[0],
                 "states": states,

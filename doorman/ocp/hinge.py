@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from doorman.kinematics.door import Door
 
 
 class Hinge(NamedTuple):
@@ -14,3 +16,31 @@ class Hinge(NamedTuple):
     """τ_d of α̈ = … − τ_d/I_D, in the sense of damping: negative where it resists opening [N m]."""
     inertia: float
     """I_D of the leaf about the hinge [kg m²]."""
+    damping: float
+    """b [N m s/rad]."""
+    stiffness: float
+    """k of a spring or closer, relaxed at the door's `rest_angle` [N m/rad]."""
+
+    @classmethod
+    def of(cls, door: Door, disturbance: float = 0.0) -> Hinge:
+        """As the scenario names it.
+
+        Args:
+            door: The door.
+            disturbance: τ_d [N m].
+        """
+        return cls(door.friction, disturbance, door.inertia, door.damping, door.stiffness)
+
+    def into(self, dynamics: Any) -> Any:
+        """Parameters of a model's kernels with this hinge.
+
+        Args:
+            dynamics: Of a type with the fields of `QuasiStaticParameters`.
+
+        Returns:
+            The same type.
+        """
+        return dynamics._replace(
+            friction=self.friction, disturbance=self.disturbance, door_inertia=self.inertia, damping=self.damping,
+            stiffness=self.stiffness,
+        )  # fmt: skip

@@ -17,7 +17,8 @@ from doorman.numba_types.handles import Handle
 from doorman.ocp.hinge import Hinge
 from doorman.ocp.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
 from doorman.ocp.problem import Problem
-from doorman.ocp.quasi_static_planning import leaning, push_along_normal
+from doorman.ocp.quasi_static_planning import leaning, push_along_normal, too_stiff
+from doorman.ocp.solution import PlanStatus
 
 Array = NDArray[np.float64]
 
@@ -52,14 +53,15 @@ class LagrangianPlanning:
 
     def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        dynamics = parameters.dynamics._replace(
-            friction=hinge.friction, disturbance=hinge.disturbance, door_inertia=hinge.inertia
-        )
-        return parameters._replace(dynamics=dynamics, margin=margin)
+        return parameters._replace(dynamics=hinge.into(parameters.dynamics), margin=margin)
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
         """The scenario's, leaning, see `PlanningModel`."""
         return leaning(self.model, self.goal_state, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[3]))
 
     def relaxed(self, parameters: Any) -> bool:
         """Never, see `PlanningModel`."""

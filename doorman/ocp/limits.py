@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.model import Model
+from doorman.model import GRAVITY, Model
 from doorman.ocp.problem import Bounds
 
 Array = NDArray[np.float64]
@@ -60,6 +60,17 @@ def largest_body_rates(model: Model) -> Array:
     """Largest |Ω| of `[limits]`, shape (3,) [rad/s]; shape (0,) if they are switched off."""
     limits = model.scenario.limits
     return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
+
+
+def largest_push(model: Model, tilt: float) -> float:
+    """Horizontal force that a vehicle which keeps its height has left [N].
+
+    Args:
+        model: Model of the scenario.
+        tilt: Largest angle between the body's z axis and the vertical [rad].
+    """
+    weight = model.vehicle.mass * GRAVITY
+    return min(weight * math.tan(tilt), math.sqrt(max(model.vehicle.max_thrust**2 - weight**2, 0.0)))
 
 
 def least_cosine(model: Model) -> float:

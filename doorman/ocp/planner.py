@@ -57,7 +57,8 @@ class Plan:
     time_step: float
     """Δt between nodes [s]."""
     violated: str = ""
-    """Where a constraint is violated: its name, the node and the amount of the worst one; else empty."""
+    """Where a constraint is violated: its name, the node and the amount of the worst one; of a door that cannot be opened or
+    stopped, the numbers; else empty."""
 
     @property
     def usable(self) -> bool:
@@ -91,11 +92,17 @@ class Planner:
         self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
         self._started, self._fitted = False, False
         self._parameters = self._problem.model
-        self._hinge = Hinge(self.model.door.friction, 0.0, self.model.door.inertia)
+        self._hinge = Hinge.of(self.model.door)
         self._margin = self.settings.margin
 
     def update_door(
-        self, *, friction: float | None = None, disturbance: float | None = None, inertia: float | None = None
+        self,
+        *,
+        friction: float | None = None,
+        disturbance: float | None = None,
+        inertia: float | None = None,
+        damping: float | None = None,
+        stiffness: float | None = None,
     ) -> None:
         """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
 
@@ -103,16 +110,22 @@ class Planner:
             friction: τ_c [N m].
             disturbance: τ_d of α̈ = … − τ_d/I_D, in the sense of damping: negative where it resists opening [N m].
             inertia: I_D of the leaf about the hinge [kg m²].
+            damping: b [N m s/rad].
+            stiffness: k of a spring or closer [N m/rad].
 
         Raises:
-            DimensionError: if a value is not finite, the friction is negative, or the inertia is not positive.
+            DimensionError: if a value is not finite, the inertia not positive, or another but the disturbance negative.
         """
-        given = {"friction": friction, "disturbance": disturbance, "inertia": inertia}
+        given = {
+            "friction": friction, "disturbance": disturbance, "inertia": inertia, "damping": damping, "stiffness": stiffness,
+        }  # fmt: skip
         hinge = self._hinge._replace(**{name: float(value) for name, value in given.items() if value is not None})
         for name, value, least, allowed in (
             ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
             ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
             ("inertia", hinge.inertia, math.ulp(0.0), "finite, positive [kg m²]"),
+            ("damping", hinge.damping, 0.0, "finite, not negative [N m s/rad]"),
+            ("stiffness", hinge.stiffness, 0.0, "finite, not negative [N m/rad]"),
         ):
             if not (math.isfinite(value) and value >= least):
                 raise DimensionError("the hinge cannot have this", field=name, given=value, allowed=allowed)
@@ -230,13 +243,16 @@ class Planner:
 
     def _plan(self, status: PlanStatus, iterations: int, started: float) -> Plan:
         """What the solver's memory holds, as a plan."""
-        self._started = status.flyable
         states, inputs = self.solver.trajectory()
         violation, node, row = self.solver.worst()
-        cost = self.solver.cost if status.flyable else math.inf
+        words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
         if status.usable and self.planning.relaxed(self._parameters):
             status = PlanStatus.RELAXED
-        words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
+        impossible = self.planning.impossible(self._hinge, states[0])
+        if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or not status.usable):
+            status, words = impossible
+        self._started = status.flyable
+        cost = self.solver.cost if status.flyable else math.inf
         return Plan(
             states=states,
             inputs=inputs,

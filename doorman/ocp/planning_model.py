@@ -15,6 +15,7 @@ from doorman.ocp.lagrangian_planning import LagrangianPlanning
 from doorman.ocp.problem import Problem
 from doorman.ocp.push_planning import PushPlanning
 from doorman.ocp.quasi_static_planning import QuasiStaticPlanning
+from doorman.ocp.solution import PlanStatus
 
 Array = NDArray[np.float64]
 
@@ -71,7 +72,7 @@ class PlanningModel(Protocol):
 
         Args:
             parameters: The problem's model.
-            hinge: Friction, disturbance and inertia.
+            hinge: What is known of it.
             margin: Distance from door and frame [m].
             start: x, shape (nx,).
 
@@ -85,6 +86,17 @@ class PlanningModel(Protocol):
         Args:
             start: x, shape (nx,).
             hinge: What is known of it.
+        """
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """Why the door cannot be opened from a start, or not be stopped, whatever the plan.
+
+        Args:
+            hinge: What is known of it.
+            start: x, shape (nx,).
+
+        Returns:
+            `PlanStatus.CANNOT_OPEN` or `CANNOT_STOP`, and its numbers in words; None if nothing speaks against it.
         """
 
     def relaxed(self, parameters: Any) -> bool:

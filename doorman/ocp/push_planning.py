@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from doorman.model import Model
 from doorman.ocp.hinge import Hinge
 from doorman.ocp.problem import Problem
-from doorman.ocp.push_problem import PushModel, is_relaxed, push_problem, with_hinge
-from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal
+from doorman.ocp.push_problem import CREEP, PushModel, is_relaxed, push_problem, with_hinge
+from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal, resistance
+from doorman.ocp.solution import PlanStatus
 
 Array = NDArray[np.float64]
 
@@ -44,6 +45,20 @@ class PushPlanning(QuasiStaticPlanning):
         goal, soon = np.array(self.goal_state), self.model.on_the_way(float(start[3]) - self._lead)
         goal[2], goal[5:] = soon[2], soon[5:]
         return goal
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """The same, and a door at rest that resists by less than the least push makes, see `PlanningModel`."""
+        if (stiff := super().impossible(hinge, start)) is not None:
+            return stiff
+        angle, rate = float(start[3]), float(start[4])
+        resists, least = resistance(self.model, hinge, angle), self.model.scenario.push.least_force
+        made = least * self.model.coupling.distance_from_hinge
+        if abs(rate) > CREEP or resists >= made:
+            return None
+        words = (
+            f"resists by {resists:.2f} N m; the least push, {least:.2f} N, makes {made:.2f} N m: nothing would brake it"
+        )
+        return PlanStatus.CANNOT_STOP, words
 
     def relaxed(self, parameters: PushModel) -> bool:
         """Whether the start is too fast to be stopped by the door's own resistance, or beyond the largest rate."""

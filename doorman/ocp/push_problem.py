@@ -63,7 +63,7 @@ N_INPUT_ROWS = 2
 
 _ROUNDING = 0.01
 """Of max(0, α − α_g) [rad]."""
-_CREEP = 0.015
+CREEP = 0.015
 """Speed at which a door may always move: it stops within a fraction of a degree [rad/s]."""
 
 
@@ -340,7 +340,7 @@ def push_problem(model: Model) -> Problem:
         yaw_torque=push.max_yaw_torque,
     )
     return Problem(
-        model=with_hinge(model, parameters, Hinge(0.0, 0.0, model.door.inertia), model.start_state),
+        model=with_hinge(model, parameters, Hinge.of(model.door), model.start_state),
         n_constraints=model.n_constraints + 1 + N_STATE_ROWS,
         n_input_constraints=N_INPUT_ROWS,
         integrators=model.n_arm,
@@ -368,7 +368,7 @@ def with_hinge(
     Args:
         model: Model of the scenario.
         parameters: The problem's.
-        known: Friction, disturbance and inertia of the plan.
+        known: The hinge as the plan takes it.
         start: Reduced state, shape (5 + n,).
         margin: Distance from door and frame; that of `parameters` if not given [m].
 
@@ -379,21 +379,21 @@ def with_hinge(
     lever = door.dynamics.distance_from_hinge
     moving = known.inertia + parameters.mass * lever**2
     leaf_share, vehicle_share = known.inertia / moving, parameters.mass * lever / moving
-    dynamics = door.dynamics._replace(friction=known.friction, disturbance=known.disturbance, door_inertia=moving)
+    dynamics = known._replace(inertia=moving).into(door.dynamics)
     angle, rate = float(start[3]), float(start[4])
     torque = dynamics.damping * rate + dynamics.stiffness * (angle - dynamics.rest_angle) + known.disturbance
     resistance = max(0.0, known.friction - torque)
     deceleration = push.stopping_share * resistance / dynamics.door_inertia
     least_force = max(push.least_force, (leaf_share * push.least_share + vehicle_share * lever) * resistance / lever)
-    moves = rate < -_CREEP
+    moves = rate < -CREEP
     ahead = model.scenario.planner.horizon_steps * model.scenario.planner.time_step
     faster = _ROOM * max(0.0, lever * least_force + torque - known.friction) / known.inertia if moves else 0.0
     fastest = max(0.0, -rate) + faster * ahead
     left = angle - parameters.goal - (fastest * ahead if faster > 0.0 else 0.0)
-    allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * _CREEP**2
+    allowed = deceleration * 0.5 * (left + math.hypot(left, _ROUNDING)) + 0.5 * CREEP**2
     hinge = PushHinge(
         deceleration=deceleration,
-        slack=0.5 * _CREEP**2 + _ROOM * max(0.0, 0.5 * fastest * fastest - allowed),
+        slack=0.5 * CREEP**2 + _ROOM * max(0.0, 0.5 * fastest * fastest - allowed),
         speed=max(push.max_rate, fastest),
         least_force=least_force,
         acceleration=max(push.max_acceleration, faster),
@@ -405,4 +405,4 @@ def with_hinge(
 def is_relaxed(model: Model, parameters: PushModel) -> bool:
     """Whether the constraints had to be widened for the start, by more than sensors' noise."""
     hinge = parameters.hinge
-    return hinge.slack > _NOTED * _CREEP**2 or hinge.speed > _NOTED * model.scenario.push.max_rate
+    return hinge.slack > _NOTED * CREEP**2 or hinge.speed > _NOTED * model.scenario.push.max_rate

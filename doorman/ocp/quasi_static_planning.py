@@ -14,9 +14,15 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.door_problem import door_problem
 from doorman.ocp.hinge import Hinge
+from doorman.ocp.limits import largest_push
 from doorman.ocp.problem import Problem
+from doorman.ocp.solution import PlanStatus
 
 Array = NDArray[np.float64]
+
+
+_AT_GOAL = 0.05
+"""A door within this of the goal need not be moved [rad]."""
 
 
 class QuasiStaticPlanning:
@@ -46,14 +52,15 @@ class QuasiStaticPlanning:
 
     def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        dynamics = parameters.dynamics._replace(
-            friction=hinge.friction, disturbance=hinge.disturbance, door_inertia=hinge.inertia
-        )
-        return parameters._replace(dynamics=dynamics, margin=margin)
+        return parameters._replace(dynamics=hinge.into(parameters.dynamics), margin=margin)
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
         """The scenario's, leaning, see `PlanningModel`."""
         return leaning(self.model, self.goal_state, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[3]))
 
     def relaxed(self, parameters: Any) -> bool:
         """Never, see `PlanningModel`."""
@@ -110,6 +117,40 @@ def push_along_normal(states: Array, inputs: Array) -> Array:
     return np.asarray(inputs[:, 0] * direction)
 
 
+def resistance(model: Model, hinge: Hinge, angle: float) -> float:
+    """Torque of a hinge at rest against the way to the goal [N m].
+
+    Args:
+        model: Model of the scenario.
+        hinge: What is known of it.
+        angle: α [rad].
+    """
+    torque = hinge.stiffness * (angle - model.door.rest_angle) + hinge.disturbance
+    return hinge.friction + math.copysign(torque, torque * (float(model.goal_state[3]) - angle))
+
+
+def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str] | None:
+    """Whether a door resists by more, here or on the way to the goal, than the vehicle can push.
+
+    Args:
+        model: Model of the scenario.
+        hinge: What is known of it.
+        angle: α [rad].
+
+    Returns:
+        `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
+    """
+    goal, limits, lever = float(model.goal_state[3]), model.scenario.limits, model.coupling.distance_from_hinge
+    if abs(angle - goal) < _AT_GOAL:
+        return None
+    push = largest_push(model, limits.tilt if limits.enabled else math.pi / 2)
+    worst = max(resistance(model, hinge, angle), resistance(model, hinge, goal + math.copysign(_AT_GOAL, angle - goal)))
+    if worst <= push * lever:
+        return None
+    words = f"resists by {worst:.2f} N m; {push:.1f} N, {lever:.2f} m from the hinge, make {push * lever:.2f} N m"
+    return PlanStatus.CANNOT_OPEN, words
+
+
 def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
     """A goal whose attitude pushes against what the door is estimated to resist with, beyond what the scenario names.
 
@@ -123,7 +164,8 @@ def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
     Returns:
         The same with the roll and pitch of that push added.
     """
-    push = -hinge.disturbance / model.coupling.distance_from_hinge
+    closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
+    push = -(hinge.disturbance + closer) / model.coupling.distance_from_hinge
     leans = goal.copy()
     leans[:2] += push_state(goal, push, model.vehicle.mass * GRAVITY)[:2]
     return leans

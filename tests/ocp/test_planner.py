@@ -16,6 +16,7 @@ from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.model import GRAVITY
 from doorman.ocp import SolverOptions
 from doorman.ocp.hinge import Hinge
+from doorman.ocp.quasi_static_planning import push_state
 
 
 @pytest.fixture
@@ -198,14 +199,44 @@ def test_update_door_changes_the_plan_and_back(fresh) -> None:
 def test_plans_lean_against_what_the_door_resists_with(fresh) -> None:
     """At the attitude that the cost draws to, the door neither gains nor loses speed."""
     planner, model = fresh("paper"), model_of("paper")
-    resisting = Hinge(0.0, -2.0, model.door.inertia)
+    resisting = Hinge(0.0, -1.0, model.door.inertia, 0.0, 0.8)
     leaning = planner.planning.goal(model.start_state, resisting)
-    parameters = model.dynamics_parameters(-2.0)._replace(damping=0.0)
+    parameters = resisting.into(model.dynamics_parameters())
     after = np.empty_like(leaning)
     thrust = model.vehicle.mass * GRAVITY / (math.cos(leaning[0]) * math.cos(leaning[1]))
     quasi_static_step(parameters, leaning, np.array([thrust, *np.zeros(3 + model.n_arm)]), after)
     assert after[4] == pytest.approx(0.0, abs=1e-12)
-    np.testing.assert_array_equal(planner.planning.goal(model.start_state, Hinge(0.0, 0.0, 5.0)), model.goal_state)
+    np.testing.assert_array_equal(planner.planning.goal(model.start_state, Hinge.of(model.door)), model.goal_state)
+
+
+@pytest.mark.parametrize(("name", "stiffness"), [("paper", 0.0), ("push", 0.9)])
+def test_estimates_are_the_plan_s_as_if_the_scenario_named_them(name: str, stiffness: float) -> None:
+    """A closer apart with a grip: its goal leans against what the scenario does not name."""
+    hinge = {"damping": 0.6, "friction": 0.4, "stiffness": stiffness}
+    told = Planner(Scenario.load(name, {f"door.{key}": value for key, value in hinge.items()}))
+    plain = Planner(Scenario.load(name))
+    start = push_state(told.model.start_state, 1.0, told.model.vehicle.mass * GRAVITY)
+    without = plain.plan(start)
+    plain.update_door(**hinge)
+    first, second = told.plan(start), plain.plan(start)
+    assert first.usable and np.abs(first.states - without.states).max() > 1e-3
+    np.testing.assert_allclose(first.states, second.states, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["paper", "push"])
+def test_a_door_that_nobody_can_push_is_said_with_numbers(name: str) -> None:
+    planner = Planner(Scenario.load(name))
+    model, start = planner.model, planner.planning.start_state
+    push = model.vehicle.mass * GRAVITY * math.tan(model.scenario.limits.tilt)
+    most = push * model.coupling.distance_from_hinge
+    planner.update_door(friction=0.0, disturbance=-1.01 * most)
+    for plan in (planner.plan(start), planner.replan(start)):
+        assert plan.status is PlanStatus.CANNOT_OPEN and not plan.flyable
+        assert f"resists by {1.01 * most:.2f} N m" in plan.violated and f"make {most:.2f} N m" in plan.violated
+    planner.update_door(disturbance=0.0, stiffness=1.01 * most / (math.pi / 2 - math.pi / 9 - 0.05))
+    assert planner.plan(start).status is PlanStatus.CANNOT_OPEN, "the closer wins on the way"
+    planner.update_door(disturbance=-0.5, stiffness=0.0)
+    assert planner.plan(start).flyable
 
 
 def test_update_door_reaches_replans(fresh) -> None:
@@ -231,6 +262,10 @@ def test_update_door_reaches_replans(fresh) -> None:
         ("inertia", 0.0),
         ("inertia", -1.0),
         ("inertia", math.nan),
+        ("damping", -0.1),
+        ("damping", math.nan),
+        ("stiffness", -0.1),
+        ("stiffness", math.inf),
     ],
 )
 def test_hinges_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, value: float) -> None:

@@ -44,7 +44,7 @@ def random_pairs(model: Model, count: int):
 
 
 def parameters_of(model: Model, start: np.ndarray):
-    return with_hinge(model, push_problem(model).model, Hinge(0.3, -RESISTANCE, model.door.inertia), start)
+    return with_hinge(model, push_problem(model).model, Hinge(0.3, -RESISTANCE, model.door.inertia, 0.0, 0.0), start)
 
 
 def test_slopes_meet_finite_differences(model: Model) -> None:
@@ -102,7 +102,7 @@ def test_rows_are_the_tips_force_by_newtons_law(model: Model) -> None:
 
 
 def test_heading_and_arm_keep_step_with_the_door(model: Model, planner: Planner) -> None:
-    hinge, state = Hinge(0.5, -1.0, model.door.inertia), model.start_state.copy()
+    hinge, state = Hinge(0.5, -1.0, model.door.inertia, 0.0, 0.0), model.start_state.copy()
 
     def goal(state: np.ndarray) -> np.ndarray:
         return planner.planning.goal(state, hinge)
@@ -206,7 +206,9 @@ def test_a_door_that_wind_opens_is_planned_and_said(planner: Planner) -> None:
     assert planner.plan(standing).status is PlanStatus.CONVERGED
     planner.update_door(friction=0.3, disturbance=0.8)
     refused = planner.plan(standing)
-    assert refused.status is PlanStatus.INFEASIBLE, "it is not set in motion"
+    assert refused.status is PlanStatus.CANNOT_STOP, "it is not set in motion"
+    assert not refused.flyable and refused.cost == math.inf
+    assert refused.violated.startswith("resists by -0.50 N m; the least push, 0.10 N, makes 0.07 N m")
 
 
 def test_planned_motion_is_that_of_vehicle_and_leaf_together(planner: Planner) -> None:
