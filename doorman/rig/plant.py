@@ -72,6 +72,8 @@ class RigPlant:
         self._simulator = Simulator(model, self.period / self._steps, self._acting)
         self._gains = self._simulator.plant.engine_model.actuator_gainprm
         self._thrust, self._attitude = 0.0, np.array([0.0, 0.0, self.places.yaw])
+        plant = self._simulator.plant
+        self._free = float(plant.engine_model.dof_frictionloss[plant.hinge_velocity])
         self._arm_rates = np.zeros(model.n_arm)
         self._motors, self._grip = False, False
         self._pilot = pilot
@@ -166,6 +168,16 @@ class RigPlant:
         """
         with self.lock:
             self._simulator.plant.data.qvel[self._simulator.plant.hinge_velocity] = door_rate
+
+    def block(self, torque: float) -> None:
+        """Hold the door where it is, as somebody or a wedge does, until the next call.
+
+        Args:
+            torque: What it takes to move it nevertheless, beyond its own friction [N m]; 0 lets it go.
+        """
+        plant = self._simulator.plant
+        with self.lock:
+            plant.engine_model.dof_frictionloss[plant.hinge_velocity] = self._free + torque
 
     def blow(self, force: tuple[float, float, float]) -> None:
         """Let wind, or somebody's hand, push the vehicle until the next call.

@@ -47,6 +47,7 @@ class Served:
         rig.autopilot.allow_arming()
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))
+        rig.plant.block(0.0)
         for servo, number in self.models.items():
             self.set_register(servo, "model number", number)
         rig.servos.plug_in()

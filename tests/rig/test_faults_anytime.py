@@ -8,12 +8,14 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 import pytest
 from flight_rig import SCENARIO, Flight, FlightRig, until
 
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, RecordingError
 from doorman.flight import End
 from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD
 from doorman.hardware.safety import Action
@@ -77,6 +79,14 @@ def spoil_planner(what: str) -> Injection:
     return inject
 
 
+def fill_disk(_: FlightRig, flight: Flight) -> None:
+    """Whatever the recorder writes from now on is refused, as by a disk without space."""
+    stream = flight.recorder._stream
+    assert stream is not None
+    with Path("/dev/full").open("wb", buffering=0) as full:
+        os.dup2(full.fileno(), stream.fileno())
+
+
 FAULTS: dict[str, Injection] = {
     "mocap silent": put("rig.mocap.faults.silent", True),
     "mocap frozen": put("rig.mocap.faults.frozen", True),
@@ -114,6 +124,8 @@ FAULTS: dict[str, Injection] = {
     "planner is given no numbers": spoil_planner("nan"),
     "somebody pushes": call("rig.plant.blow", (-12.0, 0.0, 0.0)),
     "door slammed": call("rig.plant.kick", 1.5),
+    "door blocked": call("rig.plant.block", 40.0),
+    "disk full": fill_disk,
     "operator gives up": lambda _, flight: flight.session.interrupt(),
     "process is asked to end": lambda _, flight: flight.session.terminate(),
 }
@@ -149,11 +161,11 @@ def down(rig: FlightRig) -> bool:
 @pytest.mark.parametrize("repetition", range(TIMES))
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_at_any_time_ends_on_the_ground(
-    rig: FlightRig, fault: str, repetition: int, record_property: Callable[[str, object], None]
+    rig: FlightRig, fault: str, repetition: int, record_property: Callable[[str, object], None], tmp_path: Path
 ) -> None:
     seed = np.frombuffer(fault.encode(), np.uint8).sum() + 1000 * repetition
     when = float(np.random.default_rng(seed).uniform(0.2, LATEST))
-    flight = rig.flight().begin().until_phase("hover", "approach")
+    flight = rig.flight(tmp_path / "flight.mcap").begin().until_phase("hover", "approach")
     began = time.monotonic()
     until(lambda: time.monotonic() - began > when or flight.session.phase == "done", "the time of the fault")
     phase, angle = flight.session.phase, float(rig.snapshot.truth.door_angle)
@@ -161,6 +173,8 @@ def test_a_fault_at_any_time_ends_on_the_ground(
     FAULTS[fault](rig, flight)
     report = flight.end()
     said = (report.end, report.message, round(when, 2), flight.told())
+    with pytest.raises(RecordingError, match="No space left") if fault == "disk full" else nullcontext():
+        flight.recorder.close()
     if fault == "pilot takes over" and report.end is End.TAKEN_OVER:
         rig.far.call("rig.autopilot.pilot_mode", "land")
     allowed = {End.LANDED, End.TAKEN_OVER, End.UNHEARD} | SPECIAL_ENDS.get(fault, set())
