@@ -23,7 +23,7 @@ from doorman.dynamics.quasi_static import (
 )
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.kinematics.arm import ArmParameters
-from doorman.kinematics.coupling import Coupling, distance_in_doorway
+from doorman.kinematics.coupling import BESIDE, Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 _PAPER_START_ARM = (0.0, 1.0, -0.6, -0.4)
 _PAPER_GOAL_ARM = (0.0, math.pi / 2, -math.pi / 2, 0.0)
+_RESERVE = 0.04
+"""Beyond the margin, between disc and jamb at the goal of a tip that pushes: it may have slipped, and gusts blow [m]."""
 
 
 class Model:
@@ -55,21 +57,23 @@ class Model:
         self.scenario = scenario
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.door = Door(scenario.door_urdf, scenario.door)
+        self.true_door = self._true_door()
+        """The simulated plant's: `door`, or another width of it."""
         self._check_contact()
         contact = scenario.contact
         self.n_arm = self.vehicle.n_arm
         self.nx = 5 + self.n_arm
         self.nu = 4 + self.n_arm
         self.start_arm = self._arm("start.arm", scenario.start.arm, _PAPER_START_ARM)
+        self.constraint_names = (*(f"{name} below body" for name in self.vehicle.point_names), "disc clear of leaf",
+                                 "disc clear of latch jamb", "disc clear of hinge jamb")  # fmt: skip
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
         self.goal_arm = self._arm("goal.arm", scenario.goal.arm, _PAPER_GOAL_ARM)
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.start_state = frozen([0.0, 0.0, 0.0, scenario.start.door_angle, 0.0, *self.start_arm])
-        self.goal_state = frozen([*scenario.goal.attitude, scenario.goal.door_angle, 0.0, *self.goal_arm])
-        self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
-        self.constraint_names = (*(f"{name} below body" for name in self.vehicle.point_names), "disc clear of leaf",
-                                 "disc clear of latch jamb", "disc clear of hinge jamb")  # fmt: skip
         self._constraint_parameters = self.constraint_parameters()
+        self.goal_state = frozen(self._goal_state())
+        self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
         self._dynamics_parameters = self.dynamics_parameters()
 
     @property
@@ -235,6 +239,12 @@ class Model:
             arm=ArmParameters.of(self.vehicle.arm, lanes),
         )
 
+    def _true_door(self) -> Door:
+        width = self.scenario.simulation.door_width
+        if width is None:
+            return self.door
+        return Door(self.scenario.door_urdf, self.scenario.door.model_copy(update={"width": width}))
+
     def _arm(self, field: str, given: tuple[float, ...] | None, paper: tuple[float, ...]) -> Array:
         n = self.vehicle.n_arm
         if given is None:
@@ -255,10 +265,23 @@ class Model:
         room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
         return min(contact.distance_from_hinge, distance_in_doorway(reach, room))
 
+    def _goal_state(self) -> Array:
+        """The scenario's; in a narrow doorway a tip that pushes may do so from the side, as on the way there."""
+        scenario = self.scenario
+        goal = np.array([*scenario.goal.attitude, scenario.goal.door_angle, 0.0, *self.goal_arm])
+        if scenario.contact.kind == "push" and scenario.contact.fit_doorway:
+            latch, yaw = self.constraint_names.index("disc clear of latch jamb"), goal[2]
+            for beside in np.linspace(0.0, BESIDE, 15):
+                goal[2] = yaw - math.copysign(beside, yaw)
+                if self.constraints(goal)[latch] < -(scenario.planner.margin + _RESERVE):
+                    break
+        return goal
+
     def _check_contact(self) -> None:
         contact, door = self.scenario.contact, self.door
+        width = min(door.width, self.true_door.width)
         for field, given, limit, what in (
-            ("contact.distance_from_hinge", contact.distance_from_hinge, door.width, "the leaf's width"),
+            ("contact.distance_from_hinge", contact.distance_from_hinge, width, "the leaf's width"),
             ("contact.height", contact.height, door.height, "the leaf's height"),
         ):
             if given > limit:

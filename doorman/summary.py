@@ -145,7 +145,7 @@ def _min_clearance(recording: Recording, model: Model) -> float:
     ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
     chosen = slice(None, None, ticks)
     rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
-    scene = CollisionScene(model.vehicle, model.door)
+    scene = CollisionScene(model.vehicle, model.true_door)
     clearances = scene.min_clearance_along(
         truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
     )
@@ -174,7 +174,7 @@ def _outcome(recording: Recording) -> tuple[str, str]:
 
 def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
     """Parameters of the hinge as estimated at the end, with their standard deviations, and the true ones."""
-    estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.door
+    estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.true_door
     mass = 1.0 if simulation.door_mass is None else simulation.door_mass / door.mass
     true = {
         "damping": door.damping if simulation.door_damping is None else simulation.door_damping,

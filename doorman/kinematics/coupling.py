@@ -21,7 +21,7 @@ from doorman.kinematics.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
-_BESIDE = math.radians(14.0)
+BESIDE = math.radians(14.0)
 """Direction of the tip from the vehicle beside the leaf's normal that friction easily carries, μ = 0.5."""
 
 JACOBIAN_OF_DOOR_ANGLE = np.array([[0.0, 0.0, 0.0, 1.0]])
@@ -42,7 +42,7 @@ def distance_in_doorway(reach: float, room: float) -> float:
     Returns:
         D_V [m].
     """
-    beside, behind = reach * math.sin(_BESIDE), reach * math.cos(_BESIDE)
+    beside, behind = reach * math.sin(BESIDE), reach * math.cos(BESIDE)
     return beside + math.sqrt(max(room**2 - behind**2, 0.0))
 
 

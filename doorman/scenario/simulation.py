@@ -79,6 +79,8 @@ class SimulationSection(Section):
     """True stiffness of a spring or closer [N m/rad]; by default what the planner is told."""
     door_rest_angle: Angle | None = None
     """Where that spring is relaxed [rad]; by default what the planner is told."""
+    door_width: Positive | None = None
+    """True width of leaf and doorway [m]; by default what the planner is told."""
     door_mass: Positive | None = None
     """True mass of the leaf [kg], its inertia in proportion; by default what the planner is told."""
     noise: NoiseSection = NoiseSection()

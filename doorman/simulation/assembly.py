@@ -55,7 +55,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     """
     spec = mujoco.MjSpec()
     _set_options(spec, mujoco, time_step)
-    door = _part(mujoco, model.door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
+    door = _part(mujoco, model.true_door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
     vehicle = _part(mujoco, model.vehicle.urdf, model.vehicle.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
     root = spec.worldbody.add_body(name=ROOT, mass=_SMALLEST_MASS, inertia=[_SMALLEST_INERTIA] * 3)
     root.explicitinertial = True
@@ -64,7 +64,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     spec.attach(door, prefix=DOOR, frame=spec.worldbody.add_frame())
     base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
     tip = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.tip))
-    leaf = spec.body(DOOR + link_name(model.door.urdf, model.door.section.leaf))
+    leaf = spec.body(DOOR + link_name(model.true_door.urdf, model.true_door.section.leaf))
     base.add_site(name="base")
     tip.add_site(name="tip")
     if not tip.geoms:
@@ -134,14 +134,14 @@ def _round_inertia(body: Any, urdf: Path) -> None:
 def _contact_in_leaf(model: Model) -> list[float]:
     """The contact point in the leaf's frame, shape (3,)."""
     coupling = model.coupling
-    placement = model.door.link_placements(0.0)[link_name(model.door.urdf, model.door.section.leaf)]
-    point = model.door.contact_point(0.0, coupling.distance_from_hinge, coupling.height)
+    placement = model.true_door.link_placements(0.0)[link_name(model.true_door.urdf, model.true_door.section.leaf)]
+    point = model.true_door.contact_point(0.0, coupling.distance_from_hinge, coupling.height)
     return [float(value) for value in placement[:3, :3].T @ (point - placement[:3, 3])]
 
 
 def _set_hinge(spec: Any, model: Model) -> None:
     """The hinge's true torques and the leaf's true mass: the simulation's, else those that the planner is told."""
-    hinge, told, true = spec.joint(DOOR + model.door.section.hinge), model.door, model.scenario.simulation
+    hinge, told, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
     hinge.damping[0] = told.damping if true.door_damping is None else true.door_damping
     hinge.frictionloss = told.friction if true.door_friction is None else true.door_friction
     hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)

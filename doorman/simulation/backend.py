@@ -138,7 +138,7 @@ class SimulatedBackend(Backend):
         wind, given = self.model.scenario.simulation.gust, self._disturbance
         if wind.vehicle == 0.0 and wind.leaf == 0.0:
             return given
-        gust = Gust(wind, self.model.door.width, self.seed)
+        gust = Gust(wind, self.model.true_door.width, self.seed)
 
         def disturbance(time: float) -> Disturbance:
             plant = self._opened().plant

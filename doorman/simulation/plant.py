@@ -80,7 +80,7 @@ def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float
     except ValueError as error:
         raise BackendError(
             f"MuJoCo cannot build vehicle and door: {' '.join(str(error).split())}", file=model.vehicle.urdf,
-            given=str(model.door.urdf), allowed="collision shapes as boxes, cylinders and spheres",
+            given=str(model.true_door.urdf), allowed="collision shapes as boxes, cylinders and spheres",
         ) from error  # fmt: skip
     plant = _addresses(mujoco, compiled, model, layout.count)
     tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
@@ -100,7 +100,7 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
     root_to_base[:3, :3] = data.xmat[base].reshape(3, 3)
     root_to_base[:3, 3] = data.xpos[base]
     joints = [compiled.joint(VEHICLE + name) for name in model.vehicle.joint_names]
-    hinge = compiled.joint(DOOR + model.door.section.hinge)
+    hinge = compiled.joint(DOOR + model.true_door.section.hinge)
     bodies = {name: int(compiled.site(name).bodyid[0]) for name in ("tip", "contact")}
     shapes = {name: frozenset(np.flatnonzero(compiled.geom_bodyid == body).tolist()) for name, body in bodies.items()}
     return Plant(

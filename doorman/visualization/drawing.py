@@ -39,7 +39,7 @@ class Drawing:
         self._model = model
         self._shapes = {
             "vehicle": visual_shapes(model.vehicle.urdf),
-            "door": visual_shapes(model.door.urdf),
+            "door": visual_shapes(model.true_door.urdf),
         }
         self._nodes = self._moving_nodes()
 
@@ -99,7 +99,7 @@ class Drawing:
     def _placements(self, moment: Moment, body: Array) -> dict[str, Array]:
         """Placement of every node in its parent."""
         arm = self._model.vehicle.link_placements(moment.arm_angles)
-        door = self._model.door.link_placements(moment.door_angle)
+        door = self._model.true_door.link_placements(moment.door_angle)
         return {
             "/scene/vehicle": body,
             **{f"/scene/vehicle/{link}": placement for link, placement in arm.items()},
