@@ -21,7 +21,7 @@ from doorman.dynamics.quasi_static import (
     quasi_static_step,
     quasi_static_step_jacobian,
 )
-from doorman.exceptions import DimensionError, ScenarioError, SingularityError
+from doorman.exceptions import DimensionError, ScenarioError, SingularityError, UrdfError
 from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import BESIDE, Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
@@ -243,7 +243,11 @@ class Model:
         width = self.scenario.simulation.door_width
         if width is None:
             return self.door
-        return Door(self.scenario.door_urdf, self.scenario.door.model_copy(update={"width": width}))
+        try:
+            return Door(self.scenario.door_urdf, self.scenario.door.model_copy(update={"width": width}))
+        except UrdfError as error:
+            error.field = "simulation.door_width"
+            raise
 
     def _arm(self, field: str, given: tuple[float, ...] | None, paper: tuple[float, ...]) -> Array:
         n = self.vehicle.n_arm
@@ -272,7 +276,7 @@ class Model:
         if scenario.contact.kind == "push" and scenario.contact.fit_doorway:
             latch, yaw = self.constraint_names.index("disc clear of latch jamb"), goal[2]
             for beside in np.linspace(0.0, BESIDE, 15):
-                goal[2] = yaw - math.copysign(beside, yaw)
+                goal[2] = yaw + math.copysign(beside, self.start_state[3] - goal[3])
                 if self.constraints(goal)[latch] < -(scenario.planner.margin + _RESERVE):
                     break
         return goal

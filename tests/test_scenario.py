@@ -69,6 +69,18 @@ def test_a_push_comes_nearer_to_the_hinge_in_a_narrow_doorway():
     assert distance() == 0.7
 
 
+def test_a_push_ends_beside_the_normal_in_a_narrow_doorway():
+    def goal(width: float, **contact) -> np.ndarray:
+        given = {f"contact.{key}": value for key, value in contact.items()}
+        model = Model(Scenario.load("push", {"door.width": width, "planner.margin": 0.04, **given}))
+        assert contact or model.constraints(model.goal_state)[-2] < -0.08, "clear of the latch jamb"
+        return model.goal_state
+
+    assert [round(math.degrees(goal(width)[2])) for width in (1.1, 1.15, 1.3)] == [-57, -63, -70]
+    for other in ({"kind": "grip"}, {"fit_doorway": False}):
+        assert goal(1.1, **other)[2] == Scenario().goal.attitude[2]
+
+
 def test_an_empty_file_is_the_default_task(write):
     scenario = Scenario.load(write(""))
     assert scenario.model_dump() == Scenario().model_dump()

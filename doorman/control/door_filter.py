@@ -60,6 +60,11 @@ class HingeEstimate:
     """Torque of the mean wind on the leaf at the present angle, positive where it closes the door [N m]."""
 
 
+def _named(value: float, prior: tuple[float, float]) -> tuple[float, float]:
+    """Mean and deviation of a prior; what the scenario names is expected."""
+    return (value, prior[1]) if value > 0.0 else prior
+
+
 class DoorFilter:
     """Estimate of the door's state and parameters.
 
@@ -76,9 +81,11 @@ class DoorFilter:
         self._half_width = 0.5 * model.door.width
         inertia = model.door.inertia
         self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
+        door = model.door
         prior = (
-            (self._rest, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation), settings.damping,
-            settings.friction, settings.stiffness, (inertia, settings.inertia_deviation * inertia),
+            (self._rest, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation),
+            _named(door.damping, settings.damping), _named(door.friction, settings.friction),
+            _named(door.stiffness, settings.stiffness), (inertia, settings.inertia_deviation * inertia),
             (0.0, settings.leaf_wind_deviation), (0.0, settings.leaf_wind_deviation),
         )  # fmt: skip
         self.state = np.array([mean for mean, _ in prior])

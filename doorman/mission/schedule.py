@@ -148,7 +148,7 @@ class PlanSchedule:
     def forget(self) -> None:
         """Begin anew: what was planned before is not to be followed any more."""
         self._waiting.clear()
-        self.current = None
+        self.current, self.refusal = None, ""
         self._started = False
         self._epoch += 1
 
@@ -162,7 +162,8 @@ class PlanSchedule:
 
     def _take(self, answer: _Answer, available_at: float) -> None:
         order, plan = answer.order, answer.plan
-        self.refusal = "" if plan.flyable else f"{plan.status.value}: {plan.violated}"
+        if order.epoch == self._epoch:
+            self.refusal = "" if plan.flyable else f"{plan.status.value} {plan.violated}".rstrip()
         if plan.flyable and order.epoch == self._epoch:
             self._waiting.append(TimedPlan(plan, order.time, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)

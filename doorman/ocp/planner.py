@@ -38,6 +38,11 @@ _LATEST_SHIFT = 2
 """Steps of the previous plan in which the present state is looked for."""
 
 
+def _runs_away(status: PlanStatus, violated: str) -> bool:
+    """Whether nothing that may be flown was found because the door would be too fast."""
+    return not status.flyable and violated.startswith("door")
+
+
 @dataclass(frozen=True)
 class Plan:
     """One second or so of motion; arrays are read-only."""
@@ -249,9 +254,9 @@ class Planner:
         if status.usable and self.planning.relaxed(self._parameters):
             status = PlanStatus.RELAXED
         impossible = self.planning.impossible(self._hinge, states[0])
-        if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or not status.usable):
-            status, words = impossible
         self._started = status.flyable
+        if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or _runs_away(status, words)):
+            status, words = impossible
         cost = self.solver.cost if status.flyable else math.inf
         return Plan(
             states=states,

@@ -9,7 +9,7 @@ from doorman.model import Model
 from doorman.ocp.hinge import Hinge
 from doorman.ocp.problem import Problem
 from doorman.ocp.push_problem import CREEP, PushModel, is_relaxed, push_problem, with_hinge
-from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal, resistance
+from doorman.ocp.quasi_static_planning import QuasiStaticPlanning, push_along_normal
 from doorman.ocp.solution import PlanStatus
 
 Array = NDArray[np.float64]
@@ -51,7 +51,8 @@ class PushPlanning(QuasiStaticPlanning):
         if (stiff := super().impossible(hinge, start)) is not None:
             return stiff
         angle, rate = float(start[3]), float(start[4])
-        resists, least = resistance(self.model, hinge, angle), self.model.scenario.push.least_force
+        opening = hinge.stiffness * (angle - self.model.door.rest_angle) + hinge.disturbance
+        resists, least = hinge.friction - opening, self.model.scenario.push.least_force
         made = least * self.model.coupling.distance_from_hinge
         if abs(rate) > CREEP or resists >= made:
             return None

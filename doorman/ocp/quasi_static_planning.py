@@ -140,10 +140,11 @@ def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str
     Returns:
         `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
     """
-    goal, limits, lever = float(model.goal_state[3]), model.scenario.limits, model.coupling.distance_from_hinge
+    goal, lever, limits = float(model.goal_state[3]), model.coupling.distance_from_hinge, model.scenario.limits
+    most = model.scenario.control.max_tilt
     if abs(angle - goal) < _AT_GOAL:
         return None
-    push = largest_push(model, limits.tilt if limits.enabled else math.pi / 2)
+    push = largest_push(model, min(limits.tilt, most) if limits.enabled else most)
     worst = max(resistance(model, hinge, angle), resistance(model, hinge, goal + math.copysign(_AT_GOAL, angle - goal)))
     if worst <= push * lever:
         return None

@@ -33,9 +33,10 @@ class PlanStatus(Enum):
     INFEASIBLE = "infeasible"
     """No trajectory inside the constraints was found: not to be flown."""
     CANNOT_OPEN = "door cannot be opened"
-    """The door resists by more than tilt and thrust can push against: not to be flown."""
+    """The door resists by more than the vehicle can push with its tilt and thrust: not to be flown."""
     CANNOT_STOP = "door cannot be stopped"
-    """A tip that can only push would set a standing door in motion that nothing stops: not to be flown."""
+    """No trajectory was found because a tip that can only push would set a standing door in motion that nothing stops: not to
+    be flown."""
     DIVERGED = "diverged"
     """A number is not finite: not to be flown."""
     INVALID_STATE = "invalid state"

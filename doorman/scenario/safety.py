@@ -39,7 +39,7 @@ class SafetySection(Section):
     low_battery: _Share = 0.2
     """Share of the charge at which the task is given up."""
     critical_battery: _Share = 0.1
-    """Share of the charge at which the vehicle lands where it is."""
+    """Share of the charge at which the vehicle flies out and lands."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> SafetySection:

@@ -50,7 +50,8 @@ class ContactSection(Section):
     distance_from_hinge: Positive = 0.70
     """D_V [m]."""
     fit_doorway: Switch = True
-    """Whether a tip that pushes comes nearer to the hinge in a narrow doorway: `kinematics.coupling.distance_in_doorway`."""
+    """Whether a tip that pushes comes nearer to the hinge in a narrow doorway (`kinematics.coupling.distance_in_doorway`), and
+    ends beside the leaf's normal there."""
     height: NonNegative = 0.80
     kind: Literal["grip", "push"] = "grip"
 

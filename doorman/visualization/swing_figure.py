@@ -46,7 +46,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     figure = Figure(figsize=(7.0, 6.4), layout="constrained")
     axes = figure.subplots()
     _draw_doorway(axes, model)
-    vehicle = np.array([moment.position for moment in swing]) - model.door.hinge_position
+    vehicle = np.array([moment.position for moment in swing]) - model.true_door.hinge_position
     tips = np.array([_points(moment, model)[-1] for moment in swing])
     axes.plot(
         vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
@@ -61,7 +61,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     axes.set_xlabel("x from the hinge, through the doorway [m]")
     axes.set_ylabel("y from the hinge, along the closed door [m]")
     axes.grid(alpha=0.25)
-    axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.door.width:.2f} m",
+    axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.true_door.width:.2f} m",
                 title_fontsize=8)  # fmt: skip
     figure.suptitle(f"Swing from above: {flight_name(recording)}", fontsize=11)
     return figure
@@ -82,12 +82,12 @@ def _points(moment: Moment, model: Model) -> Array:
     """O_B, the constrained points of the arm and the tip, from the hinge."""
     rotation = rotation_body_to_world(moment.attitude)
     in_body = np.vstack([np.zeros(3), model.vehicle.point_positions(moment.arm_angles)])
-    offset: Array = moment.position - model.door.hinge_position
+    offset: Array = moment.position - model.true_door.hinge_position
     return in_body @ rotation.T + offset
 
 
 def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, ...]) -> None:
-    leaf = np.outer([0.0, model.door.width], leaf_direction(moment.door_angle))
+    leaf = np.outer([0.0, model.true_door.width], leaf_direction(moment.door_angle))
     label = f"{np.degrees(moment.door_angle):.0f}° at {moment.time:.1f} s"
     axes.plot(leaf[:, 0], leaf[:, 1], color=color, linewidth=3.0, solid_capstyle="butt", label=label, zorder=3)
     points = _points(moment, model)
@@ -99,7 +99,7 @@ def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, .
 
 
 def _draw_doorway(axes: Axes, model: Model) -> None:
-    width = model.door.width
+    width = model.true_door.width
     for low, high in ((-0.35, 0.0), (width, width + 0.35)):
         axes.fill_between([-_JAMB, 0.0], low, high, color="0.55", linewidth=0, zorder=1)
     for jamb in (0.0, width):

@@ -54,7 +54,9 @@ def test_a_killed_program_leaves_the_rest_to_autopilot_and_servos(
         moved = np.abs(far.get("rig.plant.snapshot").truth.arm_angles - arm).max()
         until(lambda: not far.get("rig.plant.snapshot").motors, "motors off")
         recording = Recording.load(tmp_path / "flight.mcap")
-        lived = float(recording["event"].time[-1]) if "measurement" not in recording else recording["measurement"].time[-1]
+        lived = (
+            float(recording["event"].time[-1]) if "measurement" not in recording else recording["measurement"].time[-1]
+        )
         for name, value in {"when": round(when, 1), "phase": str(recording["mission"]["state"][-1]) if "mission" in recording
                             else "rising", "recorded until": round(float(lived), 2),
                             "touched": sorted(set(far.call("collisions"))),
