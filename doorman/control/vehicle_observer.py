@@ -7,10 +7,10 @@ r"""Observer of the vehicle as a point mass: velocity and outer force from posit
 
 with the rotors' and gravity's force F and the innovation e of the position: three poles at ω. Positions come T apart, so the
 gains are those of the sampled observer with three poles at :math:`\theta = e^{-\omega T}`: :math:`1 - \theta^3`,
-:math:`\tfrac32(1 - \theta^2)(1 - \theta)/T` and :math:`(1 - \theta)^3/T^2` for position, velocity and acceleration. Gains in
-proportion to T would overshoot after a gap. A position that is t old is compared with where the estimate was then, and what
-it corrects is carried on over t, so that the poles are the same whatever the latency; one that has been seen before is not
-compared at all, so a gap is bridged by the model.
+:math:`\tfrac32(1 - \theta^2)(1 - \theta)/T` and :math:`(1 - \theta)^3/T^2`. Gains in proportion to T would overshoot
+after a gap. A position that is t old is compared with :math:`\hat p - t\hat v`, which slows the poles: to 0.94 from 0.89, at
+T = 8 ms and t = 20 ms. (To carry what it corrects on to now keeps them, and is noisier: fewer doors were opened.) One that
+has been seen before is not compared at all, so a gap is bridged by the model.
 """
 
 from __future__ import annotations
@@ -61,11 +61,9 @@ class VehicleObserver:
         if measured_at <= self._seen:
             return
         apart, self._seen = measured_at - self._seen, measured_at
-        age = now - measured_at
-        innovation = position - (self.position - age * (self.velocity - 0.5 * age * acceleration))
+        innovation = position - (self.position - (now - measured_at) * self.velocity)
         kept = math.exp(-self.rate * apart)
         lost = 1.0 - kept
-        faster, stronger = 1.5 * (1.0 - kept**2) * lost / apart, lost**3 / apart**2
-        self.position = self.position + (1.0 - kept**3 + age * (faster + 0.5 * age * stronger)) * innovation
-        self.velocity = self.velocity + (faster + age * stronger) * innovation
-        self.outer_force = self.outer_force + self.mass * stronger * innovation
+        self.position = self.position + (1.0 - kept**3) * innovation
+        self.velocity = self.velocity + 1.5 * (1.0 - kept**2) * lost / apart * innovation
+        self.outer_force = self.outer_force + self.mass * lost**3 / apart**2 * innovation

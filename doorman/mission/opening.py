@@ -269,11 +269,15 @@ class Opening:
     def _hinge(self, estimate: Estimate, torque: float) -> Hinge:
         """What plans are told: the estimated parameters, and a disturbance that makes their sum what it is now.
 
+        Without an observer that finds that sum, it is the scenario's hinge.
+
         Args:
             estimate: Of door and hinge.
             torque: Of the hinge now beyond what the scenario names [N m].
         """
         hinge, door = estimate.hinge, self._model.door
+        if self._model.scenario.control.door_observer_rate == 0.0:
+            return Hinge.of(door, torque)
         torque += (door.damping - hinge.damping) * estimate.door_rate
         torque += (door.stiffness - hinge.stiffness) * (estimate.door_angle - door.rest_angle)
         return Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness)
