@@ -39,8 +39,8 @@ _LATEST_SHIFT = 2
 
 
 def _runs_away(status: PlanStatus, violated: str) -> bool:
-    """Whether nothing that may be flown was found because the door would be too fast."""
-    return not status.flyable and violated.startswith("door")
+    """Whether nothing that may be flown was found because the door would be too fast, or would leave the tip behind."""
+    return not status.flyable and violated.startswith(("door", "tip presses"))
 
 
 @dataclass(frozen=True)

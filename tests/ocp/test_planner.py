@@ -227,7 +227,7 @@ def test_estimates_are_the_plan_s_as_if_the_scenario_named_them(name: str, stiff
 def test_a_door_that_nobody_can_push_is_said_with_numbers(name: str) -> None:
     planner = Planner(Scenario.load(name))
     model, start = planner.model, planner.planning.start_state
-    push = model.vehicle.mass * GRAVITY * math.tan(model.scenario.limits.tilt)
+    push = model.vehicle.mass * GRAVITY * math.tan(model.scenario.control.max_tilt)
     most = push * model.coupling.distance_from_hinge
     planner.update_door(friction=0.0, disturbance=-1.01 * most)
     for plan in (planner.plan(start), planner.replan(start)):
