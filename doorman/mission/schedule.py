@@ -164,8 +164,8 @@ class PlanSchedule:
         order, plan = answer.order, answer.plan
         if order.epoch == self._epoch:
             self.refusal = "" if plan.flyable else f"{plan.status.value} {plan.violated}".rstrip()
-        if plan.flyable and order.epoch == self._epoch:
-            self._waiting.append(TimedPlan(plan, order.time, available_at))
+            if plan.flyable:
+                self._waiting.append(TimedPlan(plan, order.time, available_at))
         states, inputs = self._planning.reduced(plan.states, plan.inputs)
         self.recorder.write(
             "plan",

@@ -31,6 +31,15 @@ class Hinge(NamedTuple):
         """
         return cls(door.friction, disturbance, door.inertia, door.damping, door.stiffness)
 
+    def torque_at_rest(self, angle: float, rest_angle: float) -> float:
+        """Torque of spring and disturbance in the sense of damping: negative where it resists opening [N m].
+
+        Args:
+            angle: α [rad].
+            rest_angle: Where the spring is relaxed [rad].
+        """
+        return self.stiffness * (angle - rest_angle) + self.disturbance
+
     def into(self, dynamics: Any) -> Any:
         """Parameters of a model's kernels with this hinge.
 

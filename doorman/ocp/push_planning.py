@@ -51,8 +51,8 @@ class PushPlanning(QuasiStaticPlanning):
         if (stiff := super().impossible(hinge, start)) is not None:
             return stiff
         angle, rate = float(start[3]), float(start[4])
-        opening = hinge.stiffness * (angle - self.model.door.rest_angle) + hinge.disturbance
-        resists, least = hinge.friction - opening, self.model.scenario.push.least_force
+        resists = hinge.friction - hinge.torque_at_rest(angle, self.model.door.rest_angle)
+        least = self.model.scenario.push.least_force
         made = least * self.model.coupling.distance_from_hinge
         if abs(rate) > CREEP or resists >= made:
             return None

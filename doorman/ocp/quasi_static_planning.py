@@ -125,7 +125,7 @@ def resistance(model: Model, hinge: Hinge, angle: float) -> float:
         hinge: What is known of it.
         angle: α [rad].
     """
-    torque = hinge.stiffness * (angle - model.door.rest_angle) + hinge.disturbance
+    torque = hinge.torque_at_rest(angle, model.door.rest_angle)
     return hinge.friction + math.copysign(torque, torque * (float(model.goal_state[3]) - angle))
 
 
