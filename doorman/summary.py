@@ -58,6 +58,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     return {
         "outcome": outcome,
         "reason": reason,
+        "attempts": 1 + recording["mission"]["state"].tolist()[1:].count("hover"),
         "opened": opened_at is not None,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
@@ -126,18 +127,25 @@ def _true_states(recording: Recording) -> Array:
 
 def _largest_violation(recording: Recording, model: Model, states: Array) -> float:
     """While the tip is at the door: the constraints take for granted that it is."""
-    begin, end = _at_the_door(recording)
-    tied = states[begin:end]
+    tied = states[_at_the_door(recording)]
     return float(max(model.constraints_along(tied).max(), 0.0)) if len(tied) else 0.0
 
 
-def _at_the_door(recording: Recording) -> tuple[int, int]:
-    """First tick of contact, and the tick at which the tip lets go, or one after the last."""
+def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
+    """Ticks of every attempt from a time after its first contact until the tip lets go, or the end, shape (m,)."""
     truth, mission = recording["truth"], recording["mission"]
-    touched = np.flatnonzero(truth["touching"])
-    let_go = [time for time, state in zip(mission.time, mission["state"], strict=True) if state == "release"]
-    end = int(np.searchsorted(truth.time, let_go[0])) if let_go else len(truth.time)
-    return (int(touched[0]), end) if len(touched) else (end, end)
+    chosen = np.zeros(len(truth.time), bool)
+    came, let_go = 0, False
+    for time, state in [*zip(mission.time, mission["state"], strict=True), (math.inf, "retreat")]:
+        tick = int(np.searchsorted(truth.time, time))
+        if state in ("release", "retreat") and not let_go:
+            let_go, touched = True, np.flatnonzero(truth["touching"][came:tick])
+            if len(touched):
+                first = truth.time[came + touched[0]] + after
+                chosen[int(np.searchsorted(truth.time, first - 1e-9)) : tick] = True
+        elif state in ("hover", "touch"):
+            came, let_go = tick, False
+    return chosen
 
 
 def _min_clearance(recording: Recording, model: Model) -> float:
@@ -153,12 +161,12 @@ def _min_clearance(recording: Recording, model: Model) -> float:
 
 
 def _contact_fraction(recording: Recording, after: float) -> float:
-    """Share of time in contact from a time after the first touch until the tip lets go, or the end."""
-    truth, (begin, end) = recording["truth"], _at_the_door(recording)
-    if begin >= end:
+    """Share of time in contact from a time after the first touch until the tip lets go, or the end, over all attempts."""
+    touching = recording["truth"]["touching"]
+    if not _at_the_door(recording).any():
         return 0.0
-    later = int(np.searchsorted(truth.time, truth.time[begin] + after - 1e-9))
-    return float(np.mean(truth["touching"][later:end])) if end > later else 1.0
+    chosen = _at_the_door(recording, after)
+    return float(np.mean(touching[chosen])) if chosen.any() else 1.0
 
 
 def _outcome(recording: Recording) -> tuple[str, str]:

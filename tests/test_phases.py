@@ -146,9 +146,42 @@ def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed() -> None
             again += 1
     assert again >= 1
     away = hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
-    recording, mission = flown(away, mission__recoveries=0)
+    recording, mission = flown(away, mission__recoveries=0, mission__attempts=1)
     assert mission.outcome == (False, "contact was lost 1 times")
     assert phases(recording)[-2:] == ["done", "end"]
+
+
+ATTEMPT = ["hover", "approach", "touch", "open"]
+
+
+def pulled_away() -> Torque:
+    return hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
+
+
+def test_an_attempt_that_fails_is_followed_by_another_from_the_hover() -> None:
+    """Where the leaf is by then nobody has told: it is looked for along its swing."""
+    recording, mission = flown(pulled_away(), mission__recoveries=0)
+    assert mission.outcome == (True, "")
+    assert phases(recording) == [*ATTEMPT, "retreat", *ATTEMPT, "release", "retreat", "done", "end"]
+    told = recording["mission"]["message"][phases(recording).index("retreat") + 1]
+    assert told == "attempt 2: contact was lost 1 times"
+    summary, truth = recording.summary, recording["truth"]
+    assert summary is not None and verdict(summary)[0], verdict(summary)[1]
+    assert summary["attempts"] == 2
+    again = recording["mission"].time[6]
+    touched = int(np.flatnonzero(truth["touching"] & (truth.time > again))[0])
+    assert math.degrees(truth["door_angle"][touched]) < 60.0, "it was left open"
+    assert np.linalg.norm(truth["velocity"][touched]) < 0.15, "it touches gently"
+
+
+def test_who_aborts_wants_no_other_attempt() -> None:
+    def abort(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.RETREAT:
+            mission.abort("the operator said so")
+
+    recording, mission = flown(pulled_away(), on_progress=abort, mission__recoveries=0)
+    assert mission.outcome == (False, "the operator said so")
+    assert phases(recording) == [*ATTEMPT, "retreat", "done", "end"]
 
 
 def test_a_door_that_a_person_holds_for_three_seconds_is_opened_and_not_thrown() -> None:

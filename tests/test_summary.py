@@ -18,7 +18,7 @@ KEYS = {
     "outcome", "reason", "hover_to_goal_s", "duration_s", "contact_fraction_after_1s", "estimates", "planned_normal_force_n_min",
     "opened", "final_door_angle_deg", "target_door_angle_deg", "time_to_open_s", "max_constraint_violation_m",
     "min_clearance_m", "collisions", "contact_fraction", "max_pull_force_n", "door_angle_estimate_error_deg_max",
-    "planner_ms", "planner_rate_hz", "deadline_misses", "realtime_factor",
+    "planner_ms", "planner_rate_hz", "deadline_misses", "realtime_factor", "attempts",
 }  # fmt: skip
 
 
@@ -46,10 +46,9 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
         names = ("solve_time", "deadline_missed")
         plan = {name: columns[name][k] for name in names}
         recorder.write("plan", 0.1 * k, {**plan, "normal_force": [0.3 + 0.1 * k, 0.7]})
-    for state, message in columns["phases"]:
-        recorder.write(
-            "mission", 0.1 * (m - 1), {"state": state, "message": message, "wall_time": columns["wall_time"]}
-        )
+    for state, message, *at in columns["phases"]:
+        time = at[0] if at else 0.1 * (m - 1)
+        recorder.write("mission", time, {"state": state, "message": message, "wall_time": columns["wall_time"]})
     return recorder.recording()
 
 
@@ -162,6 +161,25 @@ def test_an_estimate_a_turn_off_is_no_error(model: Model) -> None:
 def test_share_of_time_in_contact(model: Model, touching: list[bool], fraction: float) -> None:
     summary = summarize(made_up(model, OPENING, touching=touching), model)
     assert summary["contact_fraction"] == pytest.approx(fraction)
+
+
+def test_between_attempts_the_tip_is_not_at_the_door(model: Model) -> None:
+    """Nor is the clearance of the planner's constraints asked for there: they take for granted that it is."""
+    phases = [
+        *[("hover", "", 0.0), ("touch", "", 0.1), ("open", "", 0.2), ("retreat", "why", 0.4)],
+        *[
+            ("hover", "attempt 2: why", 0.6),
+            ("touch", "", 0.7),
+            ("open", "", 0.8),
+            ("release", "", 1.0),
+            ("end", "", 1.1),
+        ],
+    ]
+    touching = [False, False, True, True, False, False, False, False, True, False, False, True]
+    run = made_up(model, np.full(12, math.pi / 2), phases=phases, touching=touching)
+    summary = summarize(run, model)
+    assert summary["attempts"] == 2
+    assert summary["contact_fraction"] == pytest.approx(3 / 4), "of 0.2 to 0.4 s and 0.8 to 1.0 s"
 
 
 def test_share_of_time_in_contact_of_a_door_that_stays_shut(model: Model) -> None:

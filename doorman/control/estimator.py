@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 
 _REACH = 0.03
 """A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
+_DRAWS_BACK = 0.04
+"""A tip that moves away from the leaf faster than this [m/s]"""
+_DOUBT = 0.4
+"""is not believed to move the leaf with it for so long: the estimated force takes about as long to show that it has left [s]."""
 _AVERAGED = 30.0
 """Longest time in free flight over which the wind is averaged [s]."""
 
@@ -90,17 +94,17 @@ class Estimator:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings, control = model.scenario.estimation, model.scenario.control
-        self._converter = converter
+        settings = model.scenario.estimation
+        self._model, self._converter = model, converter
         self._rate = settings.wind_rate
         self._vehicle = VehicleObserver(model.vehicle.mass, settings.vehicle_observer_rate)
         self._weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
         self.contact = ContactMonitor(settings.contact)
-        self.door = DoorFilter(model, settings)
-        self._hinge_torque = DoorObserver(model, control.door_observer_rate, control.max_door_disturbance)
+        self.lose_leaf()
         self._door_inertia = model.door.inertia
         self._lever = model.coupling.distance_from_hinge
         self._beyond: float | None = None
+        self._drew_back, self._doubted = False, 0.0
         self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
         self._free_time = 0.0
         self._yaw = 0.0
@@ -164,6 +168,13 @@ class Estimator:
         self.door.meet(tip_angle)
         self.contact.declare(True)
 
+    def lose_leaf(self) -> None:
+        """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be, too."""
+        control = self._model.scenario.control
+        self.door = DoorFilter(self._model, self._model.scenario.estimation)
+        self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, control.max_door_disturbance)
+        self.contact.declare(False)
+
     def _follow_wind(self, free: bool, time_step: float) -> None:
         """In free flight the wind is what is felt; at the leaf a gust is forgotten, and what has blown on average stays."""
         if free and time_step > 0.0:
@@ -193,6 +204,7 @@ class Estimator:
             return
         self._beyond = None
         push = float(door_normal(self.door.angle) @ acting)
+        touching = touching and not self._doubts(touching, -self._lever * tip[1], now)
         self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._mean_wind)
         if touching:
             push = float(door_normal(self.door.angle) @ acting)
@@ -201,6 +213,14 @@ class Estimator:
         self._hinge_torque.pause()
         if tie is Tie.PUSHING:
             self.door.passed(tip[0])
+
+    def _doubts(self, touching: bool, tip_speed: float, now: float) -> bool:
+        """Whether the tip has probably left the leaf, though its estimated force does not show that yet."""
+        draws_back = touching and tip_speed < -_DRAWS_BACK
+        if draws_back and not self._drew_back and now >= self._doubted:
+            self._doubted = now + _DOUBT
+        self._drew_back = draws_back
+        return now < self._doubted
 
     def _push_of_a_grip(self, acting: Array, tip_angle: float, tip_rate: float, time_step: float) -> float:
         r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].

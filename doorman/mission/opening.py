@@ -149,6 +149,11 @@ class Opening:
         """Whether the door is being held, and not moved."""
         return self._held is not None
 
+    @property
+    def has_swung(self) -> bool:
+        """Whether the door has moved on its way, and no plan is refused because it cannot be opened or stopped."""
+        return self._steps_nearer > _SWINGING and not self._schedule.refusal
+
     def resume(self, now: float, push: float) -> None:
         """Begin, or go on after contact was regained.
 
@@ -161,6 +166,16 @@ class Opening:
         self._held, self._progress_at, self._nearest, self._last = None, now, math.inf, now
         if self._push is not None:
             self._push.begin(push)
+
+    def hold_again(self, estimate: Estimate, push: float) -> None:
+        """Hold a door that was held before, from a push on that has faded meanwhile: it grows to what held the door then.
+
+        Args:
+            estimate: What is known now.
+            push: F_n that the tip presses with [N].
+        """
+        self.resume(estimate.time, push)
+        self._held = self._converter.hold(estimate.position, float(estimate.state[2]))
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Setpoint for now.

@@ -126,12 +126,15 @@ class Sequence:
         self._settings = model.scenario.mission
         self._grips = model.scenario.contact.kind == "grip"
         self._push = None if self._grips else PushController(model, converter)
+        self._schedule = schedule
         self._opening = Opening(model, converter, schedule, self._push)
         self._leaf = AtTheLeaf(model, converter)
         self._on_change = on_change
         self._glide: Glide | None = None
         self._since: float | None = None
         self._entered: float | None = None
+        self._attempt = 1
+        self._again = False
         self._recoveries = 0
         self._unsure = False
         self._nearest = self._progress_at = 0.0
@@ -156,7 +159,17 @@ class Sequence:
         return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
-        """Give up: let go of the door, gently unless `at_once`, retreat and hover."""
+        """Give up: let go of the door, gently unless `at_once`, retreat and hover; for good."""
+        if self._again:
+            self._again, self.failure = False, reason
+        self._back_out(estimate, reason, at_once)
+
+    def _give_up(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
+        """The same for this attempt; another one may follow from the hover."""
+        self._again = self._attempt < self._settings.attempts
+        self._back_out(estimate, reason, at_once)
+
+    def _back_out(self, estimate: Estimate, reason: str, at_once: bool) -> None:
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = reason
             at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
@@ -196,7 +209,7 @@ class Sequence:
         self._clear_at = self._clear_at if near or beside else estimate.time
         if (near and searching) or estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"
-            self.abort(estimate, f"the rotors come too near to {what} at {angle:.0f}°", at_once=True)
+            self._give_up(estimate, f"the rotors come too near to {what} at {angle:.0f}°", at_once=True)
             return
         past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
@@ -222,6 +235,8 @@ class Sequence:
             self.failure = self.failure or reason
             self._targets = [estimate.position]
             self._enter(Phase.DONE, estimate, reason)
+        elif self.phase is Phase.RECOVER and estimate.door_angle >= float(self._model.goal_state[3]):
+            self._give_up(estimate, reason)
         else:
             self.abort(estimate, reason)
 
@@ -308,13 +323,13 @@ class Sequence:
             else:
                 self._enter(Phase.HOLD, estimate, "the door would not stay by itself")
         elif stuck := self._opening.stuck(estimate):
-            self.abort(estimate, stuck)
+            (self._give_up if self._opening.has_swung else self.abort)(estimate, stuck)
         elif not estimate.touching and not self._opening.held:
             assert self._entered is not None
             self._unsure = self._unsure and estimate.time - self._entered < _SURE
             self._recoveries += 1
             if self._recoveries > self._settings.recoveries:
-                self.abort(estimate, f"contact was lost {self._recoveries} times")
+                self._give_up(estimate, f"contact was lost {self._recoveries} times")
             else:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
         return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
@@ -368,8 +383,10 @@ class Sequence:
         spent, pressed = estimate.time - self._entered, 0.0 if self._push is None else self._push.push
         tries = self._push is not None and not self.failure
         if tries and spent < _EASING + _WATCHING:
+            eased = min(spent / _EASING, 1.0)
+            left = (1.0 - eased) * pressed + eased * _RESTING
             if estimate.door_angle > self._let_go_at + _COMES_BACK:
-                self._opening.resume(estimate.time, pressed)
+                self._opening.hold_again(estimate, left)
                 self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
             elif not estimate.near:  # the tip has left the leaf, and the door stands without it
                 self._enter(Phase.RETREAT, estimate, "")
@@ -378,8 +395,7 @@ class Sequence:
             ):  # there is no door where it was held
                 self.failure = f"the leaf has gone past the goal, to {np.degrees(estimate.tip_angle):.0f}° or farther"
                 self._enter(Phase.RETREAT, estimate, self.failure)
-            eased = min(spent / _EASING, 1.0)
-            return self._leaf.rest(estimate, (1.0 - eased) * pressed + eased * _RESTING)
+            return self._leaf.rest(estimate, left)
         if tries:
             spent, pressed = spent - _EASING - _WATCHING, _RESTING
         if spent >= _LETTING_GO:
@@ -402,6 +418,17 @@ class Sequence:
         if self._glide.near(target, 0.02) and np.linalg.norm(estimate.position - target) < 0.1:
             if not outside:
                 self._targets.pop(0)
+            elif self.phase is Phase.RETREAT and self._again:
+                self._begin_anew(estimate)
             elif self.phase is Phase.RETREAT:
                 self._enter(Phase.DONE, estimate, self.failure)
         return setpoint
+
+    def _begin_anew(self, estimate: Estimate) -> None:
+        """Another attempt: what was learnt of the hinge is kept, but the leaf may be anywhere by now."""
+        self._attempt, self._again = self._attempt + 1, False
+        reason, self.failure = f"attempt {self._attempt}: {self.failure}", ""
+        self._arm, self._recoveries, self._unsure = self._model.start_arm, 0, False
+        self._opening = Opening(self._model, self._converter, self._schedule, self._push)
+        self._estimator.lose_leaf()
+        self._enter(Phase.HOVER, estimate, reason)

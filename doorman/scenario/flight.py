@@ -131,7 +131,9 @@ class MissionSection(Section):
     hold_open: NonNegative = 3.0
     """For which a door is held whose closer would shut it on the vehicle; the mission ends there [s]."""
     recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 20
-    """How often contact may be lost before the opening is given up."""
+    """How often contact may be lost before an attempt is given up."""
+    attempts: Annotated[int, Field(strict=True, ge=1, le=10)] = 2
+    """How often the vehicle comes from the hover at most: after a failure that may not happen again it backs out first."""
     retreat_speed: Positive = 0.25
     """[m/s]."""
     time_out: MissionTimeOutsSection = MissionTimeOutsSection()

@@ -129,12 +129,14 @@ def test_the_shipped_campaign_draws_doors_that_can_be_flown():
     flights = Campaign("push_campaign").flights()
     assert len(flights) == 200
     drawn = np.array(
-        [[flight.draw.values[key] for key in ("simulation.door_friction", "door.width")] for flight in flights]
+        [
+            [flight.draw.values[key] for key in ("simulation.door_friction", "simulation.door_width")]
+            for flight in flights
+        ]
     )
     assert drawn.min(axis=0) == pytest.approx([0.3, 1.1], abs=0.03) and drawn.max(axis=0) == pytest.approx(
         [2.0, 1.4], abs=0.03
     )
-    told = {
-        (flight.scenario.door.mass, flight.scenario.door.damping, flight.scenario.door.stiffness) for flight in flights
-    }
-    assert told == {(None, None, 0.0)}
+    doors = [flight.scenario.door for flight in flights]
+    told = {(door.mass, door.width, door.damping, door.stiffness) for door in doors}
+    assert told == {(16.0, 1.1, None, 0.0)}, "the same of every door"

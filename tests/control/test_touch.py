@@ -52,10 +52,13 @@ def opening(model: Model, converter: StateConverter, schedule: PlanSchedule) -> 
     return Opening(model, converter, schedule, PushController(model, converter))
 
 
-def hovering(model: Model, away: float, push: float, seconds: float, gust: float = 0.0) -> list[Estimate]:
+def hovering(
+    model: Model, away: float, push: float, seconds: float, gust: float = 0.0, back: float = 0.0
+) -> list[Estimate]:
     """A vehicle held still `away` from the contact by rotors that press with `push`, after a second of hover.
 
-    That is calm but for the last tenth of it, in which a gust of so many newtons comes from the leaf.
+    That is calm but for the last tenth of it, in which a gust of so many newtons comes from the leaf. In the last second the
+    vehicle moves back at a speed of `back`.
     """
     estimator, angle = Estimator(model, StateConverter(model)), float(model.start_state[3])
     normal, arm, rest = door_normal(angle), model.start_arm, np.zeros(3)
@@ -66,7 +69,8 @@ def hovering(model: Model, away: float, push: float, seconds: float, gust: float
         now = tick * TICK
         blows = gust if 0.9 < now < 1.0 else 0.0
         tie, force = (Tie.FREE, weight + blows * normal) if now < 1.0 else (Tie.PUSHING, weight + push * normal)
-        measurement = Measurement(now, place, rest, attitude, rest, arm, np.zeros(model.n_arm), now)
+        moved = place - max(now - seconds, 0.0) * back * normal
+        measurement = Measurement(now, moved, rest, attitude, rest, arm, np.zeros(model.n_arm), now)
         estimates.append(estimator.update(measurement, force, tie, TICK if tick else 0.0))
     return estimates
 
@@ -84,6 +88,22 @@ def test_a_tip_away_from_the_leaf_feels_wind_and_no_touch(model: Model) -> None:
     wind = -1.0 * door_normal(float(model.start_state[3]))  # what holds the vehicle still against that push
     np.testing.assert_allclose(estimates[-1].wind, wind, atol=0.1)
     assert abs(estimates[-1].normal_force) < 0.1
+
+
+@pytest.mark.parametrize(("back", "doubted"), [(0.1, 0.35), (0.03, 0.0)])
+def test_a_tip_that_draws_back_quickly_does_not_take_the_leaf_with_it(
+    model: Model, back: float, doubted: float
+) -> None:
+    """Its force fades late in the estimate: not at once, but if it presses for longer somebody pushes the leaf back."""
+    estimates = hovering(model, 0.0, 1.0, 2.0, back=back)
+    begun = round(2.0 / TICK)
+    follows = [abs(one.tip_angle - one.door_angle) < np.radians(1.0) for one in estimates[begun:]]
+    assert estimates[-1].touching, "the force is there all the time"
+    lost = TICK * (len(follows) - sum(follows))
+    assert doubted - 0.15 < lost < doubted + 0.25
+    assert follows[-1], "believed in the end"
+    tip_went = model.coupling.distance_from_hinge * (estimates[-1].tip_angle - estimates[begun].tip_angle)
+    assert tip_went == pytest.approx(back, rel=0.1)
 
 
 def test_a_gust_before_the_touch_is_forgotten_and_the_wind_before_it_is_not(model: Model) -> None:
