@@ -164,7 +164,7 @@ def test_an_attempt_that_fails_is_followed_by_another_from_the_hover() -> None:
     assert mission.outcome == (True, "")
     assert phases(recording) == [*ATTEMPT, "retreat", *ATTEMPT, "release", "retreat", "done", "end"]
     told = recording["mission"]["message"][phases(recording).index("retreat") + 1]
-    assert told == "attempt 2: contact was lost 1 times"
+    assert told == "attempt 2, after: contact was lost 1 times"
     summary, truth = recording.summary, recording["truth"]
     assert summary is not None and verdict(summary)[0], verdict(summary)[1]
     assert summary["attempts"] == 2

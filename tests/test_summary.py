@@ -168,7 +168,7 @@ def test_between_attempts_the_tip_is_not_at_the_door(model: Model) -> None:
     phases = [
         *[("hover", "", 0.0), ("touch", "", 0.1), ("open", "", 0.2), ("retreat", "why", 0.4)],
         *[
-            ("hover", "attempt 2: why", 0.6),
+            ("hover", "attempt 2, after: why", 0.6),
             ("touch", "", 0.7),
             ("open", "", 0.8),
             ("release", "", 1.0),

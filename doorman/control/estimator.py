@@ -169,7 +169,7 @@ class Estimator:
         self.contact.declare(True)
 
     def lose_leaf(self) -> None:
-        """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be, too."""
+        """Forget the leaf and its hinge: it may be anywhere, and what was learnt when something went wrong may be wrong."""
         control = self._model.scenario.control
         self.door = DoorFilter(self._model, self._model.scenario.estimation)
         self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, control.max_door_disturbance)
@@ -204,7 +204,8 @@ class Estimator:
             return
         self._beyond = None
         push = float(door_normal(self.door.angle) @ acting)
-        touching = touching and not self._doubts(touching, -self._lever * tip[1], now)
+        doubted = self._doubts(touching, -self._lever * tip[1], now)
+        touching = touching and not doubted
         self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._mean_wind)
         if touching:
             push = float(door_normal(self.door.angle) @ acting)

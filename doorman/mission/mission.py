@@ -144,6 +144,7 @@ class Mission:
     def _engaged(self, attitude: np.ndarray, measurement: Measurement) -> np.ndarray:
         """Commanded attitude; while a grip is young its pitch stays near the measured one."""
         if self.model.scenario.contact.kind != "grip" or self.phase is not Phase.OPEN:
+            self._opened_at = None
             return attitude
         if self._opened_at is None:
             self._opened_at = measurement.time

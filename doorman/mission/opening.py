@@ -149,10 +149,10 @@ class Opening:
         """Whether the door is being held, and not moved."""
         return self._held is not None
 
-    @property
-    def has_swung(self) -> bool:
-        """Whether the door has moved on its way, and no plan is refused because it cannot be opened or stopped."""
-        return self._steps_nearer > _SWINGING and not self._schedule.refusal
+    def may_go_on(self, estimate: Estimate) -> bool:
+        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
+        plans = self._schedule.overdue(estimate.time) <= _SILENT and not self._schedule.refusal
+        return plans and self._steps_nearer > _SWINGING
 
     def resume(self, now: float, push: float) -> None:
         """Begin, or go on after contact was regained.

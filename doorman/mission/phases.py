@@ -323,7 +323,7 @@ class Sequence:
             else:
                 self._enter(Phase.HOLD, estimate, "the door would not stay by itself")
         elif stuck := self._opening.stuck(estimate):
-            (self._give_up if self._opening.has_swung else self.abort)(estimate, stuck)
+            (self._give_up if self._opening.may_go_on(estimate) else self.abort)(estimate, stuck)
         elif not estimate.touching and not self._opening.held:
             assert self._entered is not None
             self._unsure = self._unsure and estimate.time - self._entered < _SURE
@@ -425,10 +425,11 @@ class Sequence:
         return setpoint
 
     def _begin_anew(self, estimate: Estimate) -> None:
-        """Another attempt: what was learnt of the hinge is kept, but the leaf may be anywhere by now."""
+        """Another attempt, as the first one: what was learnt of leaf and hinge is forgotten."""
         self._attempt, self._again = self._attempt + 1, False
-        reason, self.failure = f"attempt {self._attempt}: {self.failure}", ""
-        self._arm, self._recoveries, self._unsure = self._model.start_arm, 0, False
+        reason, self.failure = f"attempt {self._attempt}, after: {self.failure}", ""
+        self._arm, self._recoveries, self._targets = self._model.start_arm, 0, []
+        self.opened = self._unsure = self._following = False
         self._opening = Opening(self._model, self._converter, self._schedule, self._push)
         self._estimator.lose_leaf()
         self._enter(Phase.HOVER, estimate, reason)
