@@ -149,6 +149,11 @@ class StateConverter:
         """ψ at a time of the plan [rad]."""
         return float(self._at(plan, time)[0][2])
 
+    def turning(self, plan: Plan, time: float) -> float:
+        """ψ̇ that leads to the heading `control.attitude_look_ahead` after a time of the plan [rad/s]."""
+        ahead = self.model.scenario.control.attitude_look_ahead
+        return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
+
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
+from doorman.control.turning_aid import TurningAid
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
 from doorman.ocp.hinge import Hinge
@@ -116,6 +118,7 @@ class Opening:
         self._goal, self._lever = float(model.goal_state[3]), model.coupling.distance_from_hinge
         self._weight = model.vehicle.mass * GRAVITY
         self._tip_position = model.vehicle.tip_position
+        self._turning_aid = TurningAid(model)
         self._nearest = math.inf
         self._way = abs(float(model.start_state[3]) - self._goal)
         self._progress_at = 0.0
@@ -206,7 +209,10 @@ class Opening:
             return setpoint if self._push is None else self._push.hold(setpoint, self._push.push, estimate)
         self._waiting = None
         if self._push is None:
-            return self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
+            setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
+            turning = self._converter.turning(current.plan, now - current.start)
+            aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step)
+            return replace(setpoint, force=setpoint.force + aid)
         return self._push.follow(current.plan, now - current.start, estimate, -disturbance, time_step)
 
     def _disturbance(self, off: float, estimate: Estimate) -> float:

@@ -1,0 +1,67 @@
+"""Turning by the door: a gripping tip takes a force along the leaf, which does not move the door but turns the vehicle.
+
+Rotors turn a vehicle by their drag alone, with a few tenths of a newton metre, and the force that opens a heavy door turns it
+back by as much. The same tip, half a metre before the body, turns it by that with a newton to the side.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.door import leaf_direction
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+
+Array = NDArray[np.float64]
+
+_RATE, _INTEGRAL = 10.0, 30.0
+"""Gains from the missing yaw rate to a yaw acceleration [1/s], [1/s²]."""
+_FADING = 4.0
+"""Time in which the integral fades: what the rotors can do they do themselves [s]."""
+_MOST = 0.05
+"""Largest force, as a share of the weight."""
+_LEAST_LEVER = 0.15
+"""With less between tip and body, across the leaf, the force would do too little [m]."""
+
+
+class TurningAid:
+    """Force along the leaf that helps a vehicle with a gripping tip to turn as planned.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._vehicle = model.vehicle
+        self._inertia = float(model.vehicle.inertia(model.start_arm)[2, 2])
+        self._most = _MOST * model.vehicle.mass * GRAVITY
+        self._integral = 0.0
+
+    def force(self, state: Array, body_rates: Array, planned_rate: float, time_step: float) -> Array:
+        """Force of the tip on the leaf now, beside the planned one.
+
+        Args:
+            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            planned_rate: ψ̇ of the plan [rad/s].
+            time_step: Since the last call [s].
+
+        Returns:
+            Along the leaf, shape (3,), world frame [N].
+        """
+        roll, pitch = float(state[0]), float(state[1])
+        rate = (math.sin(roll) * body_rates[1] + math.cos(roll) * body_rates[2]) / math.cos(pitch)
+        missing = planned_rate - float(rate)
+        along = leaf_direction(state[3])
+        tip = rotation_body_to_world(state[:3]) @ self._vehicle.tip_position(state[5:])
+        lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N
+        most = self._most * abs(lever)
+        self._integral += time_step * (_INTEGRAL * self._inertia * missing - self._integral / _FADING)
+        self._integral = min(max(self._integral, -most), most)
+        if abs(lever) < _LEAST_LEVER:
+            return np.zeros(3)
+        moment = min(max(_RATE * self._inertia * missing + self._integral, -most), most)
+        return np.asarray((moment / lever) * along)
