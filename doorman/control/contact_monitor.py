@@ -1,6 +1,7 @@
 """Contact state from the estimated force of the tip, with hysteresis in force and in time.
 
-How noisy the estimate is shows in free flight: a force that noise cannot explain counts at once.
+How noisy the estimate is shows in free flight: a force that noise cannot explain counts at once. A tip that comes to where
+the leaf is believed to stand is expected to touch it: little force will do there, once.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ class ContactMonitor:
         self._settings = settings
         self._for = 0.0
         self._variance = _NOISE_AT_FIRST**2
+        self._expected = False
         self.touching = False
         """The contact state."""
 
@@ -38,12 +40,13 @@ class ContactMonitor:
         """
         self._variance += min(time_step / _NOISE_TIME, 1.0) * (normal_force**2 - self._variance)
 
-    def update(self, normal_force: float, time_step: float) -> bool:
+    def update(self, normal_force: float, time_step: float, distance: float = math.inf) -> bool:
         """Take in one period.
 
         Args:
             normal_force: Estimated λ_n [N].
             time_step: Since the last call [s].
+            distance: Of the tip from where the leaf is believed to stand; infinite where that is not known [m].
 
         Returns:
             The contact state.
@@ -52,7 +55,10 @@ class ContactMonitor:
         if self.touching:
             disagrees, needed = normal_force < settings.lost_below, settings.lost_after
         else:
-            certain = max(settings.certain_above, settings.certain_deviations * math.sqrt(self._variance))
+            noise = math.sqrt(self._variance)
+            certain = max(settings.certain_above, settings.certain_deviations * noise)
+            if self._expected and distance < settings.arrived_within:
+                certain = min(certain, max(settings.arrived_above, settings.arrived_deviations * noise))
             disagrees = normal_force > min(settings.touched_above, certain)
             needed = 0.0 if normal_force > certain else settings.touched_after
         self._for = self._for + time_step if disagrees else max(0.0, self._for - time_step)
@@ -62,4 +68,9 @@ class ContactMonitor:
 
     def declare(self, touching: bool) -> None:
         """Set the state on other evidence."""
-        self.touching, self._for = touching, 0.0
+        self.touching, self._for, self._expected = touching, 0.0, False
+
+    def expect(self) -> None:
+        """Expect a touch where the leaf is believed to stand; what follows must bear that it comes a little later."""
+        self.declare(False)
+        self._expected = True

@@ -27,6 +27,8 @@ _DRAWS_BACK = 0.04
 """A tip that moves away from the leaf faster than this [m/s]"""
 _DOUBT = 0.4
 """is not believed to move the leaf with it for so long: the estimated force takes about as long to show that it has left [s]."""
+_SMOOTHED = 0.05
+"""Time over which the distance of tip and leaf is smoothed [s]."""
 _AVERAGED = 30.0
 """Longest time in free flight over which the wind is averaged [s]."""
 
@@ -104,6 +106,7 @@ class Estimator:
         self._door_inertia = model.door.inertia
         self._lever = model.coupling.distance_from_hinge
         self._beyond: float | None = None
+        self._grips, self._smoothed = model.scenario.contact.kind == "grip", 0.0
         self._drew_back, self._doubted = False, 0.0
         self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
         self._free_time = 0.0
@@ -134,7 +137,8 @@ class Estimator:
         if tie is not Tie.GRIPPED and not may_touch:
             self.contact.listen(normal_force, time_step)
         force_felt = normal_force if may_touch else 0.0
-        touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(force_felt, time_step))
+        distance = math.inf if self._grips else self._distance_to_leaf(tip_angle, tip_rate, time_step)
+        touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(force_felt, time_step, distance))
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)
         door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
         state = np.concatenate([measurement.attitude, door, measurement.arm_angles])
@@ -186,6 +190,13 @@ class Estimator:
 
     def _near(self, tip_angle: float) -> bool:
         return self._lever * (tip_angle - self.door.angle - 2.0 * self.door.angle_deviation) < _REACH
+
+    def _distance_to_leaf(self, tip_angle: float, tip_rate: float, time_step: float) -> float:
+        """Of the tip from where the leaf is believed to be, smoothed, and carried on by the lag of that [m]."""
+        distance = self._lever * (tip_angle - self.door.angle)
+        opening = self._lever * (tip_rate - self.door.rate)
+        self._smoothed += min(time_step / _SMOOTHED, 1.0) * (distance - self._smoothed)
+        return self._smoothed + _SMOOTHED * opening
 
     def _update_door(
         self,

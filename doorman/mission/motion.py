@@ -80,6 +80,16 @@ def arm_rates_to(target: Array, arm_angles: Array) -> Array:
     return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max()), 1e-9)))
 
 
+def in_the_doorway(model: Model, position: Array) -> bool:
+    """Whether some of the rotor disc is between the jambs, where a leaf that shuts reaches it.
+
+    Args:
+        model: Model of the scenario.
+        position: P, shape (3,), world frame [m].
+    """
+    return bool(position[0] > model.door.hinge_position[0] - model.door.frame_depth - model.vehicle.radius)
+
+
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     """Way from the leaf to a hover outside: back from the leaf, between the jambs, out of the doorway.
 
@@ -96,8 +106,9 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     lowest, highest = min(doorway.lowest, middle), max(doorway.highest, middle)
     outside = hinge[0] - radius - model.scenario.mission.hover_distance
     back = position - _BACK * door_normal(door_angle)
-    if position[0] > hinge[0] - model.door.frame_depth - radius:  # some of the disc is in the doorway
+    if in_the_doorway(model, position):
         back[1] = min(max(back[1], lowest), highest)
         back[0] = position[0]
-        return [back, np.array([outside, middle, position[2]])]
+        beside = 0.5 * (middle + highest)  # away from the hinge: a leaf that shuts comes from there
+        return [back, np.array([outside, beside, position[2]])]
     return [back, np.array([min(back[0], outside), back[1], position[2]])]

@@ -19,7 +19,7 @@ from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.motion import Glide, arm_rates_to, way_out
+from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway, way_out
 from doorman.mission.opening import STILL_OPEN, Opening
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
@@ -60,6 +60,8 @@ _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
 """A held door that is faster is not left yet [rad/s]."""
+_PRESSED = 0.3
+"""A leaf that keeps a vehicle from a place on its way out for so long [s] is not pressed against."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while a tip that pushes lets go [N]."""
 _DRAWING_BACK = 1.0
@@ -254,7 +256,7 @@ class Sequence:
             self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
             self._leaf.begin(float(self._model.start_state[2]))
-            self._estimator.contact.declare(False)
+            self._estimator.contact.expect()
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._leaf.begin(float(estimate.state[2]), estimate)
             self._let_go_at = self._nearest = estimate.door_angle
@@ -303,10 +305,14 @@ class Sequence:
             self._since = estimate.time
             self._estimator.meet_leaf(estimate.tip_angle, self._leaf.free_wind)
         if self._since is not None:
-            if estimate.time - self._since >= _PRESSING:
+            pressed = estimate.time - self._since >= _PRESSING
+            if pressed and (estimate.touching or self._grips):
                 self._unsure = float(self._model.start_state[3]) - estimate.door_angle > _MISSING
                 self._enter(Phase.OPEN, estimate, "")
-            return self._leaf.push(estimate, self._settings.touch_force)
+            elif pressed:  # the leaf stands a little farther away than was believed
+                self._since = None
+            if estimate.touching or self._grips:
+                return self._leaf.push(estimate, self._settings.touch_force)
         if estimate.door_angle <= float(self._model.goal_state[3]):
             self.abort(estimate, f"the leaf has opened by itself: none before {np.degrees(estimate.door_angle):.0f}°")
             return self._leaf.push(estimate, 0.0)
@@ -406,16 +412,23 @@ class Sequence:
         return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        """Back from the leaf, out of the doorway, then into the start's posture."""
+        """Back from the leaf, out of the doorway, then into the start's posture.
+
+        In the doorway the arm stays before the rotors as it is: a leaf that shuts meets the tip.
+        """
         if self._glide is None:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
         outside = len(self._targets) == 1
-        arm = self._model.start_arm if outside else self._arm
-        yaw = float(self._model.start_state[2]) if outside else self._glide.yaw
+        turns = outside and not in_the_doorway(self._model, estimate.position)
+        arm = self._model.start_arm if turns else self._arm
+        yaw = float(self._model.start_state[2]) if turns else self._glide.yaw
         rates = arm_rates_to(np.asarray(arm), estimate.arm_angles)
         target = self._targets[0]
         setpoint = self._glide.to(target, yaw, self._settings.retreat_speed, rates, time_step)
-        if self._glide.near(target, 0.02) and np.linalg.norm(estimate.position - target) < 0.1:
+        arrived = self._glide.near(target, 0.02)
+        self._since = (self._since if self._since is not None else estimate.time) if arrived else None
+        pressed = not outside and self._since is not None and estimate.time - self._since >= _PRESSED
+        if arrived and (pressed or np.linalg.norm(estimate.position - target) < 0.1):
             if not outside:
                 self._targets.pop(0)
             elif self.phase is Phase.RETREAT and self._again:

@@ -54,6 +54,12 @@ class ContactStateSection(Section):
     """or, without delay, above this [N]"""
     certain_deviations: Positive = 5.0
     """and above so many standard deviations of the same estimate in free flight."""
+    arrived_within: NonNegative = 0.003
+    """Distance from where the leaf is believed to stand at which a tip that comes to touch it has arrived [m]; it touches"""
+    arrived_above: Positive = 0.12
+    """above this force [N]"""
+    arrived_deviations: Positive = 1.3
+    """and above so many of those deviations, without delay."""
     lost_below: NonNegative = 0.08
     """Estimated normal force below which contact is lost [N],"""
     lost_after: NonNegative = 0.05

@@ -130,6 +130,33 @@ def test_a_force_that_noise_cannot_explain_counts_at_once(rng: np.random.Generat
     )
 
 
+def test_little_force_will_do_where_a_touch_is_expected_and_only_there() -> None:
+    settings = ContactStateSection()
+    force, here, beyond = 1.1 * settings.arrived_above, 0.5 * settings.arrived_within, 2.0 * settings.arrived_within
+
+    def calm() -> ContactMonitor:
+        monitor = ContactMonitor(settings)
+        for _ in range(2000):
+            monitor.listen(0.0, TICK)
+        return monitor
+
+    monitor = calm()
+    assert not monitor.update(force, TICK, here), "none is expected"
+    monitor.expect()
+    assert not any(monitor.update(force, TICK, beyond) for _ in range(100)), "not there yet"
+    assert not monitor.update(0.9 * settings.arrived_above, TICK, here)
+    assert monitor.update(force, TICK, here)
+    monitor.declare(False)
+    assert not any(monitor.update(force, TICK, here) for _ in range(100)), "it is expected once"
+
+    noisy = calm()
+    for sign in [1.0, -1.0] * 1000:
+        noisy.listen(sign * force, TICK)
+    noisy.expect()
+    assert not noisy.update(force, TICK, here), "noise explains it"
+    assert noisy.update(1.05 * settings.arrived_deviations * force, TICK, here)
+
+
 class Swing:
     """A true door, pushed at the tip, integrated finely; its tip is measured with noise."""
 
