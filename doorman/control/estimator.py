@@ -40,6 +40,8 @@ class Tie(Enum):
     """The tip is away from the leaf."""
     PUSHING = "pushing"
     """It should press on the leaf; whether it does is estimated."""
+    LEAVING = "leaving"
+    """It should come off the leaf; one that shuts may meet it anywhere."""
     GRIPPED = "gripped"
     """It is tied to the leaf."""
 
@@ -129,8 +131,8 @@ class Estimator:
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
         near = self._near(tip_angle)
-        may_touch = near or self.contact.touching
-        self._follow_wind(tie is Tie.FREE or (tie is Tie.PUSHING and not may_touch), time_step)
+        may_touch = near or self.contact.touching or tie is Tie.LEAVING
+        self._follow_wind(tie is Tie.FREE or not (may_touch or tie is Tie.GRIPPED), time_step)
         tip_force = self._wind - vehicle.outer_force
         normal = door_normal(self.door.angle)
         normal_force = float(normal @ tip_force)
@@ -138,7 +140,7 @@ class Estimator:
             self.contact.listen(normal_force, time_step)
         force_felt = normal_force if may_touch else 0.0
         distance = math.inf if self._grips else self._distance_to_leaf(tip_angle, tip_rate, time_step)
-        touching = tie is Tie.GRIPPED or (tie is Tie.PUSHING and self.contact.update(force_felt, time_step, distance))
+        touching = tie is Tie.GRIPPED or (tie is not Tie.FREE and self.contact.update(force_felt, time_step, distance))
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)
         door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
         state = np.concatenate([measurement.attitude, door, measurement.arm_angles])
@@ -223,7 +225,7 @@ class Estimator:
             self._hinge_torque.update(self.door.angle, self.door.rate, push, self._door_inertia, time_step)
             return
         self._hinge_torque.pause()
-        if tie is Tie.PUSHING:
+        if tie in (Tie.PUSHING, Tie.LEAVING):
             self.door.passed(tip[0])
 
     def _doubts(self, touching: bool, tip_speed: float, now: float) -> bool:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -61,11 +61,13 @@ _FAR = 1.0
 _MOVING = 0.03
 """A held door that is faster is not left yet [rad/s]."""
 _PRESSED = 0.3
-"""A leaf that keeps a vehicle from a place on its way out for so long [s] is not pressed against."""
+"""A vehicle that a leaf follows, or keeps from a place on its way out, for so long [s] goes straight out."""
 _BACKING_OFF = 0.4
 """Force away from the leaf while a tip that pushes lets go [N]."""
 _DRAWING_BACK = 1.0
 """The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
+_BRAKING, _MOST_BRAKING = 12.0, 4.0
+"""Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
 _LETTING_GO = 0.5
 """[s]."""
 _EASING = 1.5
@@ -142,7 +144,6 @@ class Sequence:
         self._nearest = self._progress_at = 0.0
         self._following = False
         self._targets: list[Array] = []
-        self._arm = model.start_arm
         self._let_go_at = 0.0
         self._clear_at = 0.0
         self._steps = {
@@ -156,8 +157,8 @@ class Sequence:
         """What is known of tip and leaf in this phase."""
         if self.phase in (Phase.OPEN, Phase.HOLD, Phase.RECOVER):
             return Tie.GRIPPED if self._grips else Tie.PUSHING
-        if self.phase is Phase.RELEASE and not self._grips:
-            return Tie.PUSHING
+        if self.phase in (Phase.RELEASE, Phase.RETREAT):
+            return Tie.LEAVING if self.failure else Tie.PUSHING
         return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
@@ -252,7 +253,6 @@ class Sequence:
                 self._estimator.contact.declare(True)
         elif phase is Phase.RETREAT:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
-            self._arm = np.array(estimate.arm_angles)
             self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
             self._leaf.begin(float(self._model.start_state[2]))
@@ -269,14 +269,16 @@ class Sequence:
         if self._glide is None:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
         yaw = float(self._model.start_state[2])
-        target = self._leaf.contact_position(estimate, yaw, self._arm) - away * door_normal(estimate.door_angle)
-        rates = arm_rates_to(self._arm, estimate.arm_angles)
+        target = self._leaf.contact_position(estimate, yaw, self._model.start_arm) - away * door_normal(
+            estimate.door_angle
+        )
+        rates = arm_rates_to(self._model.start_arm, estimate.arm_angles)
         return self._glide.to(target, yaw, speed, rates, time_step), target
 
     def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         setpoint, target = self._fly(estimate, self._settings.hover_distance, self._settings.approach_speed, time_step)
         still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
-        posed = np.abs(estimate.arm_angles - self._arm).max() < 0.03
+        posed = np.abs(estimate.arm_angles - self._model.start_arm).max() < 0.03
         self._since = (self._since if self._since is not None else estimate.time) if still and posed else None
         if self._since is not None and estimate.time - self._since >= _STEADY:
             self._enter(Phase.APPROACH, estimate, "")
@@ -407,28 +409,30 @@ class Sequence:
         if spent >= _LETTING_GO:
             self._enter(Phase.RETREAT, estimate, self.failure)
         if self._grips:
-            return self._leaf.push(estimate, -_DRAWING_BACK)
+            return self._leaf.push(estimate, -max(_DRAWING_BACK, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING)))
         share = min(spent / _LETTING_GO, 1.0)
         return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Back from the leaf, out of the doorway, then into the start's posture.
 
-        In the doorway the arm stays before the rotors as it is: a leaf that shuts meets the tip.
+        In the doorway heading and arm keep step with the leaf: one that shuts meets the tip, and not the rotors.
         """
         if self._glide is None:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
-        outside = len(self._targets) == 1
-        turns = outside and not in_the_doorway(self._model, estimate.position)
-        arm = self._model.start_arm if turns else self._arm
-        yaw = float(self._model.start_state[2]) if turns else self._glide.yaw
-        rates = arm_rates_to(np.asarray(arm), estimate.arm_angles)
+        outside, within = len(self._targets) == 1, in_the_doorway(self._model, estimate.position)
+        posture = self._model.on_the_way(estimate.door_angle) if within else self._model.start_state
+        rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
         target = self._targets[0]
-        setpoint = self._glide.to(target, yaw, self._settings.retreat_speed, rates, time_step)
+        setpoint = self._glide.to(target, float(posture[2]), self._settings.retreat_speed, rates, time_step)
+        followed = within and estimate.touching
+        if followed:  # gives way backwards only: beside it are the jambs
+            setpoint = replace(setpoint, force=np.array([0.0, float(estimate.tip_force[1]), 0.0]))
         arrived = self._glide.near(target, 0.02)
-        self._since = (self._since if self._since is not None else estimate.time) if arrived else None
-        pressed = not outside and self._since is not None and estimate.time - self._since >= _PRESSED
-        if arrived and (pressed or np.linalg.norm(estimate.position - target) < 0.1):
+        blocked = not outside and (arrived or followed)
+        self._since = (self._since if self._since is not None else estimate.time) if blocked else None
+        pressed = self._since is not None and estimate.time - self._since >= _PRESSED
+        if pressed or (arrived and np.linalg.norm(estimate.position - target) < 0.1):
             if not outside:
                 self._targets.pop(0)
             elif self.phase is Phase.RETREAT and self._again:
@@ -441,7 +445,7 @@ class Sequence:
         """Another attempt, as the first one: what was learnt of leaf and hinge is forgotten."""
         self._attempt, self._again = self._attempt + 1, False
         reason, self.failure = f"attempt {self._attempt}, after: {self.failure}", ""
-        self._arm, self._recoveries, self._targets = self._model.start_arm, 0, []
+        self._recoveries, self._targets = 0, []
         self.opened = self._unsure = self._following = False
         self._opening = Opening(self._model, self._converter, self._schedule, self._push)
         self._estimator.lose_leaf()
