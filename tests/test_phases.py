@@ -96,6 +96,41 @@ def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
     assert np.linalg.norm(truth["velocity"][-1]) < 0.3
 
 
+SHUTTING = [
+    ("push", 30.0, 0.0, {"door__width": 1.1, "simulation__door_width": 1.1, "simulation__door_stiffness": 2.0}),
+    ("push", 25.0, 3.0, {}),
+    ("paper", 45.0, 0.0, {"simulation__door_stiffness": 2.0}),
+    ("paper", 40.0, 3.0, {"simulation__door_stiffness": 1.0}),
+]
+
+
+@pytest.mark.parametrize(("scenario", "below", "shove", "hinge"), SHUTTING)
+def test_a_leaf_that_shuts_on_a_vehicle_that_backs_out_meets_its_tip(
+    scenario: str, below: float, shove: float, hinge: dict[str, float]
+) -> None:
+    """A closer, or somebody, shuts the door as soon as it is let go: rotors, arm and jambs stay clear of each other."""
+    given_up: list[float] = []
+
+    def give_up(mission: Mission, time: float, angle: float) -> None:
+        if not given_up and angle < math.radians(below):
+            mission.abort("the operator said so")
+            given_up.append(time)
+
+    recording, mission = flown(
+        lambda time, angle, rate: shove if given_up else 0.0,
+        scenario,
+        give_up,
+        simulation__door_mass=6.0,
+        simulation__door_friction=0.3,
+        **hinge,
+    )
+    assert mission.outcome == (False, "the operator said so")
+    summary, truth = recording.summary, recording["truth"]
+    assert summary is not None and summary["collisions"] == 0
+    assert math.degrees(truth["door_angle"][-1]) > 85.0, "it has shut"
+    assert truth["position"][-1, 0] < -0.8
+
+
 def test_a_gripper_that_opens_does_not_push_a_door_without_friction() -> None:
     """Damping alone would let it coast on by degrees from a touch of two newtons."""
     recording, mission = flown(scenario="paper", simulation__door_damping=2.0, simulation__door_friction=0.0)
