@@ -239,6 +239,21 @@ def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there() -> None:
     assert verdict(summary)[0], verdict(summary)[1]
 
 
+@pytest.mark.parametrize(("angle", "found"), [(19.8, True), (19.0, True), (16.0, False)])
+def test_a_leaf_that_stands_at_the_goal_already_is_found_there(angle: float, found: bool) -> None:
+    """Wind, or an attempt before, may have opened it; farther beyond the goal it is not open as asked."""
+    recording, mission = flown(
+        lambda time, now, rate: 60.0 * (math.radians(angle) - now) - 30.0 * rate if time < 4.0 else 0.0
+    )
+    opened, reason = mission.outcome
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert summary["final_door_angle_deg"] == pytest.approx(angle, abs=1.0)
+    assert opened == found
+    assert found or "has opened by itself" in reason
+    assert verdict(summary)[0] == found
+
+
 def test_a_leaf_that_is_blown_past_the_goal_is_not_chased() -> None:
     recording, mission = flown(hand(50.0, 6.0, lambda off, rate: -3.0 - 5.0 * rate))
     opened, reason = mission.outcome

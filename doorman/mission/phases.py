@@ -48,6 +48,8 @@ _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
 """A leaf that is so far beyond the goal cannot be brought back by a push [rad];"""
+_OPENED_ALREADY = math.radians(1.5)
+"""A leaf that is looked for before the first touch may be so far beyond the goal: it is open [rad]."""
 _LOST_PAST = math.radians(2.5)
 """one that was lost is not looked for so far beyond it [rad]."""
 _SURE = 2.0
@@ -315,7 +317,7 @@ class Sequence:
                 self._since = None
             if estimate.touching or self._grips:
                 return self._leaf.push(estimate, self._settings.touch_force)
-        if estimate.door_angle <= float(self._model.goal_state[3]):
+        if estimate.door_angle <= float(self._model.goal_state[3]) - _OPENED_ALREADY:
             self.abort(estimate, f"the leaf has opened by itself: none before {np.degrees(estimate.door_angle):.0f}°")
             return self._leaf.push(estimate, 0.0)
         if float(self._model.start_state[3]) - estimate.door_angle > _MISSING:
