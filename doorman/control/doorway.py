@@ -17,8 +17,8 @@ _SENT_BACK = 1.5
 """Share of the way that a vehicle is nearer to a jamb than it may be, by which its place is moved away."""
 _FARTHEST, _FADING = 0.025, 0.03
 """A force to the side has faded so far beyond the margin, over so much of the way [m]."""
-_BRAKING = 0.15
-"""In which a vehicle stops that is about to touch a jamb [s]."""
+_BRAKING = 0.25
+"""In which a vehicle stops that is about to touch a jamb, with the tenth of a second for which that is doubted [s]."""
 _AHEAD = 0.3
 """For a vehicle that drifts on for so long [s]."""
 

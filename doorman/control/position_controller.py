@@ -6,7 +6,9 @@ with e = p_d − p and F_R the planned force on the door. Along the door's norma
 what the plan does not know of the door is for `door_observer`; two observers of one torque fight each other. Tilt and thrust
 saturate, and the saturated F is what the observer is told. Where the setpoint gives a push, it replaces F along the
 normal. Beside it friction takes up whatever the tip is pressed with, and the observer's integral would wind up against it: along
-the leaf δ̂ stays what it was in free flight, upwards it stays near that. Source: Kim, Choi and Kim, IEEE TCST 2018.
+the leaf δ̂ stays what it was in free flight, upwards it stays near that. So it does for a tip that grips: arm and hinge carry
+whatever the thrust does not, and an integral that takes that for lift leaves them more and more of the weight. Source: Kim,
+Choi and Kim, IEEE TCST 2018.
 """
 
 from __future__ import annotations
@@ -26,7 +28,8 @@ _UP = np.array([0.0, 0.0, 1.0])
 _AVERAGED = 4.0
 """Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip pushes."""
 _MOST_LIFT = 0.7
-"""By which δ̂ of a tip that pushes may differ up or down from that of free flight: without, a tip that has slipped hops [N]."""
+"""By which δ̂ of a tip on the leaf may differ up or down from that of free flight: without, one that has slipped hops, and a
+vehicle that grips hangs on the handle [N]."""
 
 
 @dataclass(frozen=True)
@@ -102,18 +105,20 @@ class PositionController:
         Returns:
             Thrust and attitude.
         """
-        disturbance = self.observer.update(position, self._acting, time_step)
+        self.observer.update(position, self._acting, time_step)
         touches = bool(setpoint.force.any())
-        if setpoint.push is None or not touches:
+        if touches:
+            self._not_wound_up(setpoint, velocity)
+        disturbance = self.observer.estimate
+        if setpoint.push is None and touches:
+            self._free = np.array([disturbance[0], disturbance[1], self._free[2]])
+        elif setpoint.push is None or not touches:
             self._free_time += time_step
-            gripped = setpoint.push is None and touches
-            share = 1.0 if gripped or self._free_time < _AVERAGED else min(time_step / _AVERAGED, 1.0)
+            share = 1.0 if self._free_time < _AVERAGED else min(time_step / _AVERAGED, 1.0)
             self._free = self._free + share * (disturbance - self._free)
         if setpoint.push is not None:
-            if touches:
-                self._not_wound_up(setpoint.normal, velocity)
-            disturbance = self._free.copy()
-            disturbance[2] += min(max(float(self.observer.estimate[2] - self._free[2]), -_MOST_LIFT), _MOST_LIFT)
+            lift = float(disturbance[2] - self._free[2])
+            disturbance = self._free + min(max(lift, -_MOST_LIFT), _MOST_LIFT) * _UP
         disturbance = disturbance - (setpoint.normal @ disturbance) * setpoint.normal
         correction = (
             setpoint.acceleration
@@ -133,9 +138,11 @@ class PositionController:
             saturated=bool(np.abs(force - wanted).max() > 1e-9),
         )
 
-    def _not_wound_up(self, normal: Array, velocity: Array) -> None:
-        """Keep δ̂ of a tip that pushes near what it was in free flight, but along the normal."""
-        self.observer.align(np.array([-normal[1], normal[0], 0.0]), self._free, velocity)
+    def _not_wound_up(self, setpoint: Setpoint, velocity: Array) -> None:
+        """Keep δ̂ near what it was in free flight: upwards, and along the leaf where the tip pushes."""
+        if setpoint.push is not None:
+            normal = setpoint.normal
+            self.observer.align(np.array([-normal[1], normal[0], 0.0]), self._free, velocity)
         lift = float(self.observer.estimate[2] - self._free[2])
         if abs(lift) > _MOST_LIFT:
             self.observer.align(_UP, self._free + math.copysign(_MOST_LIFT, lift) * _UP, velocity)

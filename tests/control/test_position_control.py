@@ -106,3 +106,18 @@ def test_an_error_does_not_wind_up_against_a_tip_that_sticks() -> None:
     assert held[1] == pytest.approx(first[1], abs=1e-6)
     assert held[2] == pytest.approx(first[2] + 0.7, abs=0.03)
     assert free[1] > first[1] + 0.5 and free[2] > first[2] + 1.0
+
+
+def test_a_vehicle_that_grips_does_not_hang_on_the_handle() -> None:
+    """Arm and hinge carry what the thrust does not, and that is no lift; a handle's pull to the side is one like any other."""
+    wanted = setpoint(
+        position=np.array([0.0, 0.1, -0.05]), force=np.array([2.0, 0.0, 0.0]), normal=np.array([1.0, 0.0, 0.0])
+    )
+    controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
+    held = [controller.update(np.zeros(3), np.zeros(3), wanted, 0.004) for _ in range(5000)]
+    assert held[-1].force[2] == pytest.approx(held[0].force[2] - 0.7, abs=0.03)
+    assert held[-1].force[1] > held[0].force[1] + 0.5
+    lifts = np.array(
+        [controller.update(np.zeros(3), np.zeros(3), setpoint(), 0.004).disturbance[2] for _ in range(250)]
+    )
+    assert np.abs(np.diff([held[-1].disturbance[2], *lifts])).max() < 0.1, "and nothing jumps when it lets go"
