@@ -254,6 +254,29 @@ def test_a_leaf_that_stands_at_the_goal_already_is_found_there(angle: float, fou
     assert verdict(summary)[0] == found
 
 
+def test_a_door_that_cannot_be_held_at_the_goal_is_given_up() -> None:
+    """Somebody stronger than the vehicle shuts it: it was open for a moment, and nobody may be told that it is."""
+    shutting: list[float] = []
+
+    def note(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.HOLD and not shutting:
+            shutting.append(time)
+
+    def back(time: float, angle: float, rate: float) -> float:
+        off = math.radians(45.0) - angle
+        return min(60.0 * off, 5.0) - 30.0 * rate if shutting else 0.0
+
+    recording, mission = flown(
+        back, on_progress=note, mission__attempts=1, mission__hold_open=1.0, simulation__door_stiffness=1.0
+    )
+    opened, reason = mission.outcome
+    assert not opened and "could not be held at the goal" in reason
+    assert "hold" in phases(recording) and phases(recording)[-3:] == ["retreat", "done", "end"]
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert not verdict(summary)[0]
+
+
 def test_a_leaf_that_is_blown_past_the_goal_is_not_chased() -> None:
     recording, mission = flown(hand(50.0, 6.0, lambda off, rate: -3.0 - 5.0 * rate))
     opened, reason = mission.outcome

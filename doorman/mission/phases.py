@@ -43,7 +43,9 @@ _LEAST_RESISTANCE = 0.15
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _PATIENCE = 5.0
-"""Hold times for which a held door that is not open enough is pushed again before the mission ends."""
+"""Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
+_OPEN_ENOUGH = math.radians(2.0)
+"""and is given up if it is farther off by then [rad]."""
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
@@ -177,6 +179,7 @@ class Sequence:
     def _back_out(self, estimate: Estimate, reason: str, at_once: bool) -> None:
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = reason
+            self.opened = self.opened and self.phase is not Phase.HOLD  # it would not stay by itself
             at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
             touching = at_the_leaf and not at_once and (self._grips or estimate.touching)
             self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
@@ -362,7 +365,11 @@ class Sequence:
         held, off = estimate.time - self._entered, abs(estimate.door_angle - float(self._model.goal_state[3]))
         stands = off < STILL_OPEN and abs(estimate.door_rate) < _MOVING
         if held >= self._settings.hold_open * (1.0 if stands else _PATIENCE):
-            self._enter(Phase.DONE, estimate, "")
+            if off < _OPEN_ENOUGH:
+                self._enter(Phase.DONE, estimate, "")
+            else:
+                angle = float(np.degrees(estimate.door_angle))
+                self._give_up(estimate, f"the door could not be held at the goal, and is at {angle:.0f}°")
         return self._in_touch(self._opening.step(estimate, body_rates), estimate)
 
     def _in_touch(self, setpoint: Setpoint, estimate: Estimate) -> Setpoint:
