@@ -26,6 +26,7 @@ def table(heading: str) -> list[list[str]]:
 def names_of_tests() -> set[str]:
     paths = [
         *HERE.glob("test_*.py"),
+        *(HERE.parent / "pixhawk").glob("test_*.py"),
         *(HERE.parents[1] / "rig").glob("test_*.py"),
         *(HERE.parents[1] / f"test_{name}.py" for name in ("planning_thread", "mission", "phases")),
     ]
