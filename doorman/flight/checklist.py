@@ -113,7 +113,7 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
                "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
     ready_to_arm = state.ready_to_arm
-    words = "; ".join(("failed", *autopilot.complaints())) if ready_to_arm is False else "passed"
+    words = "; ".join(("failed", *autopilot.check_again())) if ready_to_arm is False else "passed"
     yield _row("autopilot's own checks", ready_to_arm is not False, "not reported" if ready_to_arm is None else words,
                "mend what it says, or see its parameters")  # fmt: skip
 

@@ -45,6 +45,7 @@ class Served:
         rig.autopilot.stop_heartbeats(stopped=False)
         rig.autopilot.fail_estimator(failed=False)
         rig.autopilot.allow_arming()
+        rig.autopilot.pilot_sticks((0.0, 0.0, 0.0))
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))
         rig.plant.block(0.0)

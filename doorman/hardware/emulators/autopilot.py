@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
@@ -168,6 +170,11 @@ class EmulatedAutopilot:
         """The pilot turns the mode switch of the radio: `position`, `land`, `return` and so on."""
         with self._lock:
             self.brain.pilot_mode(name)
+
+    def pilot_sticks(self, velocity: Sequence[float]) -> None:
+        """The pilot moves the sticks, which `position` mode obeys, or lets go of them: velocity, world frame [m/s]."""
+        with self._lock:
+            self.brain.sticks = np.array(velocity, float)
 
     def kill_switch(self) -> None:
         """The pilot stops the motors."""

@@ -19,6 +19,7 @@ from doorman.hardware.emulators.autopilot_brain import (
 from doorman.hardware.emulators.autopilot_control import Demand, Task
 from doorman.hardware.emulators.autopilot_parameters import ParameterStore
 from doorman.hardware.emulators.autopilot_plant import thrust_axis, yaw_of
+from doorman.hardware.emulators.autopilot_return import Return
 
 STABILIZE, ALTITUDE_HOLD, GUIDED, LOITER, RETURN, LAND = 0, 2, 4, 5, 6, 9
 _NAMES = {"stabilize": STABILIZE, "altitude": ALTITUDE_HOLD, "guided": GUIDED, "loiter": LOITER, "position": LOITER,
@@ -26,7 +27,9 @@ _NAMES = {"stabilize": STABILIZE, "altitude": ALTITUDE_HOLD, "guided": GUIDED, "
 _NEED_POSITION = (GUIDED, LOITER, RETURN)
 _CLIMB_SPEED, _DESCENT_SPEED = 2.5, 1.5
 _UNIT_TOLERANCE = 1e-3
-_FAILSAFE_ACTIONS = {1: RETURN, 3: RETURN, 4: LAND, 5: LAND, 7: LAND}
+_LEAST_RETURN, _LEAST_SLOPE = 0.3, 0.5
+"""Height of a return above home [m]; a flatter cone is none."""
+_FAILSAFE_ACTIONS = {1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LAND, 6: RETURN, 7: LAND}
 """Of FS_GCS_ENABLE."""
 
 
@@ -39,6 +42,7 @@ class ArduPilotBrain(Brain):
     """
 
     vendor = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    stick_mode = LOITER
 
     def __init__(self, parameters: ParameterStore, start_up: float) -> None:
         super().__init__(parameters)
@@ -79,7 +83,7 @@ class ArduPilotBrain(Brain):
         """Only from the ground, armed, in guided."""
         if self.mode != GUIDED or not self.armed or not self.landed or height <= 0.0:
             return FAILED
-        self._taking_off_to = self.home_height + height
+        self._taking_off_to = float(self.home.position[2]) + height
         self._hold = None
         return ACCEPTED
 
@@ -170,12 +174,19 @@ class ArduPilotBrain(Brain):
         if self.mode == LAND:
             return Demand(Task.LAND)
         if self.mode == RETURN:
-            place = around.estimate.position.copy()
-            place[2] = self.home_height + 0.01 * self.parameters["RTL_ALT"]
-            return Demand(Task.POSITION, position=place)
+            return self.return_home(around)
         if self.mode == GUIDED:
             return self._guided(around)
         return self._on_ground(around) if self.landed else self.hold_here(around)
+
+    def _begin_return(self, around: Surroundings) -> Return:
+        """Near home it climbs no higher than a cone whose slope is RTL_CONE_SLOPE; it keeps its heading."""
+        values, floor = self.parameters, float(self.home.position[2])
+        least = max(_LEAST_RETURN, float(around.estimate.position[2]) - floor)
+        height = max(0.01 * values["RTL_ALT"], least)
+        if values["RTL_CONE_SLOPE"] >= _LEAST_SLOPE:
+            height = min(height, max(values["RTL_CONE_SLOPE"] * self.home.distance(around.estimate.position), least))
+        return Return(self.home, around.estimate, around.now, floor + height, 1e-3 * values["RTL_LOIT_TIME"])
 
     def _guided(self, around: Surroundings) -> Demand:
         if self._taking_off_to is not None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
+import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.emulators.autopilot_control import Demand, Task
 from doorman.hardware.emulators.autopilot_estimator import Estimate
 from doorman.hardware.emulators.autopilot_parameters import ParameterStore
 from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
+from doorman.hardware.emulators.autopilot_return import Home, Return
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""
@@ -85,6 +87,8 @@ class Brain(ABC):
 
     vendor: int
     """MAV_AUTOPILOT."""
+    stick_mode: int
+    """The mode in which the pilot's sticks are velocities, and a vehicle whose sticks are let go of stays where it is."""
 
     def __init__(self, parameters: ParameterStore) -> None:
         self.parameters = parameters
@@ -96,9 +100,12 @@ class Brain(ABC):
         self.texts: list[tuple[int, str]] = []
         """Severity and words, waiting to be sent."""
         self.demand = Demand(Task.IDLE)
-        self.home_height = 0.0
+        self.home = Home(np.zeros(3), 0.0)
+        self.sticks = np.zeros(3)
+        """Velocity that the pilot asks for, shape (3,), world frame [m/s]."""
         self.around: Surroundings | None = None
         self._hold: Demand | None = None
+        self._return: Return | None = None
         self._grounded_since: float | None = None
         self._stuck_since: float | None = None
         self._armed_at = 0.0
@@ -137,6 +144,10 @@ class Brain(ABC):
     def _decide(self, around: Surroundings) -> Demand:
         """Failsafes, and what to do now."""
 
+    @abstractmethod
+    def _begin_return(self, around: Surroundings) -> Return:
+        """The way home from here, as the parameters have it."""
+
     def request_arming(self, arm: bool, forced: bool) -> int:
         """COMPONENT_ARM_DISARM; returns a MAV_RESULT."""
         assert self.around is not None
@@ -147,14 +158,21 @@ class Brain(ABC):
                 return self.refused_result
             self._disarm()
             return ACCEPTED
-        refusal = (self.refused_result, self.refusal.text) if self.refusal.active else self._arming_refused()
-        if refusal is not None:
-            if refusal[1]:
-                self.say(mavlink.MAV_SEVERITY_CRITICAL, refusal[1])
-            return refusal[0]
+        refused = self.check_arming()
+        if refused is not None:
+            return refused
         self.armed, self._armed_at = True, self.around.now
-        self.home_height = float(self.around.estimate.position[2])
+        self.home = Home.of(self.around.estimate)
         return ACCEPTED
+
+    def check_arming(self) -> int | None:
+        """MAV_RESULT of a request to arm that would be refused now, and its words by STATUSTEXT; None if it may arm."""
+        refusal = (self.refused_result, self.refusal.text) if self.refusal.active else self._arming_refused()
+        if refusal is None:
+            return None
+        if refusal[1]:
+            self.say(mavlink.MAV_SEVERITY_CRITICAL, refusal[1])
+        return refusal[0]
 
     @property
     @abstractmethod
@@ -183,16 +201,25 @@ class Brain(ABC):
         self.texts.append((severity, text))
 
     def hold_here(self, around: Surroundings) -> Demand:
-        """Stay at the place where this was first asked for."""
+        """Stay at the place where this was first asked for, or follow the pilot's sticks."""
+        if self.mode == self.stick_mode and self.sticks.any():
+            self._hold = None
+            return Demand(Task.VELOCITY, velocity=self.sticks)
         if self._hold is None:
             self._hold = Demand(
                 Task.POSITION, position=around.estimate.position.copy(), yaw=yaw_of(around.estimate.quaternion)
             )
         return self._hold
 
+    def return_home(self, around: Surroundings) -> Demand:
+        """Fly home and land there."""
+        if self._return is None:
+            self._return = self._begin_return(around)
+        return self._return.demand(around.estimate, around.now)
+
     def _enter(self, mode: int) -> None:
         if mode != self.mode:
-            self._hold = None
+            self._hold = self._return = None
         self.mode = mode
 
     def _disarm(self) -> None:

@@ -16,6 +16,8 @@ _GATE = 0.5
 """Innovation that is rejected [m], unless it persists."""
 _RESET_AFTER = 1.0
 _POSES_NEEDED = 10
+_FAR_AWAY = np.array([5.2e6, -1.1e6, 0.0])
+"""From where PX4's map begins to a place in Switzerland [m]."""
 _DATUM_DELAY = 1.0
 """From the origin to the height's new zero [s]."""
 
@@ -29,6 +31,8 @@ class Estimate:
     quaternion: Array
     body_rates: Array
     position_valid: bool
+    on_earth: bool = True
+    """Whether it knows where on earth that is, too: what has no home cannot return."""
 
 
 class Estimator:
@@ -38,10 +42,12 @@ class Estimator:
         vision: Aided by poses, rather than by satellites.
         timeout: Without aiding, after which the position is invalid [s].
         seed: Of the noise.
+        px4: Whether it is PX4's, which navigates without an origin, and moves with one, rather than ArduPilot's.
     """
 
-    def __init__(self, vision: bool, timeout: float, seed: int = 0) -> None:
+    def __init__(self, vision: bool, timeout: float, seed: int = 0, *, px4: bool = False) -> None:
         self.vision = vision
+        self._px4 = px4
         self.accepted_poses = 0
         self.rejected_poses = 0
         self.last_innovation = 0.0
@@ -56,20 +62,26 @@ class Estimator:
         self._rejected_since: float | None = None
         self.failed = False
         """Whether the position estimate is lost."""
-        self._datum, self._datum_due = 0.0, math.inf
-        self.has_origin = True
+        self._shift, self._datum_due = np.zeros(3), math.inf
+        self.has_origin = not vision
 
-    def require_origin(self) -> None:
-        """Have no position before an origin is given."""
-        self.has_origin = False
+    @property
+    def navigates(self) -> bool:
+        """Whether it has what it needs for a position, an origin perhaps excepted."""
+        return not self.vision or self.accepted_poses >= _POSES_NEEDED
 
-    def set_origin(self, now: float, armed: bool) -> None:
-        """Take an origin; disarmed, what is believed to be the height soon after becomes zero, as ArduPilot has it.
+    def set_origin(self, now: float, armed: bool, altitude: float) -> None:
+        """Take an origin, at an altitude [m].
 
-        Poses that come go on being fused as they are; what is told of the height is larger by that from then on.
+        What ArduPilot believes to be its height soon after becomes zero, unless it is armed: poses that come go on being fused as
+        they are, and what is told of the height is larger by that from then on. What PX4 tells moves by the altitude, and by the
+        way from the equator where it navigates already, as its development version of August 2026 does.
         """
         self.has_origin = True
-        self._datum_due = math.inf if armed else now + _DATUM_DELAY
+        if self._px4:
+            self._shift = np.array([0.0, 0.0, -altitude]) + (_FAR_AWAY if self.navigates else 0.0)
+        else:
+            self._datum_due = math.inf if armed else now + _DATUM_DELAY
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         """Estimate at a time of the autopilot's clock [s]."""
@@ -85,15 +97,16 @@ class Estimator:
             self._error = self._error + dt * self._error_rate
         if now >= self._datum_due:
             self._datum_due = math.inf
-            self._datum = float(truth.position[2] + self._error[2]) if self.accepted_poses > 0 else 0.0
-        enough = not self.vision or self.accepted_poses >= _POSES_NEEDED
-        valid = enough and now - self._aided_at < self._timeout and not self.failed and self.has_origin
+            self._shift[2] = float(truth.position[2] + self._error[2]) if self.accepted_poses > 0 else 0.0
+        located = self.has_origin or self._px4
+        valid = self.navigates and now - self._aided_at < self._timeout and not self.failed and located
         return Estimate(
-            truth.position + self._error + np.array([0.0, 0.0, self._datum]),
+            truth.position + self._error + self._shift,
             truth.velocity + self._error_rate,
             truth.quaternion,
             truth.body_rates,
             valid,
+            valid and self.has_origin,
         )
 
     def pose(self, now: float, stamp: float, position: Array) -> None:
@@ -108,7 +121,7 @@ class Estimator:
         truth = np.array([np.interp(stamp, times, places[:, axis]) for axis in range(3)])
         innovation = (position - truth) - self._error
         size = float(np.linalg.norm(innovation))
-        if self.accepted_poses >= _POSES_NEEDED and size > _GATE:
+        if self.navigates and size > _GATE:
             self.rejected_poses += 1
             self._rejected_since = now if self._rejected_since is None else self._rejected_since
             if now - self._rejected_since < _RESET_AFTER:

@@ -72,9 +72,7 @@ class Onboard:
         self._build, self._plant, self._transmit, self._pace = build, plant, transmit, pace
         self._started, self._clock_base = time.monotonic(), _BOOT_CLOCK
         self.brain: Brain = Px4Brain(parameters) if px4 else ArduPilotBrain(parameters, build.start_up)
-        self.estimator = Estimator(build.vision, timeout=5.0 if px4 else 10.0, seed=build.seed)
-        if build.vision and not px4:
-            self.estimator.require_origin()
+        self.estimator = Estimator(build.vision, timeout=5.0 if px4 else 10.0, seed=build.seed, px4=px4)
         rates = dict(PX4_RATES if px4 else ARDUPILOT_RATES)
         rates[mavlink.MAVLINK_MSG_ID_HEARTBEAT] = build.heartbeat_rate
         self._schedule = Schedule(rates)

@@ -16,6 +16,12 @@ PX4_DEFAULTS: dict[str, tuple[float, int]] = {
     "NAV_DLL_ACT": (0, _INT32),
     "NAV_RCL_ACT": (2, _INT32),
     "RTL_RETURN_ALT": (60.0, _REAL32),
+    "RTL_CONE_ANG": (45, _INT32),
+    "RTL_MIN_DIST": (10.0, _REAL32),
+    "RTL_LAND_DELAY": (0.0, _REAL32),
+    "RTL_TYPE": (0, _INT32),
+    "NAV_ACC_RAD": (10.0, _REAL32),
+    "MPC_YAW_MODE": (0, _INT32),
     "MPC_THR_HOVER": (0.5, _REAL32),
     "EKF2_EV_CTRL": (0, _INT32),
     "EKF2_HGT_REF": (1, _INT32),
@@ -54,6 +60,11 @@ ARDUPILOT_DEFAULTS: dict[str, tuple[float, int]] = {
     "VISO_TYPE": (0, _INT8),
     "VISO_DELAY_MS": (10, _INT16),
     "RTL_ALT": (1500, _INT32),
+    "RTL_CONE_SLOPE": (3.0, _REAL32),
+    "RTL_LOIT_TIME": (5000, _INT32),
+    "RTL_CLIMB_MIN": (0, _INT16),
+    "RTL_ALT_FINAL": (0, _INT16),
+    "WP_YAW_BEHAVIOR": (2, _INT8),
 }
 """Value and MAV_PARAM_TYPE by name."""
 

@@ -160,6 +160,10 @@ class Protocol:
             return brain.request_mode((message.param1, message.param2, message.param3))
         if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
             return brain.request_arming(message.param1 > 0.5, message.param2 == _FORCE_MAGIC)
+        if message.command == mavlink.MAV_CMD_RUN_PREARM_CHECKS:
+            if not brain.armed:
+                brain.check_arming()
+            return TEMPORARILY_REJECTED if brain.armed else ACCEPTED
         if message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
             return brain.request_take_off(message.param7)
         if message.command == mavlink.MAV_CMD_NAV_LAND:
@@ -173,7 +177,12 @@ class Protocol:
         return 1e6 / interval_us > _SHARE_OF_LOOP * self._brain.parameters["SCHED_LOOP_RATE"]
 
     def _tell(self, identifier: int) -> int:
-        """REQUEST_MESSAGE; of its origin only."""
+        """REQUEST_MESSAGE; of its origin, and of PX4's estimator, only."""
+        if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS and self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
+            flags = mavlink.ESTIMATOR_ATTITUDE
+            flags |= mavlink.ESTIMATOR_POS_HORIZ_REL if self._estimator.navigates else mavlink.ESTIMATOR_CONST_POS_MODE
+            self._send(mavlink.MAVLink_estimator_status_message(round(self._clock() * 1e6), flags, *[0.0] * 8))
+            return ACCEPTED
         if identifier != mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
             return UNSUPPORTED
         if self._origin_message is None:
@@ -244,8 +253,8 @@ class Protocol:
         self._estimator.pose(now, stamp, np.array(values[:3]) * FLIP)
 
     def _origin(self, message: Any) -> None:
-        if not self._estimator.has_origin:
-            self._estimator.set_origin(self._clock(), self._brain.armed)
+        if not self._estimator.has_origin or self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
+            self._estimator.set_origin(self._clock(), self._brain.armed, 1e-3 * message.altitude)
             self._origin_message = mavlink.MAVLink_gps_global_origin_message(
                 message.latitude, message.longitude, message.altitude
             )

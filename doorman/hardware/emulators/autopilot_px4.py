@@ -20,6 +20,7 @@ from doorman.hardware.emulators.autopilot_brain import (
 from doorman.hardware.emulators.autopilot_control import Demand, Task
 from doorman.hardware.emulators.autopilot_parameters import ParameterStore
 from doorman.hardware.emulators.autopilot_plant import yaw_of
+from doorman.hardware.emulators.autopilot_return import Return
 
 MANUAL, ALTITUDE, POSITION, OFFBOARD, STABILIZED = 1 << 16, 2 << 16, 3 << 16, 6 << 16, 7 << 16
 TAKE_OFF, LOITER, RETURN, LAND = (4 << 16 | sub << 24 for sub in (2, 3, 5, 6))
@@ -27,6 +28,9 @@ _NAMES = {"manual": MANUAL, "altitude": ALTITUDE, "position": POSITION, "stabili
           "loiter": LOITER, "return": RETURN, "land": LAND, "offboard": OFFBOARD}  # fmt: skip
 _LOSS_ACTIONS = {0: RETURN, 1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LOITER}
 """Of COM_OBL_RC_ACT without a radio: the modes that need one become a return."""
+_NEED_HOME = (LOITER, RETURN)
+"""Modes that need a place on earth."""
+_YAW_FIXED = 5
 _FAILSAFE_DELAY = 0.5
 _STREAM_NEEDED = 0.2
 _STREAM_GAP = 0.5
@@ -41,6 +45,7 @@ class Px4Brain(Brain):
     """
 
     vendor = mavlink.MAV_AUTOPILOT_PX4
+    stick_mode = POSITION
 
     def __init__(self, parameters: ParameterStore) -> None:
         super().__init__(parameters)
@@ -70,8 +75,15 @@ class Px4Brain(Brain):
         if mode == OFFBOARD and not self._stream_available():
             self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to Offboard is currently not available")
             return ACCEPTED
-        self._enter(mode)
+        if self._available(mode):
+            self._enter(mode)
         return ACCEPTED
+
+    def _available(self, mode: int) -> bool:
+        if mode not in _NEED_HOME or (self.around is not None and self.around.estimate.on_earth):
+            return True
+        self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to that mode is currently not available")
+        return False
 
     def request_take_off(self, height: float) -> int:
         """Climb to the height and loiter."""
@@ -79,7 +91,7 @@ class Px4Brain(Brain):
             return TEMPORARILY_REJECTED
         self._enter(TAKE_OFF)
         place = self.around.estimate.position.copy()
-        place[2] = self.home_height + height
+        place[2] = float(self.home.position[2]) + height
         self._hold = Demand(Task.POSITION, position=place, yaw=yaw_of(self.around.estimate.quaternion))
         return ACCEPTED
 
@@ -114,9 +126,11 @@ class Px4Brain(Brain):
         )
 
     def pilot_mode(self, name: str) -> None:
-        """The pilot turns the mode switch: it always wins, and ends a failsafe."""
+        """The pilot turns the mode switch: it wins, and ends a failsafe, where the mode is available."""
         if name not in _NAMES:
             raise ValueError(f"unknown mode {name}: {', '.join(_NAMES)}")
+        if not self._available(_NAMES[name]):
+            return
         self.failsafe, self._lost_at = False, None
         self._enter(_NAMES[name])
 
@@ -152,17 +166,34 @@ class Px4Brain(Brain):
             self._watch_links(around)
         if self.mode == OFFBOARD:
             return self._offboard()
-        if self.mode == LAND or (self.mode == RETURN and not around.estimate.position_valid):
+        if self.mode == LAND or (self.mode == RETURN and not around.estimate.on_earth):
             return Demand(Task.LAND)
         if self.mode == RETURN:
-            place = around.estimate.position.copy()
-            place[2] = self.home_height + self.parameters["RTL_RETURN_ALT"]
-            return Demand(Task.POSITION, position=place)
+            return self.return_home(around)
         if self.landed and self.mode != TAKE_OFF:
             if self.armed and around.now - self._armed_at > self.parameters["COM_DISARM_PRFLT"]:
                 self._disarm()
             return Demand(Task.IDLE)
         return self.hold_here(around)
+
+    def _begin_return(self, around: Surroundings) -> Return:
+        """As PX4's `RTL::computeReturnAltitude` has it, which with a cone may be lower than it flies now."""
+        values, place = self.parameters, around.estimate.position
+        distance, height = self.home.distance(place), float(place[2] - self.home.position[2])
+        most, angle, near = values["RTL_RETURN_ALT"], values["RTL_CONE_ANG"], distance <= values["RTL_MIN_DIST"]
+        if angle <= 0.0:
+            height = max(height, most)
+        else:
+            if distance <= values["NAV_ACC_RAD"]:
+                wanted = 2.0 * distance
+            else:
+                cone = distance / math.tan(math.radians(min(max(angle, 1.0), 89.0)))
+                wanted = max(min(cone, most) if near else most, 2.0 * values["NAV_ACC_RAD"])
+            height = height if wanted < height else min(wanted, most)
+        fixed = values["MPC_YAW_MODE"] == _YAW_FIXED
+        yaw = self.home.yaw if near else None if fixed else self.home.bearing(place)
+        floor = float(self.home.position[2])
+        return Return(self.home, around.estimate, around.now, floor + height, values["RTL_LAND_DELAY"], yaw)
 
     def _offboard(self) -> Demand:
         target, around = self._target, self.around

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import parameters, sequences
+from doorman.hardware.pixhawk.commands import command
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import Event
 from doorman.hardware.pixhawk.link import Link
@@ -25,6 +26,8 @@ from doorman.hardware.pixhawk.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
 
+_REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
+"""From the question why it would not arm to the first answer, and to the last one after that [s]."""
 _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
@@ -136,6 +139,18 @@ class Autopilot:
     def complaints(self) -> tuple[str, ...]:
         """Texts of severity warning or worse in the last 40 s, each once: the autopilot repeats those that hold."""
         return tuple(self._link.exchange.texts(time.monotonic() - _REMEMBERED, mavlink.MAV_SEVERITY_WARNING))
+
+    def check_again(self) -> tuple[str, ...]:
+        """Have the autopilot check now whether it would arm, on the ground; unasked, it says why not twice a minute.
+
+        Returns:
+            `complaints`, a moment later.
+        """
+        started = time.monotonic()
+        command(self._link, mavlink.MAV_CMD_RUN_PREARM_CHECKS, tries=2)
+        self._link.exchange.wait(lambda: True if self._link.exchange.texts(started) else None, _REASONS_WITHIN)
+        time.sleep(_REASONS_TOGETHER)
+        return self.complaints()
 
     def status(self) -> LinkStatus:
         """Figures of the link as of now."""

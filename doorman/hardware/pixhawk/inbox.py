@@ -45,7 +45,8 @@ _TELEMETRY = frozenset(
         mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
     }
 )
-WANTED = _UNORDERED | _TELEMETRY | {mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN}
+_ORIGIN = {mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS}
+WANTED = _UNORDERED | _TELEMETRY | _ORIGIN | {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
 """Messages that are decoded at all."""
 
 
@@ -60,8 +61,11 @@ class Owner(Protocol):
     stream: SetpointStream
     authority: AuthorityKeeper
     rates: RateKeeper
-    origin: Origin | None
     codec: Codec | None
+
+    @property
+    def origin(self) -> Origin | None:
+        """What gives the autopilot a place on earth."""
 
     def send(self, message: Message) -> None:
         """Queue a message."""
@@ -161,6 +165,9 @@ class Inbox:
         elif kind == mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
             if owner.origin is not None:
                 owner.origin.heard(now)
+        elif kind == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
+            if owner.origin is not None:
+                owner.origin.estimator(message.flags)
         else:
             owner.tracker.take(message, now)
 

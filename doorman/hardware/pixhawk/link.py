@@ -13,13 +13,13 @@ from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
 from doorman.hardware.pixhawk.codec import Codec
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.connection import parse_connection
-from doorman.hardware.pixhawk.dialect import ARDUPILOT, Dialect
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, Dialect
 from doorman.hardware.pixhawk.events import EventKind, EventLog
 from doorman.hardware.pixhawk.exchange import Exchange
 from doorman.hardware.pixhawk.inbox import WANTED, Inbox
 from doorman.hardware.pixhawk.messages import Message, mavlink
 from doorman.hardware.pixhawk.mocap import MocapOutlet
-from doorman.hardware.pixhawk.origin import Origin
+from doorman.hardware.pixhawk.origin import CautiousOrigin, Origin
 from doorman.hardware.pixhawk.rates import RateKeeper
 from doorman.hardware.pixhawk.signing import load_key
 from doorman.hardware.pixhawk.stream import SetpointStream, here
@@ -66,7 +66,9 @@ class Link:
         self.authority = AuthorityKeeper(self.stream, self.events)
         self.mocap = MocapOutlet(config.local_frame, config.rates.mocap, config.timeouts.mocap)
         self.rates = RateKeeper(wanted_rates(config))
-        self.origin = None if config.origin is None or not config.mocap else Origin(config.origin)
+        self._origins: dict[Dialect, Origin] = {}
+        if config.origin is not None and config.mocap:
+            self._origins = {ARDUPILOT: Origin(config.origin), PX4: CautiousOrigin(config.origin)}
         self.inbox = Inbox(self)
         self.codec: Codec | None = None
         self._endpoint = parse_connection(config.connection)
@@ -172,6 +174,12 @@ class Link:
         until = min(self._heartbeat.next, self._sync.next, self._setpoint.next) - now
         return 0.0 if self._queue else min(max(until, 0.0), _LONGEST_SLEEP)
 
+    @property
+    def origin(self) -> Origin | None:
+        """What gives this autopilot a place on earth; None where it needs none, or is not known yet."""
+        dialect = self.inbox.dialect
+        return None if dialect is None else self._origins.get(dialect)
+
     def _send_due(self, line: Line, now: float) -> None:
         while self._queue:
             self._transmit(line, self._queue.popleft())
@@ -185,11 +193,11 @@ class Link:
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
                 self._transmit(line, setpoint)
-        origin = self.origin if dialect is ARDUPILOT else None
+        origin, armed = self.origin, self.tracker.sample.armed
         if origin is not None:
-            for request in origin.messages(now, *identity):
+            for request in origin.messages(now, *identity, armed):
                 self._transmit(line, request)
-        pose = self.mocap.message(now) if origin is None or origin.settled(now, self.tracker.sample.armed) else None
+        pose = self.mocap.message(now) if origin is None or origin.settled(now, armed) else None
         if pose is not None:
             self._transmit(line, pose)
         if self._sync.due(now):

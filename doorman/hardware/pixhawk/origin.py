@@ -1,7 +1,12 @@
-"""A place on earth for ArduPilot without GPS: given until it has one, and poses only after that.
+"""A place on earth for an autopilot without GPS: given until it has one, and poses only after that.
 
-ArduPilot calls the height at which it stands zero in the second after it got its origin (`AP_Baro::update_field_elevation`).
-A pose that came before makes that a step: from then on its heights are larger than mocap's by the height of the pose.
+ArduPilot has no position without, and calls the height at which it stands zero in the second after it got its origin
+(`AP_Baro::update_field_elevation`). A pose that came before makes that a step: from then on its heights are larger than
+mocap's by the height of the pose.
+
+PX4 flies without, but has no home then: it neither returns to its pad nor holds when its pilot asks for that. It takes every
+origin that comes, and one that comes late moves its position: by the origin's altitude, and by 5200 km where it navigates
+already (development version of August 2026). So it gets one, of altitude zero, only while it has neither origin nor position.
 """
 
 from __future__ import annotations
@@ -13,14 +18,20 @@ _SETTLING = 2.0
 """Between the origin and the first pose [s]."""
 _PATIENCE = 20.0
 """For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
+_CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
+"""The same for PX4 [s]."""
 
 
 class Origin:
-    """Gives the origin, and says when poses may follow; used by the thread of the link only.
+    """Gives the origin, and says when poses may follow; used by the thread of the link only. This one is ArduPilot's.
 
     Args:
         place: Latitude [°], longitude [°], altitude [m].
     """
+
+    patience = _PATIENCE
+    period = _PERIOD
+    settling = _SETTLING
 
     def __init__(self, place: tuple[float, float, float]) -> None:
         self._place = round(place[0] * 1e7), round(place[1] * 1e7), round(place[2] * 1e3)
@@ -34,20 +45,64 @@ class Origin:
         """The autopilot says that it has an origin."""
         self._heard = min(self._heard, now)
 
+    def estimator(self, flags: int) -> None:
+        """The autopilot says how its estimator is (ESTIMATOR_STATUS_FLAGS)."""
+
     def settled(self, now: float, armed: bool) -> bool:
         """Whether poses may be sent; the height's zero of an armed vehicle stays."""
         if armed:
             return True
-        return now > (self._heard + _SETTLING if self._heard <= now else self._began + _PATIENCE)
+        return now > (self._heard + self.settling if self._heard <= now else self._began + self.patience)
 
-    def messages(self, now: float, system: int, component: int) -> list[Message]:
+    def messages(self, now: float, system: int, component: int, armed: bool) -> list[Message]:
         """What is due: the origin, and the question whether it was taken, which right after boot it is not."""
         self._began = min(self._began, now)
         if self._heard <= now or now < self._next:
             return []
-        self._next = now + _PERIOD
-        wanted = float(mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN)
-        return [
-            mavlink.MAVLink_set_gps_global_origin_message(system, *self._place),
-            command_message((system, component), mavlink.MAV_CMD_REQUEST_MESSAGE, wanted),
-        ]
+        self._next = now + self.period
+        given = [mavlink.MAVLink_set_gps_global_origin_message(system, *self._place)] if self._may_give(armed) else []
+        return [*given, *(_question(system, component, identifier) for identifier in self._questions())]
+
+    def _may_give(self, armed: bool) -> bool:
+        """Whether an origin does no harm now: ArduPilot keeps the one that it has."""
+        return True
+
+    def _questions(self) -> tuple[int, ...]:
+        return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN,)
+
+
+class CautiousOrigin(Origin):
+    """PX4's: asks first, and gives none to an estimator that has, or may have, a position."""
+
+    patience = _CAUTIOUS_PATIENCE
+    period = _CAUTIOUS_PERIOD
+    settling = 0.0
+
+    def __init__(self, place: tuple[float, float, float]) -> None:
+        super().__init__((place[0], place[1], 0.0))
+
+    def reset(self) -> None:
+        """Begin anew, as after a reboot."""
+        super().reset()
+        self._asked, self._stands = 0, False
+
+    def estimator(self, flags: int) -> None:
+        """Without a position it stands still, for all it knows."""
+        self._stands = bool(flags & mavlink.ESTIMATOR_CONST_POS_MODE)
+        if not self._stands:
+            self._began = float("-inf")  # it navigates already: there is nothing to wait for
+
+    def settled(self, now: float, armed: bool) -> bool:
+        """Whether poses may be sent."""
+        return super().settled(now, armed) or self._began == float("-inf")
+
+    def _may_give(self, armed: bool) -> bool:
+        self._asked += 1
+        return self._asked > 2 and self._stands and not armed
+
+    def _questions(self) -> tuple[int, ...]:
+        return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS)
+
+
+def _question(system: int, component: int, identifier: int) -> Message:
+    return command_message((system, component), mavlink.MAV_CMD_REQUEST_MESSAGE, float(identifier))

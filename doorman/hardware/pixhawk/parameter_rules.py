@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from doorman.hardware.pixhawk.config import PixhawkConfig
@@ -45,6 +45,17 @@ class Rule:
     why: str
     optional: bool = False
     """Whether firmware without the parameter is fine."""
+    only_with: tuple[str, int] | None = None
+    """Another parameter and the value that it must have for this one to count; it has a rule of its own."""
+
+    @property
+    def condition(self) -> str:
+        """For which set-ups it counts, in words."""
+        return self.when.value if self.only_with is None else "{} {}".format(*self.only_with)
+
+    def counts(self, values: Mapping[str, float]) -> bool:
+        """Whether it counts with these values of the other parameters."""
+        return self.only_with is None or values.get(self.only_with[0]) == self.only_with[1]
 
     def applies(self, config: PixhawkConfig) -> bool:
         """Whether the rule holds for a set-up."""
@@ -111,12 +122,35 @@ def _bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule
     )
 
 
+def _where(other: str, value: int, *rules: Rule) -> tuple[Rule, ...]:
+    """Rules that count only where another parameter has a value; firmware may have other names for what they are of."""
+    return tuple(replace(rule, optional=True, only_with=(other, value)) for rule in rules)
+
+
 _E, _W = Severity.ERROR, Severity.WARNING
+_NO_CLIMB = "it must go back as high as it is: a climb from a doorway ends in its lintel"
+_KEEPS_HEADING = "a turn in the doorway takes the arm with it, and the thrust that it needs"
+_LANDS = "back on its pad it must land, by dead reckoning: soon"
 
 PX4_RULES = (
-    _within("COM_OF_LOSS_T", 0.05, 1.0, 0.5, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
-    _equal(
-        "COM_OBL_RC_ACT", 4, _E, When.ALWAYS, "without setpoints it must land in place: the default climbs to return"
+    _within("COM_OF_LOSS_T", 0.05, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
+    _one_of(
+        "COM_OBL_RC_ACT",
+        (4, 3),
+        _E,
+        When.ALWAYS,
+        "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot, or climbs to return",
+    ),
+    *_where(
+        "COM_OBL_RC_ACT",
+        3,
+        _within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
+        _equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "as above; with a cone it sinks on the way"),
+        _equal("RTL_TYPE", 0, _E, When.ALWAYS, "it must go to where it took off"),
+        _within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "it lands once it is as near as that"),
+        _within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
+        _equal("MPC_YAW_MODE", 5, _W, When.ALWAYS, _KEEPS_HEADING),
+        _within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
     ),
     _one_of(
         "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station it must land or go on, not climb to return"
@@ -139,13 +173,24 @@ ARDUPILOT_RULES = (
     _bit(
         "GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"
     ),
-    _within("GUID_TIMEOUT", 0.1, 1.0, 0.5, _W, When.ALWAYS, "time without setpoints until it levels and stops"),
+    _within("GUID_TIMEOUT", 0.1, 1.0, 0.2, _W, When.ALWAYS, "time without setpoints until it levels and stops"),
     _one_of(
         "FS_GCS_ENABLE",
-        (5, 7),
+        (5, 1),
         _E,
         When.GROUND_STATION,
-        "position setpoints are held for ever: it must land without us",
+        "position setpoints are held for ever: without us it must land, in place (5) or on its pad (1)",
+    ),
+    *_where(
+        "FS_GCS_ENABLE",
+        1,
+        _within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.GROUND_STATION, _NO_CLIMB),
+        _within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.GROUND_STATION, _NO_CLIMB),
+        _equal("RTL_CLIMB_MIN", 0, _E, When.GROUND_STATION, _NO_CLIMB),
+        _equal("RTL_ALT_FINAL", 0, _E, When.GROUND_STATION, "it must land"),
+        _one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.GROUND_STATION, _KEEPS_HEADING),
+        _within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.GROUND_STATION, _LANDS),
+        _within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.GROUND_STATION, "until it is over it drifts"),
     ),
     _one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
     _equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),

@@ -127,7 +127,7 @@ def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
     rules = tuple(rules)
     values = _read_any(link, [rule.names for rule in rules])
     findings = []
-    for rule in rules:
+    for rule in (rule for rule in rules if rule.counts(values)):
         name = next((name for name in rule.names if name in values), rule.names[0])
         given = values.get(name)
         if given is None and not rule.optional:

@@ -29,12 +29,15 @@ def await_links(links: VehicleLinks, say: Callable[[str], None] | None = None) -
         say: Gets a line for everything that takes longer than a moment.
     """
     begin, told = time.monotonic(), ""
-    while (missing := _missing(links)) and time.monotonic() < begin + PATIENCE:
-        if say is not None and missing != told and time.monotonic() > begin + _WORTH_A_WORD:
-            say(f"Waiting for {missing}")
-            told = missing
-        time.sleep(0.05)
-    time.sleep(SETTLING)
+    while True:
+        while (missing := _missing(links)) and time.monotonic() < begin + PATIENCE:
+            if say is not None and missing != told and time.monotonic() > begin + _WORTH_A_WORD:
+                say(f"Waiting for {missing}")
+                told = missing
+            time.sleep(0.05)
+        time.sleep(SETTLING)
+        if not _missing(links) or time.monotonic() > begin + PATIENCE:
+            return  # what an autopilot has not told at first, it may find wrong now: once more then
 
 
 def _missing(links: VehicleLinks) -> str:

@@ -67,7 +67,7 @@ def standing(time: float) -> PlantTruth:
 
 
 def test_an_estimate_by_poses_is_valid_after_some_and_drifts_away_without():
-    estimator = Estimator(vision=True, timeout=5.0)
+    estimator = Estimator(vision=True, timeout=5.0, px4=True)
     now, estimate = 0.0, None
     for k in range(1000):
         now = 0.01 * k
@@ -83,7 +83,7 @@ def test_an_estimate_by_poses_is_valid_after_some_and_drifts_away_without():
 
 
 def test_poses_with_wrong_stamps_or_places_do_not_count_at_once():
-    estimator = Estimator(vision=True, timeout=5.0)
+    estimator = Estimator(vision=True, timeout=5.0, px4=True)
     for k in range(100):
         now = 0.01 * k
         estimator.update(now, standing(now), 0.01)

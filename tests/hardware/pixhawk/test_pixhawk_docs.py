@@ -48,7 +48,7 @@ def test_the_table_of_parameters_is_that_of_the_check():
     for dialect in (PX4, ARDUPILOT):
         for rule in rules_for(dialect, config, 0.01):
             wanted = "the measured delay" if rule.names[0] == "VISO_DELAY_MS" else rule.wanted
-            expected.append([dialect.name, f"`{rule.names[0]}`", wanted, rule.when.value, rule.why])
+            expected.append([dialect.name, f"`{rule.names[0]}`", wanted, rule.condition, rule.why])
     assert table("### Parameters") == expected
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 
 import numpy as np
@@ -11,6 +12,7 @@ from pixhawk_rig import WEIGHT, Rig, wait_until
 
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot_plant import SimplePlant
+from doorman.hardware.emulators.autopilot_px4 import RETURN
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
     Authority,
@@ -240,3 +242,45 @@ def test_we_are_the_ground_station_whose_loss_the_autopilot_notices(rigs):
     assert rig.emulator.protocol.heartbeat_types == {(255, 190, 6)}
     assert rig.emulator.protocol.station_heard > float("-inf")
     rig.happens(EventKind.CONNECTED)
+
+
+def test_px4_gets_a_place_on_earth_before_its_poses(rigs):
+    """Without one it has no home; with one that comes later its position would jump."""
+    rig = rigs("px4", {"mocap": True}, vision=True)
+    stop = threading.Event()
+
+    def poses() -> None:
+        while not stop.is_set():
+            rig.pilot.mocap(time.monotonic(), rig.emulator.truth.position, [1.0, 0.0, 0.0, 0.0])
+            time.sleep(0.01)
+
+    rig.open()
+    sender = threading.Thread(target=poses)
+    sender.start()
+    try:
+        assert wait_until(lambda: rig.emulator.estimate.on_earth)
+        assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] == 1
+        assert wait_until(lambda: np.linalg.norm(rig.pilot.state().position - rig.emulator.truth.position) < 0.05)
+        rig.emulator.pilot_mode("return")
+        assert wait_until(lambda: rig.emulator.brain.mode == RETURN)
+    finally:
+        stop.set()
+        sender.join()
+
+
+def test_px4_that_navigates_already_gets_no_place_on_earth(rigs):
+    rig = rigs("px4", {"mocap": True}, vision=True)
+    rig.emulator.start()
+    rig.emulator.estimator.accepted_poses = 100
+    rig.pilot.open()
+    assert wait_until(lambda: rig.emulator.protocol.received["COMMAND_LONG"] > 10)
+    time.sleep(3.0)
+    assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] == 0
+
+
+def test_why_it_would_not_arm_is_told_when_asked(rigs, flavour):
+    rig = rigs(flavour).open()
+    rig.emulator.refuse_arming("PreArm: made up")
+    time.sleep(0.5)
+    assert rig.pilot.complaints() == ()
+    assert rig.pilot.check_again() == ("PreArm: made up",)

@@ -39,6 +39,22 @@ def test_a_set_up_as_it_should_be_has_no_findings(rigs, flavour):
     assert rig.pilot.check_parameters() == ()
 
 
+@pytest.mark.parametrize(
+    ("flavour", "chosen", "wrong"),
+    [("px4", {"COM_OBL_RC_ACT": 3}, {"RTL_RETURN_ALT", "RTL_CONE_ANG", "RTL_MIN_DIST", "NAV_ACC_RAD", "MPC_YAW_MODE"}),
+     ("ardupilot", {"FS_GCS_ENABLE": 1}, {"RTL_ALT", "RTL_LOIT_TIME", "FS_GCS_TIMEOUT"})],
+)  # fmt: skip
+def test_a_return_must_not_climb(rigs, flavour, chosen, wrong):
+    """Where the vehicle is to land on its pad without us; where it lands in place nobody asks."""
+    rig = rigs(flavour, {"write_parameters": True})
+    for name, value in chosen.items():
+        rig.emulator.parameters[name] = value
+    rig.open()
+    assert {finding.name for finding in rig.pilot.check_parameters()} == wrong
+    assert set(rig.pilot.fix_parameters()) == wrong
+    assert rig.pilot.check_parameters() == ()
+
+
 def test_parameters_are_written_only_on_request_and_then_read_back(rigs, flavour):
     rig = rigs(flavour, {"mocap": True}).open()
     with pytest.raises(BackendError, match="only on request"):

@@ -10,29 +10,69 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk import LocalFrame
 from doorman.hardware.pixhawk.mocap import MocapOutlet, MocapPose
-from doorman.hardware.pixhawk.origin import Origin
+from doorman.hardware.pixhawk.origin import CautiousOrigin, Origin
 
 
 def test_the_origin_is_given_until_it_is_heard_and_poses_follow_later():
     origin = Origin((47.4, 8.5, 488.0))
     assert not origin.settled(0.0, armed=False) and origin.settled(0.0, armed=True)
-    given, asked = origin.messages(5.0, *TARGET)
+    given, asked = origin.messages(5.0, *TARGET, False)
     assert (given.latitude, given.longitude, given.altitude) == (474000000, 85000000, 488000)
     assert (asked.command, asked.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, 49.0)
-    assert origin.messages(5.5, *TARGET) == [] and len(origin.messages(6.1, *TARGET)) == 2
+    assert origin.messages(5.5, *TARGET, False) == [] and len(origin.messages(6.1, *TARGET, False)) == 2
     origin.heard(6.2)
-    assert origin.messages(7.5, *TARGET) == []
+    assert origin.messages(7.5, *TARGET, False) == []
     assert not origin.settled(8.1, armed=False) and origin.settled(8.3, armed=False)
     origin.reset()
-    assert not origin.settled(8.4, armed=False) and origin.messages(8.5, *TARGET), "after a reboot, anew"
+    assert not origin.settled(8.4, armed=False) and origin.messages(8.5, *TARGET, False), "after a reboot, anew"
 
 
 def test_poses_are_sent_to_an_autopilot_that_tells_no_origin_too():
     origin = Origin((47.4, 8.5, 488.0))
-    origin.messages(5.0, *TARGET)
+    origin.messages(5.0, *TARGET, False)
     assert not origin.settled(24.9, armed=False) and origin.settled(25.1, armed=False)
     origin.heard(25.2)
     assert not origin.settled(27.1, armed=False) and origin.settled(27.3, armed=False)
+
+
+STANDS, NAVIGATES = mavlink.ESTIMATOR_CONST_POS_MODE, mavlink.ESTIMATOR_POS_HORIZ_REL
+
+
+def given(origin: CautiousOrigin, now: float, armed: bool = False) -> bool:
+    """Whether PX4 would get an origin, of altitude zero, now; it is asked for its own either way."""
+    messages = origin.messages(now, *TARGET, armed)
+    assert [message.param1 for message in messages if message.get_type() == "COMMAND_LONG"] == [49.0, 230.0]
+    origins = [message for message in messages if message.get_type() == "SET_GPS_GLOBAL_ORIGIN"]
+    assert all(message.altitude == 0 and message.latitude == 474000000 for message in origins)
+    return bool(origins)
+
+
+def test_px4_is_asked_before_it_gets_an_origin():
+    origin = CautiousOrigin((47.4, 8.5, 488.0))
+    origin.estimator(STANDS)
+    assert [given(origin, now) for now in (5.0, 5.6, 6.2)] == [False, False, True]
+    assert not origin.settled(6.3, armed=False)
+    origin.heard(6.4)
+    assert origin.messages(7.0, *TARGET, False) == [] and origin.settled(6.5, armed=False)
+
+
+def test_px4_that_has_an_origin_gets_no_other():
+    origin = CautiousOrigin((47.4, 8.5, 488.0))
+    origin.estimator(STANDS)
+    assert not given(origin, 5.0)
+    origin.heard(5.1)
+    assert origin.messages(6.0, *TARGET, False) == [] and origin.settled(5.2, armed=False)
+
+
+@pytest.mark.parametrize(("flags", "armed"), [(NAVIGATES, False), (None, False), (STANDS, True)])
+def test_px4_that_has_a_position_or_flies_or_does_not_say_gets_no_origin_but_poses(flags, armed):
+    origin = CautiousOrigin((47.4, 8.5, 488.0))
+    if flags is not None:
+        origin.estimator(flags)
+    assert not any(given(origin, 5.0 + 0.6 * k, armed) for k in range(8))
+    assert origin.settled(10.1, armed)
+    if flags == NAVIGATES:
+        assert origin.settled(0.0, armed), "there is nothing to wait for"
 
 
 def pose(time: float) -> MocapPose:

@@ -8,10 +8,12 @@ import subprocess
 import sys
 import textwrap
 
+import numpy as np
 from pixhawk_rig import landed, wait_until
 
 from doorman.hardware.emulators.autopilot_control import Task
 from doorman.hardware.emulators.autopilot_px4 import LAND, RETURN
+from doorman.hardware.emulators.autopilot_return import Home
 
 FLYER = """
     import sys, time
@@ -53,12 +55,13 @@ def test_ground_station_lost(rigs):
 
 
 def test_stream_lost_with_default_parameters(rigs):
-    """Why the parameters are checked: untouched, PX4 climbs to return."""
+    """Why the parameters are checked: untouched, PX4 climbs to return, 3 m where it is 1.5 m from home."""
     rig = rigs("px4")
     rig.emulator.parameters["COM_OBL_RC_ACT"] = 0
     rig.fly()
     names = {finding.name for finding in rig.pilot.check_parameters()}
     assert "COM_OBL_RC_ACT" in names
+    rig.emulator.brain.home = Home(np.array([1.5, 0.0, 0.0]), 0.0)
     rig.pilot._link.stop()
     assert wait_until(lambda: rig.emulator.brain.mode == RETURN)
     height = rig.emulator.truth.position[2]
