@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 from far_rig import FarRig
@@ -27,6 +27,8 @@ from doorman.scenario import Scenario
 
 SCENARIO = os.environ.get("DOORMAN_RIG_SCENARIO", "paper")
 """Whose missions are flown: `paper` or `push`."""
+AUTOPILOT = cast("Literal['px4', 'ardupilot']", os.environ.get("DOORMAN_RIG_AUTOPILOT", "px4"))
+"""Whose rules the emulated autopilot follows."""
 PATIENCE = 60.0
 """Longest wait for something that takes far less [s]."""
 
@@ -82,9 +84,10 @@ class FlightRig:
         self.model = Model(scenario)
         self.places = Places.of(self.model)
         self.planner = Planner(self.model)
-        setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=folder, heartbeat_rate=10.0)
+        setup = RigSetup(AUTOPILOT, free_port(), free_port(), folder, heartbeat_rate=10.0)
         self.far = FarRig(scenario, setup)
-        self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
+        if AUTOPILOT == "px4":
+            self.far.call("rig.autopilot.parameters.__setitem__", "COM_DISARM_LAND", 0.3)
         words = self.far.arguments
         self.links = VehicleLinks(
             quick(vehicle_config(self.model, words[1], words[3], words[5], on_mocap_loss="report"))
