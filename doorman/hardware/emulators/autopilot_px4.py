@@ -53,6 +53,8 @@ class Px4Brain(Brain):
         self._stream = StreamMemory()
         self._target = Demand(Task.IDLE)
         self._lost_at: float | None = None
+        self._goes_back = False
+        """Whether it left offboard for want of setpoints: it is back as soon as they are."""
 
     @property
     def refused_result(self) -> int:
@@ -133,6 +135,10 @@ class Px4Brain(Brain):
             return
         self.failsafe, self._lost_at = False, None
         self._enter(_NAMES[name])
+
+    def _enter(self, mode: int) -> None:
+        self._goes_back = False
+        super()._enter(mode)
 
     def _heard(self, *, needs_position: bool) -> None:
         if self.around is not None:
@@ -215,8 +221,12 @@ class Px4Brain(Brain):
                 lands = not around.estimate.position_valid
                 action = LAND if lands else _LOSS_ACTIONS.get(int(self.parameters["COM_OBL_RC_ACT"]), RETURN)
                 self._fail("Failsafe activated: no offboard signal", action)
+                self._goes_back = True
         else:
             self._lost_at = None
+        if self._goes_back and self._stream_available():
+            self.failsafe = False
+            self._enter(OFFBOARD)
         station_lost = around.ground_station_age > self.parameters["COM_DL_LOSS_T"]
         if self.parameters["NAV_DLL_ACT"] > 0 and station_lost and self.mode not in (LAND, RETURN):
             self._fail("Failsafe activated: no ground station", LAND if self.parameters["NAV_DLL_ACT"] == 3 else RETURN)

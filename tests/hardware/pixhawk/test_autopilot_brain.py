@@ -72,6 +72,21 @@ def test_px4_without_its_stream_does_what_its_parameter_says(vehicle_px4, action
     assert any("offboard" in text for _, text in vehicle_px4.brain.texts)
 
 
+def test_px4_goes_back_to_offboard_when_its_stream_does_unless_somebody_chose_another_mode(vehicle_px4):
+    vehicle_px4.brain.parameters["COM_OBL_RC_ACT"] = 4
+    offboard(vehicle_px4)
+    vehicle_px4.brain.request_arming(True, False)
+    vehicle_px4.step(0.5, vehicle_px4.hold)
+    vehicle_px4.position[2] = 1.0
+    for chosen in (None, "position"):
+        vehicle_px4.step(2.0)
+        assert vehicle_px4.brain.mode == px4.LAND and vehicle_px4.brain.failsafe
+        if chosen is not None:
+            vehicle_px4.brain.pilot_mode(chosen)
+        vehicle_px4.step(0.5, vehicle_px4.hold)
+        assert vehicle_px4.brain.mode == (px4.OFFBOARD if chosen is None else px4.POSITION)
+
+
 def test_px4_lands_from_offboard_when_its_position_is_gone(vehicle_px4):
     offboard(vehicle_px4)
     vehicle_px4.brain.request_arming(True, False)
