@@ -112,7 +112,10 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     findings = autopilot.check_parameters()
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
                "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
-    ready_to_arm = state.ready_to_arm
+    if status.on_earth is not None:
+        yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none, and so no home to return to",
+                   "reboot the autopilot: it had a position before it got one", Verdict.WARNING)  # fmt: skip
+    ready_to_arm = autopilot.state().ready_to_arm
     words = "; ".join(("failed", *autopilot.check_again())) if ready_to_arm is False else "passed"
     yield _row("autopilot's own checks", ready_to_arm is not False, "not reported" if ready_to_arm is None else words,
                "mend what it says, or see its parameters")  # fmt: skip

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from far_rig import FarRig
-from flight_rig import SCENARIO, free_port, until
+from flight_rig import AUTOPILOT, SCENARIO, free_port, until
 
 from doorman.recording import Recording
 from doorman.rig import RigSetup
@@ -35,7 +35,7 @@ def test_a_killed_program_leaves_the_rest_to_autopilot_and_servos(
     tmp_path: Path, repetition: int, record_property: Callable[[str, object], None]
 ) -> None:
     when = float(np.random.default_rng(repetition).uniform(2.0, LONGEST))
-    setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
+    setup = RigSetup(AUTOPILOT, free_port(), free_port(), tmp_path)
     far = FarRig(Scenario.load(SCENARIO), setup)
     try:
         command = [sys.executable, "-c", "from doorman.cli import main; main()", "fly", SCENARIO, *far.arguments]

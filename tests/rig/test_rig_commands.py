@@ -113,7 +113,7 @@ def test_parameters_are_written_on_request_and_then_nothing_is_flown(tmp_path):
         found = json.loads(result.stdout)
         assert sorted(found["written"]) == ["COM_OBL_RC_ACT", "COM_OF_LOSS_T"]
         assert "Reboot the autopilot" in found["message"]
-        assert parameters["COM_OBL_RC_ACT"] == 4 and parameters["COM_OF_LOSS_T"] == 0.5
+        assert parameters["COM_OBL_RC_ACT"] == 4 and parameters["COM_OF_LOSS_T"] == pytest.approx(0.2)
         assert not rig.autopilot.brain.armed
 
 

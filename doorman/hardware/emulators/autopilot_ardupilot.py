@@ -29,8 +29,10 @@ _CLIMB_SPEED, _DESCENT_SPEED = 2.5, 1.5
 _UNIT_TOLERANCE = 1e-3
 _LEAST_RETURN, _LEAST_SLOPE = 0.3, 0.5
 """Height of a return above home [m]; a flatter cone is none."""
-_FAILSAFE_ACTIONS = {1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LAND, 6: RETURN, 7: LAND}
-"""Of FS_GCS_ENABLE."""
+_FAILSAFE_ACTIONS = {1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LAND, 6: RETURN, 7: LOITER}
+"""Of FS_GCS_ENABLE; the last brakes, and then only hovers."""
+_FACES_HOME = (1, 3)
+"""Of WP_YAW_BEHAVIOR."""
 
 
 class ArduPilotBrain(Brain):
@@ -180,13 +182,23 @@ class ArduPilotBrain(Brain):
         return self._on_ground(around) if self.landed else self.hold_here(around)
 
     def _begin_return(self, around: Surroundings) -> Return:
-        """Near home it climbs no higher than a cone whose slope is RTL_CONE_SLOPE; it keeps its heading."""
+        """Near home it climbs no higher than a cone whose slope is RTL_CONE_SLOPE; with RTL_ALT_FINAL it stays in the air."""
         values, floor = self.parameters, float(self.home.position[2])
-        least = max(_LEAST_RETURN, float(around.estimate.position[2]) - floor)
+        least = max(
+            _LEAST_RETURN, float(around.estimate.position[2]) - floor + 0.01 * max(values["RTL_CLIMB_MIN"], 0.0)
+        )
         height = max(0.01 * values["RTL_ALT"], least)
         if values["RTL_CONE_SLOPE"] >= _LEAST_SLOPE:
             height = min(height, max(values["RTL_CONE_SLOPE"] * self.home.distance(around.estimate.position), least))
-        return Return(self.home, around.estimate, around.now, floor + height, 1e-3 * values["RTL_LOIT_TIME"])
+        faces_home = values["WP_YAW_BEHAVIOR"] in _FACES_HOME
+        return Return(
+            self.home,
+            around.estimate,
+            around.now,
+            floor + height,
+            math.inf if values["RTL_ALT_FINAL"] > 0.0 else 1e-3 * values["RTL_LOIT_TIME"],
+            self.home.bearing(around.estimate.position) if faces_home else None,
+        )
 
     def _guided(self, around: Surroundings) -> Demand:
         if self._taking_off_to is not None:

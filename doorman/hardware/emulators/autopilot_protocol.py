@@ -180,7 +180,8 @@ class Protocol:
         """REQUEST_MESSAGE; of its origin, and of PX4's estimator, only."""
         if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS and self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
             flags = mavlink.ESTIMATOR_ATTITUDE
-            flags |= mavlink.ESTIMATOR_POS_HORIZ_REL if self._estimator.navigates else mavlink.ESTIMATOR_CONST_POS_MODE
+            flags |= mavlink.ESTIMATOR_CONST_POS_MODE if self._brain.landed or not self._estimator.navigates else 0
+            flags |= mavlink.ESTIMATOR_POS_HORIZ_REL if self._estimator.navigates else 0
             self._send(mavlink.MAVLink_estimator_status_message(round(self._clock() * 1e6), flags, *[0.0] * 8))
             return ACCEPTED
         if identifier != mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:

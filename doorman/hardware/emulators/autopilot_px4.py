@@ -31,7 +31,7 @@ _LOSS_ACTIONS = {0: RETURN, 1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LOITER}
 _NEED_HOME = (LOITER, RETURN)
 """Modes that need a place on earth."""
 _YAW_FIXED = 5
-_FAILSAFE_DELAY = 0.5
+_FAILSAFE_DELAY = 0.1
 _STREAM_NEEDED = 0.2
 _STREAM_GAP = 0.5
 """Slower than 2 Hz is no stream."""

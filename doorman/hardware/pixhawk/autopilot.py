@@ -144,13 +144,13 @@ class Autopilot:
         """Have the autopilot check now whether it would arm, on the ground; unasked, it says why not twice a minute.
 
         Returns:
-            `complaints`, a moment later.
+            What it says to that; `complaints` if it says nothing.
         """
         started = time.monotonic()
         command(self._link, mavlink.MAV_CMD_RUN_PREARM_CHECKS, tries=2)
         self._link.exchange.wait(lambda: True if self._link.exchange.texts(started) else None, _REASONS_WITHIN)
         time.sleep(_REASONS_TOGETHER)
-        return self.complaints()
+        return tuple(self._link.exchange.texts(started, mavlink.MAV_SEVERITY_WARNING)) or self.complaints()
 
     def status(self) -> LinkStatus:
         """Figures of the link as of now."""

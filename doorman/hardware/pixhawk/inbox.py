@@ -113,6 +113,8 @@ class Inbox:
                     60.0, EventKind.FOREIGN, now, f"messages of system {sender[0]} are ignored", component=sender[1]
                 )
             return
+        if now - self.last_message > _PEER_SILENCE and self._owner.origin is not None:
+            self._owner.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
         self.last_message = now
         ordered = self._owner.tracker.in_order(message.get_seq(), now)
         if ordered or kind in _UNORDERED:

@@ -20,6 +20,9 @@ _PATIENCE = 20.0
 """For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
 _CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
 """The same for PX4 [s]."""
+_QUESTIONS = 3
+"""That PX4 is asked before it gets an origin: an answer may be lost."""
+_NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
 
 
 class Origin:
@@ -41,11 +44,16 @@ class Origin:
         """Begin anew, as after a reboot."""
         self._next, self._began, self._heard = 0.0, float("inf"), float("inf")
 
+    @property
+    def known(self) -> bool:
+        """Whether the autopilot has said that it has an origin."""
+        return self._heard < float("inf")
+
     def heard(self, now: float) -> None:
         """The autopilot says that it has an origin."""
         self._heard = min(self._heard, now)
 
-    def estimator(self, flags: int) -> None:
+    def estimator(self, flags: int) -> None:  # noqa: B027  # ArduPilot's is not asked
         """The autopilot says how its estimator is (ESTIMATOR_STATUS_FLAGS)."""
 
     def settled(self, now: float, armed: bool) -> bool:
@@ -72,7 +80,7 @@ class Origin:
 
 
 class CautiousOrigin(Origin):
-    """PX4's: asks first, and gives none to an estimator that has, or may have, a position."""
+    """PX4's: asks first, and gives none once poses may have gone out, or to an estimator that may have a position."""
 
     patience = _CAUTIOUS_PATIENCE
     period = _CAUTIOUS_PERIOD
@@ -84,21 +92,23 @@ class CautiousOrigin(Origin):
     def reset(self) -> None:
         """Begin anew, as after a reboot."""
         super().reset()
-        self._asked, self._stands = 0, False
+        self._asked, self._lost, self._released = 0, False, False
 
     def estimator(self, flags: int) -> None:
-        """Without a position it stands still, for all it knows."""
-        self._stands = bool(flags & mavlink.ESTIMATOR_CONST_POS_MODE)
-        if not self._stands:
-            self._began = float("-inf")  # it navigates already: there is nothing to wait for
+        """Only its word since the last question counts. On the ground it is in ESTIMATOR_CONST_POS_MODE with a position, too."""
+        self._lost = not flags & _NAVIGATES
+        if not self._lost:
+            self._began = float("-inf")  # there is nothing to wait for
 
     def settled(self, now: float, armed: bool) -> bool:
         """Whether poses may be sent."""
-        return super().settled(now, armed) or self._began == float("-inf")
+        self._released = self._released or super().settled(now, armed)
+        return self._released
 
     def _may_give(self, armed: bool) -> bool:
+        lost, self._lost = self._lost, False
         self._asked += 1
-        return self._asked > 2 and self._stands and not armed
+        return self._asked > _QUESTIONS and lost and not (armed or self._released)
 
     def _questions(self) -> tuple[int, ...]:
         return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS)

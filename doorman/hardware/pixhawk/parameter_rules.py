@@ -123,8 +123,8 @@ def _bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule
 
 
 def _where(other: str, value: int, *rules: Rule) -> tuple[Rule, ...]:
-    """Rules that count only where another parameter has a value; firmware may have other names for what they are of."""
-    return tuple(replace(rule, optional=True, only_with=(other, value)) for rule in rules)
+    """Rules that count only where another parameter has a value."""
+    return tuple(replace(rule, only_with=(other, value)) for rule in rules)
 
 
 _E, _W = Severity.ERROR, Severity.WARNING
@@ -184,10 +184,10 @@ ARDUPILOT_RULES = (
     *_where(
         "FS_GCS_ENABLE",
         1,
-        _within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.GROUND_STATION, _NO_CLIMB),
-        _within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.GROUND_STATION, _NO_CLIMB),
-        _equal("RTL_CLIMB_MIN", 0, _E, When.GROUND_STATION, _NO_CLIMB),
-        _equal("RTL_ALT_FINAL", 0, _E, When.GROUND_STATION, "it must land"),
+        replace(_within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.GROUND_STATION, _NO_CLIMB), optional=True),
+        replace(_within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.GROUND_STATION, _NO_CLIMB), optional=True),
+        _equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.GROUND_STATION, _NO_CLIMB),
+        _equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.GROUND_STATION, "it must land"),
         _one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.GROUND_STATION, _KEEPS_HEADING),
         _within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.GROUND_STATION, _LANDS),
         _within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.GROUND_STATION, "until it is over it drifts"),

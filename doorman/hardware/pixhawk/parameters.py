@@ -14,6 +14,8 @@ from doorman.hardware.pixhawk.messages import Message, mavlink
 from doorman.hardware.pixhawk.parameter_rules import Rule, Severity
 
 _TRIES = 8
+_FEWER_TRIES = 3
+"""For what firmware may not have."""
 _WAIT = 0.25
 """For answers to a batch of requests [s]."""
 _BATCH = 8
@@ -67,14 +69,14 @@ def read_parameters(link: Sender, names: Iterable[str]) -> dict[str, float]:
     return _read_any(link, [(name,) for name in names])
 
 
-def _read_any(link: Sender, groups: Sequence[tuple[str, ...]]) -> dict[str, float]:
+def _read_any(link: Sender, groups: Sequence[tuple[str, ...]], tries: int = _TRIES) -> dict[str, float]:
     """Read at least one parameter of each group: firmware knows a parameter by its newer or its older name."""
     start, missing = link.exchange.count, list(dict.fromkeys(groups))
 
     def answered(group: tuple[str, ...]) -> bool:
         return any(link.exchange.parameter(name, start) is not None for name in group)
 
-    for _ in range(_TRIES):
+    for _ in range(tries):
         for first in range(0, len(missing), _BATCH):
             batch = missing[first : first + _BATCH]
             for name in (name for group in batch for name in group):
@@ -125,9 +127,13 @@ def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
         What is not as it should be.
     """
     rules = tuple(rules)
-    values = _read_any(link, [rule.names for rule in rules])
+    values = _read_any(link, [rule.names for rule in rules if rule.only_with is None])
+    counting = [rule for rule in rules if rule.counts(values)]
+    further = [rule for rule in counting if rule.only_with is not None]
+    values |= _read_any(link, [rule.names for rule in further if not rule.optional])
+    values |= _read_any(link, [rule.names for rule in further if rule.optional], _FEWER_TRIES)
     findings = []
-    for rule in (rule for rule in rules if rule.counts(values)):
+    for rule in counting:
         name = next((name for name in rule.names if name in values), rule.names[0])
         given = values.get(name)
         if given is None and not rule.optional:

@@ -44,6 +44,8 @@ class LinkStatus:
     bad_signatures: int
     longest_setpoint_gap: float
     """[s]"""
+    on_earth: bool | None
+    """Whether the autopilot says that it has an origin on earth, without which it has no home; None where it is not asked."""
     mocap: MocapStatistics
 
 
@@ -75,6 +77,7 @@ def link_status(link: Link, now: float) -> LinkStatus:
         foreign=link.inbox.foreign,
         bad_signatures=counters.bad_signatures,
         longest_setpoint_gap=link.stream.longest_gap,
+        on_earth=None if link.origin is None else link.origin.known,
         mocap=link.mocap.statistics(),
     )
 

@@ -164,7 +164,8 @@ def test_px4_returns_as_high_as_its_parameters_say_and_lands_at_home(vehicle_px4
 
 @pytest.mark.parametrize(
     ("values", "most"),
-    [({"RTL_ALT": 30}, 1.2), ({"RTL_ALT": 0, "RTL_CONE_SLOPE": 0}, 1.2), ({}, 4.5), ({"RTL_CONE_SLOPE": 0}, 15.0)],
+    [({"RTL_ALT": 30}, 1.2), ({"RTL_ALT": 0, "RTL_CONE_SLOPE": 0}, 1.2), ({}, 4.5), ({"RTL_CONE_SLOPE": 0}, 15.0),
+     ({"RTL_ALT": 30, "RTL_CLIMB_MIN": 50}, 1.7)],
 )  # fmt: skip
 def test_ardupilot_returns_as_high_as_its_parameters_say_and_lands_at_home(vehicle_ardupilot, values, most):
     for name, value in {"FS_GCS_ENABLE": 1, "RTL_LOIT_TIME": 0, **values}.items():
@@ -209,6 +210,22 @@ def test_px4_without_a_place_on_earth_neither_returns_nor_loiters(vehicle_px4):
         assert vehicle_px4.brain.mode == px4.OFFBOARD
     assert "not available" in vehicle_px4.brain.texts[-1][1]
     assert vehicle_px4.step(3.0).task is Task.LAND, "what it does instead"
+
+
+def test_ardupilot_with_a_final_altitude_does_not_land(vehicle_ardupilot):
+    away(vehicle_ardupilot)
+    vehicle_ardupilot.brain.parameters["RTL_ALT"], vehicle_ardupilot.brain.parameters["RTL_ALT_FINAL"] = 30, 100
+    vehicle_ardupilot.brain.pilot_mode("return")
+    with pytest.raises(AssertionError, match="does not arrive"):
+        flown_home(vehicle_ardupilot, 60.0)
+    assert vehicle_ardupilot.brain.home.distance(vehicle_ardupilot.position) < 0.1
+
+
+def test_ardupilot_that_is_told_to_brake_only_hovers(vehicle_ardupilot):
+    airborne(vehicle_ardupilot)
+    vehicle_ardupilot.brain.parameters["FS_GCS_ENABLE"] = 7
+    vehicle_ardupilot.station_age = 6.0
+    assert vehicle_ardupilot.step(60.0).task is Task.POSITION
 
 
 def test_ardupilot_waits_over_home_before_it_lands(vehicle_ardupilot):

@@ -35,7 +35,9 @@ def test_poses_are_sent_to_an_autopilot_that_tells_no_origin_too():
     assert not origin.settled(27.1, armed=False) and origin.settled(27.3, armed=False)
 
 
-STANDS, NAVIGATES = mavlink.ESTIMATOR_CONST_POS_MODE, mavlink.ESTIMATOR_POS_HORIZ_REL
+STANDS = mavlink.ESTIMATOR_CONST_POS_MODE
+NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | STANDS
+"""A vehicle that stands on the ground is in that mode, too, as PX4 has it."""
 
 
 def given(origin: CautiousOrigin, now: float, armed: bool = False) -> bool:
@@ -47,32 +49,53 @@ def given(origin: CautiousOrigin, now: float, armed: bool = False) -> bool:
     return bool(origins)
 
 
+def asked(
+    origin: CautiousOrigin, flags: int | None, armed: bool = False, begin: float = 5.0, times: int = 8
+) -> list[bool]:
+    """At which of some questions it gets an origin; each is answered with the estimator's flags, if at all."""
+    seen = []
+    for k in range(times):
+        seen.append(given(origin, begin + 0.6 * k, armed))
+        if flags is not None:
+            origin.estimator(flags)
+    return seen
+
+
 def test_px4_is_asked_before_it_gets_an_origin():
     origin = CautiousOrigin((47.4, 8.5, 488.0))
-    origin.estimator(STANDS)
-    assert [given(origin, now) for now in (5.0, 5.6, 6.2)] == [False, False, True]
-    assert not origin.settled(6.3, armed=False)
-    origin.heard(6.4)
-    assert origin.messages(7.0, *TARGET, False) == [] and origin.settled(6.5, armed=False)
+    assert asked(origin, STANDS, times=4) == [False, False, False, True]
+    assert not origin.settled(7.0, armed=False)
+    origin.heard(7.1)
+    assert origin.known and origin.messages(7.7, *TARGET, False) == [] and origin.settled(7.2, armed=False)
 
 
 def test_px4_that_has_an_origin_gets_no_other():
     origin = CautiousOrigin((47.4, 8.5, 488.0))
-    origin.estimator(STANDS)
-    assert not given(origin, 5.0)
-    origin.heard(5.1)
-    assert origin.messages(6.0, *TARGET, False) == [] and origin.settled(5.2, armed=False)
+    assert asked(origin, STANDS, times=2) == [False, False]
+    origin.heard(6.0)
+    assert origin.messages(7.0, *TARGET, False) == [] and origin.settled(6.1, armed=False)
 
 
 @pytest.mark.parametrize(("flags", "armed"), [(NAVIGATES, False), (None, False), (STANDS, True)])
 def test_px4_that_has_a_position_or_flies_or_does_not_say_gets_no_origin_but_poses(flags, armed):
     origin = CautiousOrigin((47.4, 8.5, 488.0))
-    if flags is not None:
-        origin.estimator(flags)
-    assert not any(given(origin, 5.0 + 0.6 * k, armed) for k in range(8))
+    assert not any(asked(origin, flags, armed))
     assert origin.settled(10.1, armed)
     if flags == NAVIGATES:
         assert origin.settled(0.0, armed), "there is nothing to wait for"
+
+
+def test_px4_gets_no_origin_once_poses_may_have_gone_out():
+    origin = CautiousOrigin((47.4, 8.5, 488.0))
+    assert not any(asked(origin, None, times=3))
+    assert origin.settled(11.0, armed=False), "its patience is over"
+    assert not any(asked(origin, STANDS, begin=12.0))
+
+
+def test_an_old_word_of_its_estimator_is_none():
+    origin = CautiousOrigin((47.4, 8.5, 488.0))
+    asked(origin, STANDS, times=1)
+    assert not any(asked(origin, None, begin=6.0, times=6))
 
 
 def pose(time: float) -> MocapPose:
