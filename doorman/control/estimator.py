@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.attitude_response import USUAL_LAG, AttitudeResponse
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
@@ -77,6 +78,8 @@ class Estimate:
     door_disturbance: float
     """τ̂_d, all of the hinge's torque that the scenario does not name, in the sense of damping [N m]."""
     hinge: HingeEstimate
+    attitude_lag: float = USUAL_LAG
+    """τ̂ of roll and pitch behind what they are told [s]."""
 
     @property
     def door_angle(self) -> float:
@@ -113,6 +116,16 @@ class Estimator:
         self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
         self._free_time = 0.0
         self._yaw = 0.0
+        self._response = AttitudeResponse()
+        self._told: Array | None = None
+
+    def tell(self, attitude: Array) -> None:
+        """Take in what the vehicle is told from now on.
+
+        Args:
+            attitude: Φ_d, shape (3,) [rad].
+        """
+        self._told = attitude
 
     def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
         """Take in one measurement.
@@ -127,6 +140,8 @@ class Estimator:
             The estimate.
         """
         vehicle, now = self._vehicle, measurement.time
+        if self._told is not None:
+            self._response.update(self._told, measurement.attitude, measurement.body_rates, time_step)
         vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
@@ -161,6 +176,7 @@ class Estimator:
             touching=touching,
             door_disturbance=self._hinge_torque.estimate,
             hinge=self.door.hinge(),
+            attitude_lag=self._response.lag,
         )
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:

@@ -18,7 +18,10 @@ from doorman.model import GRAVITY, Model
 Array = NDArray[np.float64]
 
 _RATE, _INTEGRAL = 10.0, 30.0
-"""Gains from the missing yaw rate to a yaw acceleration [1/s], [1/s²]."""
+"""Gains from the missing yaw rate to a yaw acceleration, the largest [1/s], [1/s²]."""
+_QUICK, _SLOW = 0.18, 0.24
+"""Lag of the attitude, by whose tilt the force is made, up to which that goes well, and from which nothing is done [s]. Behind
+PX4's 0.3 s the force came when it was not wanted any more, and swung the vehicle about the tip until it fell."""
 _FADING = 4.0
 """Time in which the integral fades: what the rotors can do they do themselves [s]."""
 _MOST = 0.05
@@ -40,7 +43,9 @@ class TurningAid:
         self._most = _MOST * model.vehicle.mass * GRAVITY
         self._integral = 0.0
 
-    def force(self, state: Array, body_rates: Array, planned_rate: float, time_step: float) -> Array:
+    def force(
+        self, state: Array, body_rates: Array, planned_rate: float, time_step: float, attitude_lag: float
+    ) -> Array:
         """Force of the tip on the leaf now, beside the planned one.
 
         Args:
@@ -48,6 +53,7 @@ class TurningAid:
             body_rates: Ω, shape (3,), body frame [rad/s].
             planned_rate: ψ̇ of the plan [rad/s].
             time_step: Since the last call [s].
+            attitude_lag: Of roll and pitch behind what they are told [s].
 
         Returns:
             Along the leaf, shape (3,), world frame [N].
@@ -59,9 +65,10 @@ class TurningAid:
         tip = rotation_body_to_world(state[:3]) @ self._vehicle.tip_position(state[5:])
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N
         most = self._most * abs(lever)
+        share = min(max((_SLOW - attitude_lag) / (_SLOW - _QUICK), 0.0), 1.0)
         self._integral += time_step * (_INTEGRAL * self._inertia * missing - self._integral / _FADING)
         self._integral = min(max(self._integral, -most), most)
         if abs(lever) < _LEAST_LEVER:
             return np.zeros(3)
-        moment = min(max(_RATE * self._inertia * missing + self._integral, -most), most)
+        moment = share * min(max(_RATE * self._inertia * missing + self._integral, -most), most)
         return np.asarray((moment / lever) * along)

@@ -126,6 +126,7 @@ class Mission:
         command = Command(thrust.thrust, self._engaged(thrust.attitude, measurement), setpoint.arm_rates, action.grip)
         self._thrust = thrust.thrust
         backend.command(command)
+        self._estimator.tell(command.attitude)
         self._record(measurement, estimate, setpoint, thrust, command)
         return estimate.door_angle
 

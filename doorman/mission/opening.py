@@ -211,7 +211,8 @@ class Opening:
         if self._push is None:
             setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
             turning = self._converter.turning(current.plan, now - current.start)
-            aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step)
+            lag = estimate.attitude_lag
+            aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, lag)
             return replace(setpoint, force=setpoint.force + aid)
         return self._push.follow(current.plan, now - current.start, estimate, -disturbance, time_step)
 

@@ -13,6 +13,8 @@ from doorman.model import GRAVITY, Model
 from doorman.scenario import Scenario
 
 STILL = np.zeros(3)
+QUICK = 0.05
+"""Lag of the attitude [s]."""
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +38,7 @@ def moment(model: Model, state: np.ndarray, force: np.ndarray) -> float:
 @pytest.mark.parametrize("missing", [-0.2, 0.2])
 def test_it_turns_the_vehicle_the_way_that_is_missing_and_leaves_the_door(model, missing) -> None:
     state = swung(model)
-    force = TurningAid(model).force(state, STILL, missing, 0.005)
+    force = TurningAid(model).force(state, STILL, missing, 0.005, QUICK)
     assert moment(model, state, force) * missing > 0.0
     assert force @ door_normal(state[3]) == pytest.approx(0.0, abs=1e-12)
     assert force[2] == 0.0
@@ -45,20 +47,20 @@ def test_it_turns_the_vehicle_the_way_that_is_missing_and_leaves_the_door(model,
 def test_a_vehicle_that_turns_as_planned_is_left_alone(model) -> None:
     state = swung(model)
     rates = rotation_body_to_world(state[:3]).T @ [0.0, 0.0, -0.3]  # turning about the vertical
-    np.testing.assert_allclose(TurningAid(model).force(state, rates, -0.3, 0.005), 0.0, atol=1e-3)
+    np.testing.assert_allclose(TurningAid(model).force(state, rates, -0.3, 0.005, QUICK), 0.0, atol=1e-3)
 
 
 def test_it_grows_to_its_limit_while_the_vehicle_does_not_turn_and_fades_afterwards(model) -> None:
     state, aid = swung(model), TurningAid(model)
-    first = np.linalg.norm(aid.force(state, STILL, -0.2, 0.005))
+    first = np.linalg.norm(aid.force(state, STILL, -0.2, 0.005, QUICK))
     for _ in range(400):
-        grown = np.linalg.norm(aid.force(state, STILL, -0.2, 0.005))
+        grown = np.linalg.norm(aid.force(state, STILL, -0.2, 0.005, QUICK))
     assert grown > 1.5 * first
     for _ in range(4000):
-        most = np.linalg.norm(aid.force(state, STILL, -2.0, 0.005))
+        most = np.linalg.norm(aid.force(state, STILL, -2.0, 0.005, QUICK))
     assert most == pytest.approx(0.05 * model.vehicle.mass * GRAVITY)
     for _ in range(8000):
-        faded = np.linalg.norm(aid.force(state, STILL, 0.0, 0.005))
+        faded = np.linalg.norm(aid.force(state, STILL, 0.0, 0.005, QUICK))
     assert faded < 0.01
 
 
@@ -66,7 +68,15 @@ def test_where_the_leaf_points_at_the_vehicle_there_is_no_lever(model) -> None:
     state = model.start_state.copy()
     tip = rotation_body_to_world(state[:3]) @ model.vehicle.tip_position(state[5:])
     state[2] = state[2] + np.pi / 2.0 - np.arctan2(tip[1], tip[0])  # the tip is to the body as the leaf lies
-    assert not TurningAid(model).force(state, STILL, 0.5, 0.005).any()
+    assert not TurningAid(model).force(state, STILL, 0.5, 0.005, QUICK).any()
+
+
+def test_it_leaves_a_vehicle_alone_whose_attitude_is_slow(model) -> None:
+    state = swung(model)
+    sizes = [
+        np.linalg.norm(TurningAid(model).force(state, STILL, -0.2, 0.005, lag)) for lag in (0.1, 0.18, 0.21, 0.24, 0.3)
+    ]
+    assert sizes == pytest.approx([sizes[0], sizes[0], 0.5 * sizes[0], 0.0, 0.0], abs=1e-9)
 
 
 def test_a_heavy_door_with_much_friction_is_open_in_time() -> None:

@@ -1,0 +1,56 @@
+r"""How far the vehicle's attitude lags behind what it is told, as known by now.
+
+.. math::
+    \tau \dot\Phi = \Phi_d - \Phi
+
+for roll and pitch, by least squares with a prior, over the last seconds in which they moved. What is built on top of the attitude
+must be slower than that.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+USUAL_LAG = 0.05
+"""Of a vehicle of which nothing is known yet [s]."""
+LONGEST_LAG = 1.0
+"""[s]."""
+_WEIGHT = 0.02
+"""Of that prior: mean square of the rates times their time [rad²/s]."""
+_FORGETTING = 10.0
+"""[s]."""
+
+
+class AttitudeResponse:
+    """Lag of roll and pitch, updated every tick."""
+
+    def __init__(self) -> None:
+        self.lag = USUAL_LAG
+        """τ [s]."""
+        self._moved = self._behind = 0.0
+
+    def update(self, told: Array, attitude: Array, body_rates: Array, time_step: float) -> None:
+        """Take in a tick.
+
+        Args:
+            told: Φ_d that was commanded last, shape (3,) [rad].
+            attitude: Φ, shape (3,) [rad].
+            body_rates: Ω, shape (3,) [rad/s].
+            time_step: Since the last one [s].
+        """
+        roll, pitch = float(attitude[0]), float(attitude[1])
+        p, q, r = float(body_rates[0]), float(body_rates[1]), float(body_rates[2])
+        turning = q * math.sin(roll) + r * math.cos(roll)
+        roll_rate, pitch_rate = p + math.tan(pitch) * turning, q * math.cos(roll) - r * math.sin(roll)
+        moved = roll_rate * roll_rate + pitch_rate * pitch_rate
+        behind = roll_rate * (float(told[0]) - roll) + pitch_rate * (float(told[1]) - pitch)
+        kept = math.exp(-time_step / _FORGETTING)
+        self._moved = kept * self._moved + time_step * moved
+        self._behind = kept * self._behind + time_step * behind
+        lag = (self._behind + _WEIGHT * USUAL_LAG) / (self._moved + _WEIGHT)
+        self.lag = min(max(lag, 0.0), LONGEST_LAG)
