@@ -53,7 +53,7 @@ class Origin:
         """The autopilot says that it has an origin."""
         self._heard = min(self._heard, now)
 
-    def estimator(self, flags: int) -> None:  # noqa: B027  # ArduPilot's is not asked
+    def estimator(self, flags: int) -> None:
         """The autopilot says how its estimator is (ESTIMATOR_STATUS_FLAGS)."""
 
     def settled(self, now: float, armed: bool) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.hardware.emulators import autopilot_px4 as px4
 from doorman.hardware.emulators.autopilot_brain import AttitudeTarget, Brain, PositionTarget, Surroundings
 from doorman.hardware.emulators.autopilot_control import Demand
 from doorman.hardware.emulators.autopilot_estimator import Estimate
@@ -48,3 +49,10 @@ class Sandbox:
 
     def tilt(self, thrust: float = 0.6, quaternion: np.ndarray = LEVEL, mask: int = 7) -> None:
         self.brain.attitude_target(AttitudeTarget(mask, quaternion, thrust))
+
+
+def offboard(sandbox: Sandbox) -> None:
+    """PX4 obeys its stream."""
+    sandbox.step(0.6, sandbox.hold)
+    assert sandbox.brain.request_mode((1.0, 6.0, 0.0)) == 0
+    assert sandbox.brain.mode == px4.OFFBOARD

@@ -6,9 +6,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from autopilot_sandbox import Sandbox
 from pixhawk_parts import CONFIG
 from pixhawk_rig import Rig
 
+from doorman.hardware.emulators import autopilot_px4 as px4
+from doorman.hardware.emulators.autopilot_ardupilot import ArduPilotBrain
+from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import EventLog
 from doorman.hardware.pixhawk.stream import SetpointStream
@@ -64,3 +68,15 @@ def events() -> EventLog:
 def stream(events: EventLog) -> SetpointStream:
     """A stream that notes its events in that log."""
     return SetpointStream(CONFIG, events)
+
+
+@pytest.fixture
+def vehicle_px4() -> Sandbox:
+    """PX4's rules."""
+    return Sandbox(px4.Px4Brain(ParameterStore(PX4_DEFAULTS, bytewise=True)))
+
+
+@pytest.fixture
+def vehicle_ardupilot() -> Sandbox:
+    """ArduPilot's rules."""
+    return Sandbox(ArduPilotBrain(ParameterStore(ARDUPILOT_DEFAULTS, bytewise=False), start_up=22.0))
