@@ -70,14 +70,20 @@ class Onboard:
         px4 = build.flavour == "px4"
         self.heartbeats_stopped = False
         self._build, self._plant, self._transmit, self._pace = build, plant, transmit, pace
-        self._started, self._clock_base = time.monotonic(), _BOOT_CLOCK
+        self._started, self._jumped = time.monotonic(), 0.0
         self.brain: Brain = Px4Brain(parameters) if px4 else ArduPilotBrain(parameters, build.start_up)
         self.estimator = Estimator(build.vision, timeout=5.0 if px4 else 10.0, seed=build.seed, px4=px4)
         rates = dict(PX4_RATES if px4 else ARDUPILOT_RATES)
         rates[mavlink.MAVLINK_MSG_ID_HEARTBEAT] = build.heartbeat_rate
         self._schedule = Schedule(rates)
         self.protocol = Protocol(
-            self.brain, self.estimator, self._schedule, self.send, lambda: self.clock, build.system_id
+            self.brain,
+            self.estimator,
+            self._schedule,
+            self.send,
+            lambda: self.clock,
+            lambda: self.uptime,
+            build.system_id,
         )
         self._telemetry = Telemetry(self.brain, battery, build.vehicle_type)
         self._controller = FlightController(plant.weight, GRAVITY)
@@ -87,16 +93,21 @@ class Onboard:
         if build.signing_key is not None:
             self._mav.signing.secret_key, self._mav.signing.sign_outgoing = build.signing_key, True
             self._mav.signing.timestamp = int((time.time() - _EPOCH_2015) * 1e5)
-        self.estimate = self.estimator.update(self.clock, plant.truth(), 0.0)
+        self.estimate = self.estimator.update(self.uptime, plant.truth(), 0.0)
+
+    @property
+    def uptime(self) -> float:
+        """Since boot, by which it counts its own time-outs: that never jumps [s]."""
+        return _BOOT_CLOCK + (time.monotonic() - self._started) * self._pace
 
     @property
     def clock(self) -> float:
-        """Since boot [s]."""
-        return self._clock_base + (time.monotonic() - self._started) * self._pace
+        """What its messages are stamped with [s]."""
+        return self.uptime + self._jumped
 
     def jump_clock(self, seconds: float) -> None:
         """Let the clock jump."""
-        self._clock_base += seconds
+        self._jumped += seconds
 
     def receive(self, datagram: bytes) -> None:
         """Act on the messages of a datagram."""
@@ -110,7 +121,7 @@ class Onboard:
 
     def step(self, dt: float) -> None:
         """Estimate, decide, control, and let the plant move [s]."""
-        now, truth = self.clock, self._plant.truth()
+        now, truth = self.uptime, self._plant.truth()
         self.estimate = self.estimator.update(now, truth, dt)
         around = Surroundings(now, self.estimate, truth.on_ground, now - self.protocol.station_heard)
         demand = self.brain.update(around)
@@ -127,7 +138,7 @@ class Onboard:
     def speak(self) -> None:
         """Send what is due."""
         now = self.clock
-        for identifier in self._schedule.due(now):
+        for identifier in self._schedule.due(self.uptime):
             if identifier == mavlink.MAVLINK_MSG_ID_TIMESYNC:
                 self.send(mavlink.MAVLink_timesync_message(0, round(now * 1e9)))
             elif identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:

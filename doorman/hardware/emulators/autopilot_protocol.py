@@ -69,7 +69,8 @@ class Protocol:
         estimator: Takes poses.
         schedule: Of the telemetry.
         send: Sends a message.
-        clock: The autopilot's clock [s].
+        clock: The autopilot's clock, of its stamps [s].
+        uptime: The one of its time-outs, which does not jump [s].
         system_id: Of the vehicle.
     """
 
@@ -80,6 +81,7 @@ class Protocol:
         schedule: Schedule,
         send: Callable[[Any], None],
         clock: Callable[[], float],
+        uptime: Callable[[], float],
         system_id: int,
     ) -> None:
         self.received: Counter[str] = Counter()
@@ -87,7 +89,7 @@ class Protocol:
         self.heartbeat_types: set[tuple[int, int, int]] = set()
         """System, component and MAV_TYPE of heartbeats."""
         self.station_heard = float("-inf")
-        """Last heartbeat of a ground station, on the autopilot's clock [s]."""
+        """Last heartbeat of a ground station, by its uptime [s]."""
         self.setpoint_times: list[float] = []
         """When setpoints came, by `time.monotonic()`; the newest 5000."""
         self.mute_commands = 0  # to be executed but not acknowledged
@@ -97,7 +99,7 @@ class Protocol:
         self._estimator = estimator
         self._schedule = schedule
         self._send = send
-        self._clock = clock
+        self._clock, self._uptime = clock, uptime
         self._system = system_id
         self._origin_message: Any = None
         self._handlers: dict[str, Callable[[Any], None]] = {
@@ -130,7 +132,7 @@ class Protocol:
         else:
             from_station = message.get_srcSystem() == int(self._brain.parameters["SYSID_MYGCS"])
         if from_station:
-            self.station_heard = self._clock()
+            self.station_heard = self._uptime()
 
     def _command(self, message: Any) -> None:
         if self.ignore_commands > 0:
@@ -251,11 +253,12 @@ class Protocol:
         stamp = self.companion_clock.stamp(message.usec, now)
         if self._brain.vendor != mavlink.MAV_AUTOPILOT_PX4:
             stamp -= 1e-3 * self._brain.parameters["VISO_DELAY_MS"]
-        self._estimator.pose(now, stamp, np.array(values[:3]) * FLIP)
+        since = now - stamp
+        self._estimator.pose(self._uptime(), self._uptime() - since, np.array(values[:3]) * FLIP)
 
     def _origin(self, message: Any) -> None:
         if not self._estimator.has_origin or self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
-            self._estimator.set_origin(self._clock(), self._brain.armed, 1e-3 * message.altitude)
+            self._estimator.set_origin(self._uptime(), self._brain.armed, 1e-3 * message.altitude)
             self._origin_message = mavlink.MAVLink_gps_global_origin_message(
                 message.latitude, message.longitude, message.altitude
             )
