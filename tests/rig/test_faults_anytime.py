@@ -144,10 +144,8 @@ FAULTS: dict[str, Injection] = {
 if SCENARIO == "push":
     del FAULTS["gripper overloaded"]  # there is none
 
-if AUTOPILOT == "ardupilot":
-    del FAULTS[
-        "autopilot's clock jumps"
-    ]  # what it knows of the lag of poses does not come back from that: no flight after it
+if AUTOPILOT == "ardupilot":  # what it knows of the lag of poses does not come back from that: no flight after it
+    del FAULTS["autopilot's clock jumps"]
 
 MOTORS_OFF_ALOFT = {"pilot stops the motors", "autopilot reboots"}
 """The vehicle falls where it is: it may touch the door."""
