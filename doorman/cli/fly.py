@@ -18,6 +18,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from doorman.cli.background_printer import BackgroundPrinter
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
@@ -174,19 +175,20 @@ def _fly(
 ) -> dict[str, Any]:
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
     recorder, unwritten = Recorder(path, header), ""
-    try:
-        session = FlightSession(model, links, planner, recorder, say=lambda words: console.print(f"· {words}"))
-        with _ctrl_c(session):
-            report = session.fly(duration, _StatusLine(session, console))
-        gap = links.autopilot.status().longest_setpoint_gap
-        timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
-        recorder.write("timing", 0.0, timing)
-    finally:
+    with BackgroundPrinter(console) as printer:
         try:
-            recorder.close()
-        except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is told
-            unwritten = str(error)
-            console.print(f"The recording is not whole: {unwritten}")
+            session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
+            with _ctrl_c(session):
+                report = session.fly(duration, _StatusLine(session, printer))
+            gap = links.autopilot.status().longest_setpoint_gap
+            timing = {**vars(session.backend.ticks), "longest_setpoint_gap": gap}
+            recorder.write("timing", 0.0, timing)
+        finally:
+            try:
+                recorder.close()
+            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is told
+                unwritten = str(error)
+                printer.print(f"The recording is not whole: {unwritten}")
     lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" and not unwritten else math.nan
     _print_report(report, session, gap, path, lag, output)
     return {
@@ -217,8 +219,8 @@ def _attitude_lag(path: Path) -> float:
 class _StatusLine:
     """Prints where the flight is, now and then; called by the mission."""
 
-    def __init__(self, session: FlightSession, console: Console) -> None:
-        self._session, self._console, self._next = session, console, 0.0
+    def __init__(self, session: FlightSession, printer: BackgroundPrinter) -> None:
+        self._session, self._printer, self._next = session, printer, 0.0
 
     def __call__(self, now: float, door_angle: float) -> None:
         if now < self._next:
@@ -230,16 +232,18 @@ class _StatusLine:
             f"{now:5.1f} s  {self._session.phase:9s} door {math.degrees(door_angle):5.1f}°  at {x:.2f}, {y:.2f}, {z:.2f} m"
             f"  {state.mode}  {state.battery.voltage:.1f} V  missed {self._session.backend.missed_ticks}"
         )
-        end = "\r" if self._console.is_terminal else "\n"
-        self._console.print(words, end=end, soft_wrap=True)
+        self._printer.print_over(words)
 
 
 @contextmanager
 def _ctrl_c(session: FlightSession) -> Iterator[None]:
-    """Ctrl-C and SIGTERM go to the session; the handlers before are put back."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    signal.signal(signal.SIGINT, lambda *_: session.interrupt())
-    signal.signal(signal.SIGTERM, lambda *_: session.terminate())
+    """Ctrl-C, SIGTERM and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+    if before[signal.SIGHUP] is signal.SIG_IGN:  # nohup
+        del before[signal.SIGHUP]
+    for number in before:
+        ask = session.interrupt if number is signal.SIGINT else session.terminate
+        signal.signal(number, lambda *_, ask=ask: ask())
     try:
         yield
     finally:

@@ -14,6 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.kinematics.rotations import euler_rate_matrix
+
 Array = NDArray[np.float64]
 
 USUAL_LAG = 0.05
@@ -42,11 +44,12 @@ class AttitudeResponse:
             attitude: Φ, shape (3,) [rad].
             body_rates: Ω, shape (3,) [rad/s].
             time_step: Since the last one [s].
+
+        Raises:
+            SingularityError: if θ = ±π/2.
         """
         roll, pitch = float(attitude[0]), float(attitude[1])
-        p, q, r = float(body_rates[0]), float(body_rates[1]), float(body_rates[2])
-        turning = q * math.sin(roll) + r * math.cos(roll)
-        roll_rate, pitch_rate = p + math.tan(pitch) * turning, q * math.cos(roll) - r * math.sin(roll)
+        roll_rate, pitch_rate, _ = (euler_rate_matrix(attitude) @ body_rates).tolist()
         moved = roll_rate * roll_rate + pitch_rate * pitch_rate
         behind = roll_rate * (float(told[0]) - roll) + pitch_rate * (float(told[1]) - pitch)
         kept = math.exp(-time_step / _FORGETTING)

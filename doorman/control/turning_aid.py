@@ -6,13 +6,11 @@ back by as much. The same tip, half a metre before the body, turns it by that wi
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.door import leaf_direction
-from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]
@@ -58,9 +56,7 @@ class TurningAid:
         Returns:
             Along the leaf, shape (3,), world frame [N].
         """
-        roll, pitch = float(state[0]), float(state[1])
-        rate = (math.sin(roll) * body_rates[1] + math.cos(roll) * body_rates[2]) / math.cos(pitch)
-        missing = planned_rate - float(rate)
+        missing = planned_rate - float(euler_rate_matrix(state[:3])[2] @ body_rates)
         along = leaf_direction(state[3])
         tip = rotation_body_to_world(state[:3]) @ self._vehicle.tip_position(state[5:])
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N

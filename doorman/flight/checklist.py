@@ -115,6 +115,10 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     if status.on_earth is not None:
         yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none, and so no home to return to",
                    "reboot the autopilot: it had a position before it got one", Verdict.WARNING)  # fmt: skip
+    if status.namesake:
+        yield Check("system id", Verdict.WARNING,
+                    f"another station has ours, {autopilot.config.system_id}: the autopilot may not notice when we are gone",
+                    "give the other one another id, or end it")  # fmt: skip
     ready_to_arm = autopilot.state().ready_to_arm
     words = "; ".join(("failed", *autopilot.check_again())) if ready_to_arm is False else "passed"
     yield _row("autopilot's own checks", ready_to_arm is not False, "not reported" if ready_to_arm is None else words,

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from types import FrameType
 from typing import Any
 
 from doorman.exceptions import BackendError
@@ -21,6 +25,9 @@ from doorman.recording import Recorder
 
 class FlyingBackend(Backend):
     """Everything that `doorman fly` does around a mission, for programs that fly one by themselves.
+
+    From `open` to `stop`, SIGTERM and SIGHUP raise SystemExit in a program that has no handlers of its own for them, as Ctrl-C
+    raises KeyboardInterrupt: where either reaches `stop`, as a mission's does, the vehicle flies back first.
 
     Args:
         model: Model of the scenario.
@@ -45,7 +52,7 @@ class FlyingBackend(Backend):
     ) -> None:
         self._model = model
         self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings))
-        self._scheduling = ExitStack()
+        self._closing = ExitStack()
         self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}))
 
     def open(self) -> None:
@@ -57,8 +64,10 @@ class FlyingBackend(Backend):
         """
         findings = check(self._model.scenario)
         rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
-        self._scheduling.enter_context(real_time())
         try:
+            self._closing.enter_context(_ended_by_exceptions())
+            self._closing.enter_context(real_time())
+            self._closing.callback(self.links.stop)
             self.links.open()
             await_links(self.links)
             bad = [one for one in preflight(self._model, self.links, findings) if one.verdict is Verdict.BAD]
@@ -82,9 +91,32 @@ class FlyingBackend(Backend):
         self.flight.backend.command(command)
 
     def stop(self) -> None:
-        """Fly back, land, and close the links; may be called twice."""
-        if self.links.is_open:
-            self.flight.backend.stop()
-            self.flight.descend()
-            self.links.stop()
-        self._scheduling.close()
+        """Fly back, land, and close the links; may be called twice. Ctrl-C on the way lands the vehicle where it is."""
+        with self._closing:
+            if self.links.is_open:
+                self.flight.backend.stop()
+                self.flight.descend()
+
+
+@contextmanager
+def _ended_by_exceptions() -> Iterator[None]:
+    """Let signals that would kill the process raise SystemExit, once; the second does nothing while the vehicle comes down."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    asked = False
+
+    def end(number: int, _: FrameType | None) -> None:
+        nonlocal asked
+        if not asked:
+            asked = True
+            raise SystemExit(128 + number)
+
+    taken = [one for one in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(one) is signal.SIG_DFL]
+    for number in taken:
+        signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number in taken:
+            signal.signal(number, signal.SIG_DFL)

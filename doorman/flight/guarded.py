@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
@@ -82,13 +82,18 @@ class GuardedFlight:
         recorder: Recorder,
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
-        self.model, self.links, self.say = model, links, say
+        self.model, self.links, self._listener = model, links, say
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer, self._fall = Observer(model, self.backend), FallWatch()
         self.supervisor = Supervisor(links, self._look, model.scenario.safety, refuge=self._refuge)
         self.journal = Journal(links, self.supervisor, recorder)
         self._armed_once = self._blind = False
+
+    def say(self, words: str) -> None:
+        """Tell of a step; a listener that fails, as a terminal that is gone, does not concern the flight."""
+        with contextlib.suppress(Exception, SystemExit):
+            self._listener(words)
 
     def begin(self) -> None:
         """Let the supervisor watch from now on."""
@@ -112,6 +117,7 @@ class GuardedFlight:
                 return f"{name}: not begun: {self.supervisor.reason}"
             self.say(name)
             outcome = step()
+            self._note()
             self._armed_once = self._armed_once or autopilot.state().armed
             if not outcome.done:
                 return f"{name}: {outcome}"
@@ -182,16 +188,32 @@ class GuardedFlight:
     def descend(self) -> End:
         """Whatever happened: the vehicle ends on the ground, or with somebody else; nobody watches it any more then.
 
+        An interrupt on the way, as by Ctrl-C, lands it where it is, and is raised again then.
+
         Returns:
             Where it ended.
         """
-        self.journal.take(self.backend.epoch)
+        self._note()
         try:
             end = self._come_down()
+        except BaseException as error:  # whatever it is: it lands, and has the cameras' poses until it has
+            mistake = isinstance(error, Exception)
+            self.say(f"land: {type(error).__name__}: {error}" if mistake else "land")
+            self.supervisor.report(Fault.SESSION if mistake else Fault.OPERATOR_LAND)
+            end = self._await_motors()
+            if not mistake:
+                raise
         finally:
             self.supervisor.stop()
-            self.journal.take(self.backend.epoch)
+            self._note()
         return end
+
+    def _note(self) -> None:
+        """Write what was told so far."""
+        try:
+            self.journal.take(self.backend.epoch)
+        except RecordingError as error:
+            self.say(str(error))
 
     def _come_down(self) -> End:
         """Whatever happened: the vehicle ends on the ground, or with somebody else."""
@@ -207,9 +229,14 @@ class GuardedFlight:
                     autopilot.land()
                 else:  # nobody would say when it has
                     autopilot.request_landing()
+        return self._await_motors()
+
+    def _await_motors(self) -> End:
+        """Wait until they stop, or as long as makes sense."""
         self.say("wait for the motors to stop")
         begin = ended = time.monotonic()
         while (end := self._end()) is not End.NOT_FLOWN:
+            self._note()
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
             waits = end in (End.STILL_ARMED, End.TAKEN_OVER)
             waits = waits or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
@@ -270,6 +297,7 @@ class GuardedFlight:
         while self._may_fly_back() and self.supervisor.action is Action.ABORT:
             if time.monotonic() - begin > OPERATOR_PATIENCE:
                 break
+            self._note()
             time.sleep(0.02)
 
     def _let_go(self) -> bool:
@@ -290,6 +318,7 @@ class GuardedFlight:
                     )
                     with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
                         self.links.servos.recover(_RECOVERY)
+            self._note()
             time.sleep(0.02)
         return False
 
@@ -299,6 +328,7 @@ class GuardedFlight:
 
         def go_on() -> bool:
             nonlocal stopped
+            self._note()
             stopped = not self._blind and not self._seen
             return self._may_fly_back() and not stopped
 

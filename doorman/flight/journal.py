@@ -41,3 +41,5 @@ class Journal:
             since = max(time - epoch, 0.0) if epoch == epoch else 0.0
             self._recorder.write("event", since, {"source": source, "message": words})
             self.lines.append(f"{since:7.3f} s {source}: {words}")
+        if events:
+            self._recorder.flush()  # it may be what explains a fall

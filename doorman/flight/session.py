@@ -51,7 +51,7 @@ class FlightSession:
         recorder: Recorder,
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
-        self.links, self.say = links, say
+        self.links = links
         self.flight = GuardedFlight(model, links, recorder, say)
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
@@ -75,7 +75,7 @@ class FlightSession:
         try:
             message = self.flight.rise()
             if not message:
-                self.say("mission")
+                self.flight.say("mission")
                 self._fly_mission(duration, on_progress)
                 message = self._mission.outcome[1]
                 completed = self.supervisor.action is None and not message
@@ -83,7 +83,7 @@ class FlightSession:
             message = str(error)
         except Exception as error:  # whatever it is, the vehicle comes down, and the flight is told
             message = f"{type(error).__name__}: {error}"
-            self.say(traceback.format_exc())
+            self.flight.say(traceback.format_exc())
         finally:
             end = self.flight.descend()
         reason = self.supervisor.reason

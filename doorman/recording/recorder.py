@@ -224,8 +224,8 @@ def _held_back(number: signal.Signals) -> Iterator[None]:
         yield
     finally:
         signal.signal(number, handler)
-        if caught:
-            handler(number, caught[0])
+        for frame in caught:
+            handler(number, frame)
 
 
 def _header_text(header: Mapping[str, Any]) -> str:

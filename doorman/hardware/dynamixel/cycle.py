@@ -82,7 +82,7 @@ class ServoCycle:
         """
         self._ready[joint] = ready
         self._governor = RateGovernor(self._config, [servo.velocity_limit for servo in self._ready])
-        self.monitors[joint].recovered(self._link.now())
+        self.monitors[joint].recovered()
         self.reader.absent.discard(joint)
 
     def listen(self) -> bool:

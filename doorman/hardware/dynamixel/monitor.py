@@ -72,16 +72,11 @@ class ServoMonitor:
         self.fault = fault | self._latched
         return telemetry
 
-    def recovered(self, now: float) -> None:
-        """Forget latched faults: the servo was set up again.
-
-        Args:
-            now: When that was done [s].
-        """
+    def recovered(self) -> None:
+        """Forget latched faults: the servo was set up again. What was measured before is as old as it is."""
         self._latched = self._suspected = self.fault = ServoFault.NONE
         self._strained_since = None
         self.clock.restart()
-        self.time = now
 
     def condemn(self, fault: ServoFault) -> None:
         """Latch a fault that was found in another way than by telemetry.

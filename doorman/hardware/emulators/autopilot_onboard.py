@@ -20,6 +20,8 @@ from doorman.hardware.emulators.autopilot_px4 import Px4Brain
 from doorman.hardware.emulators.autopilot_telemetry import (
     ARDUPILOT_RATES,
     PX4_RATES,
+    PX4_SETTABLE,
+    SETTABLE,
     EmulatedBattery,
     Schedule,
     Telemetry,
@@ -75,7 +77,7 @@ class Onboard:
         self.estimator = Estimator(build.vision, timeout=5.0 if px4 else 10.0, seed=build.seed, px4=px4)
         rates = dict(PX4_RATES if px4 else ARDUPILOT_RATES)
         rates[mavlink.MAVLINK_MSG_ID_HEARTBEAT] = build.heartbeat_rate
-        self._schedule = Schedule(rates)
+        self._schedule = Schedule(rates, PX4_SETTABLE if px4 else SETTABLE)
         self.protocol = Protocol(
             self.brain,
             self.estimator,

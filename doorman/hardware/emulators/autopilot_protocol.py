@@ -22,7 +22,7 @@ from doorman.hardware.emulators.autopilot_brain import (
     PositionTarget,
 )
 from doorman.hardware.emulators.autopilot_estimator import Estimator
-from doorman.hardware.emulators.autopilot_telemetry import FLIP, FLIP_QUATERNION, Schedule
+from doorman.hardware.emulators.autopilot_telemetry import FLIP, FLIP_QUATERNION, Schedule, estimator_status
 
 _FORCE_MAGIC = 21196.0
 _SHARE_OF_LOOP = 0.8
@@ -181,10 +181,7 @@ class Protocol:
     def _tell(self, identifier: int) -> int:
         """REQUEST_MESSAGE; of its origin, and of PX4's estimator, only."""
         if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS and self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
-            flags = mavlink.ESTIMATOR_ATTITUDE
-            flags |= mavlink.ESTIMATOR_CONST_POS_MODE if self._brain.landed or not self._estimator.navigates else 0
-            flags |= mavlink.ESTIMATOR_POS_HORIZ_REL if self._estimator.navigates else 0
-            self._send(mavlink.MAVLink_estimator_status_message(round(self._clock() * 1e6), flags, *[0.0] * 8))
+            self._send(estimator_status(self._clock(), self._brain.landed, self._estimator.navigates))
             return ACCEPTED
         if identifier != mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
             return UNSUPPORTED

@@ -43,7 +43,9 @@ SETTABLE = frozenset(
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
     }
 )
-"""Messages whose interval may be set."""
+"""Messages whose interval may be set, of both;"""
+PX4_SETTABLE = SETTABLE | {mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS}
+"""of PX4."""
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 
 
@@ -69,9 +71,11 @@ class Schedule:
 
     Args:
         rates: Messages per second by identifier.
+        settable: Messages whose interval may be set.
     """
 
-    def __init__(self, rates: dict[int, float]) -> None:
+    def __init__(self, rates: dict[int, float], settable: frozenset[int] = SETTABLE) -> None:
+        self._settable = settable
         self._defaults = dict(rates)
         self._periods: dict[int, float] = {}
         self._next: dict[int, float] = {}
@@ -84,7 +88,7 @@ class Schedule:
 
     def set_interval(self, identifier: int, interval_us: float) -> bool:
         """SET_MESSAGE_INTERVAL: −1 stops, 0 is the default; False for a message that cannot be set."""
-        if identifier not in SETTABLE:
+        if identifier not in self._settable:
             return False
         if interval_us < 0:
             self._periods.pop(identifier, None)
@@ -103,6 +107,20 @@ class Schedule:
                 self._next[identifier] = at + period if now - at < 3.0 * period else now + period
                 due.append(identifier)
         return due
+
+
+def estimator_status(boot_seconds: float, landed: bool, located: bool) -> Any:
+    """PX4's ESTIMATOR_STATUS.
+
+    Args:
+        boot_seconds: Time of the autopilot's clock [s].
+        landed: Whether the vehicle stands on the ground.
+        located: Whether the estimator has a position.
+    """
+    flags = mavlink.ESTIMATOR_ATTITUDE
+    flags |= mavlink.ESTIMATOR_CONST_POS_MODE if landed or not located else 0
+    flags |= mavlink.ESTIMATOR_POS_HORIZ_REL if located else 0
+    return mavlink.MAVLink_estimator_status_message(round(boot_seconds * 1e6), flags, *[0.0] * 8)
 
 
 class Telemetry:
@@ -150,6 +168,8 @@ class Telemetry:
             return self._battery_status()
         if identifier == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
             return mavlink.MAVLink_extended_sys_state_message(0, self._landed_state())
+        if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
+            return estimator_status(boot_seconds, self.brain.landed, estimate.position_valid)
         return None
 
     def _landed_state(self) -> int:

@@ -54,18 +54,18 @@ class PoseTracker:
         if newest is not None and not over:
             too_much = self._gate.beyond_limits(newest, pose, self._filter.velocity, self._filter.lag)
             if not too_much:
-                self._run.clear()
                 self._filter.add(pose)
                 return self._sample(reading, pose)
             self._book.strike(MocapFault.OUTLIER, reading.arrival, too_much)
+            return None
         self._collect(pose)
-        if not over or len(self._run) < self._config.acquire_frames:
+        if len(self._run) < self._config.acquire_frames:
             return None
         self._acquire(newest, reading.arrival)
         return self._sample(reading, pose)
 
     def _collect(self, pose: TimedPose) -> None:
-        """Poses outside the track, as long as they agree with each other."""
+        """Poses after the track, as long as they agree with each other."""
         if self._run and (
             pose.time - self._run[-1].time > self._config.prediction_limit
             or self._gate.beyond_speed(self._run[-1], pose)

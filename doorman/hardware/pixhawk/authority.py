@@ -74,9 +74,9 @@ class AuthorityKeeper:
             self._landing = False
             self._end_conditions(now)
 
-    def expect_disarm(self) -> None:
-        """The next disarming is ours."""
-        self._disarm_expected = True
+    def expect_disarm(self, expected: bool) -> None:
+        """Whether the next disarming is ours."""
+        self._disarm_expected = expected
 
     def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
         """Hold a point; refused unless the vehicle is ours."""
@@ -97,6 +97,8 @@ class AuthorityKeeper:
                 return True
             if self._state is not Authority.ENGAGED:
                 return False
+            if self._landing:  # asked again and again as it is
+                return True
             if place is not None:
                 self._stream.hold(place, latch=True)
             self._landing, self._next_request, self._requests = True, 0.0, 0

@@ -115,6 +115,8 @@ class Codec:
 
     def __init__(self, system_id: int, component_id: int, key: bytes | None, wanted: frozenset[int]) -> None:
         self.counters = Counters()
+        self.outdated = False
+        """Whether somebody with the key has sent old stamps only: a newer one of ours sets its clock."""
         self._wanted = wanted
         self._mav = mavlink.MAVLink(None, system_id, component_id)
         self._check = None if key is None else SignatureCheck(key)
@@ -128,7 +130,7 @@ class Codec:
     def encode(self, message: Message) -> bytes:
         """Bytes of a message, with the next sequence number."""
         if self._check is not None:
-            self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time())
+            self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time(), self._check.newest)
         data: bytes = message.pack(self._mav)
         self._mav.seq = (self._mav.seq + 1) % 256
         return data
@@ -158,6 +160,7 @@ class Codec:
             signed = second and bool(frame[2] & _SIGNED)
             if not signed or not self._check.accepts(frame, system, component):
                 self.counters.bad_signatures += 1
+                self.outdated = self.outdated or (signed and self._check.outdated)
                 return None
         self.counters.messages += 1
         if identifier not in self._wanted:

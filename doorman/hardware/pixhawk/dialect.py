@@ -40,6 +40,10 @@ class Dialect:
     """Whether its position control begins with the tilt that it finds, as if wind asked for it."""
     hover_parameter: str
     """Parameter that holds the normalised thrust in hover."""
+    says_what_is_valid: bool
+    """Whether positions come that it does not believe itself, and ESTIMATOR_STATUS says so; else only valid ones come."""
+    takes_thrust: frozenset[int]
+    """MAV_TYPEs whose thrust it takes from attitude setpoints."""
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
         """First three parameters of DO_SET_MODE."""
@@ -74,6 +78,8 @@ PX4 = Dialect(
     angle_boost=False,
     keeps_tilt=False,
     hover_parameter="MPC_THR_HOVER",
+    says_what_is_valid=True,
+    takes_thrust=MULTIROTORS - {29, 35},
 )
 ARDUPILOT = Dialect(
     name="ArduPilot",
@@ -87,6 +93,8 @@ ARDUPILOT = Dialect(
     angle_boost=True,
     keeps_tilt=True,
     hover_parameter="MOT_THST_HOVER",
+    says_what_is_valid=False,
+    takes_thrust=MULTIROTORS,
 )
 
 

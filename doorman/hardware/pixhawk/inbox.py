@@ -25,6 +25,8 @@ _NOTE_PERIOD = 1.0
 _PEER_SILENCE = 3.0
 """After which the autopilot may speak from another address [s]."""
 _MAX_TEXT = 400
+_ESTIMATOR_RATE = 5.0
+"""Of what PX4's estimator says of itself, where no camera contradicts it [1/s]."""
 
 _UNORDERED = frozenset(
     {
@@ -82,15 +84,24 @@ class Inbox:
         self.identity: tuple[int, int] | None = None
         """System and component of the autopilot, once heard."""
         self.dialect: Dialect | None = None
+        self.vehicle_type: int | None = None
+        """MAV_TYPE of its heartbeat."""
         self.peer: Address = None
         """Where the autopilot speaks from."""
         self.last_message = float("-inf")
         """When it was last heard [s]."""
         self.foreign = 0
         """Messages of others."""
+        self.namesake = float("-inf")
+        """When somebody else's heartbeat with our system id came [s]."""
         self._owner = owner
         self._noted = (0, 0, 0, 0)
         self._parts: dict[int, str] = {}
+
+    @property
+    def _asks_estimator(self) -> bool:
+        """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
+        return self.dialect is not None and self.dialect.says_what_is_valid and not self._owner.config.mocap
 
     def receive(self, data: bytes, address: Address, line: Line) -> None:
         """Take in bytes from an address."""
@@ -99,6 +110,8 @@ class Inbox:
         now = time.monotonic()
         for message in owner.codec.decode(data, address):
             self._sort(message, address, line, now)
+        if owner.codec.outdated and line.peer is None:
+            line.peer = self.peer = address  # without a clock of its own it takes the time from us
         self._note_damage(now)
 
     def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
@@ -107,11 +120,7 @@ class Inbox:
             self._meet(message, sender, address, line, now)
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
-            known = self._owner.config.system_id, None if self.identity is None else self.identity[0]
-            if sender[0] not in known:
-                self._owner.events.happen_at_most(
-                    60.0, EventKind.FOREIGN, now, f"messages of system {sender[0]} are ignored", component=sender[1]
-                )
+            self._note_stranger(kind, sender, now)
             return
         if now - self.last_message > _PEER_SILENCE and self._owner.origin is not None:
             self._owner.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
@@ -123,6 +132,17 @@ class Inbox:
                 self._handle(kind, message, now)
             except (ValueError, ArithmeticError, struct.error):  # absurd figures in a message with a right checksum
                 self._owner.tracker.counters.invalid += 1
+
+    def _note_stranger(self, kind: int, sender: tuple[int, int], now: float) -> None:
+        owner = self._owner
+        if sender[0] == owner.config.system_id:
+            if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+                self.namesake = now
+                words = f"a heartbeat with our system id {sender[0]}: it hides from the autopilot when we are gone"
+                owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+        elif self.identity is None or sender[0] != self.identity[0]:
+            words = f"messages of system {sender[0]} are ignored"
+            owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
 
     def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
         """Lock on to the first multirotor that we are meant to fly, and to where it speaks from."""
@@ -136,7 +156,10 @@ class Inbox:
         ):
             return
         if self.identity is None:
-            self.identity, self.dialect = sender, dialect
+            self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
+            if self._asks_estimator:
+                self._owner.rates.want(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, _ESTIMATOR_RATE)
+                self._owner.tracker.expect_estimator(now)
             self._owner.stream.angle_boost = dialect.angle_boost
             self._owner.stream.keeps_tilt = dialect.keeps_tilt
             self._owner.events.happen(
@@ -170,6 +193,8 @@ class Inbox:
         elif kind == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
             if owner.origin is not None:
                 owner.origin.estimator(message.flags)
+            if self._asks_estimator:
+                owner.tracker.estimator(message.flags)
         else:
             owner.tracker.take(message, now)
 
@@ -185,6 +210,8 @@ class Inbox:
         elif result is SyncResult.REBOOTED:
             owner.events.happen(EventKind.REBOOTED, now, "the autopilot's clock started anew")
             owner.tracker.reset()
+            if self._asks_estimator:
+                owner.tracker.expect_estimator(now)
             owner.exchange.forget()
             owner.rates.restart()
             if owner.origin is not None:

@@ -104,8 +104,9 @@ class Link:
         return self.inbox.dialect
 
     def send(self, message: Message) -> None:
-        """Queue a message; it goes out within milliseconds, in order."""
-        self._queue.append(message)
+        """Queue a message; it goes out within milliseconds, in order, or never: nothing waits for a line that is gone."""
+        if self._line is not None:
+            self._queue.append(message)
 
     def request_landing(self) -> bool:
         """Hold here, without the controller, and ask to land until the heartbeat shows it; False if the vehicle is not ours."""
@@ -189,7 +190,7 @@ class Link:
         if identity is None or dialect is None:
             self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
             return
-        if self._setpoint.due(now):
+        if not line.busy and self._setpoint.due(now):
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
                 self._transmit(line, setpoint)
@@ -197,7 +198,8 @@ class Link:
         if origin is not None:
             for request in origin.messages(now, *identity, armed):
                 self._transmit(line, request)
-        pose = self.mocap.message(now) if origin is None or origin.settled(now, armed) else None
+        settled = origin is None or origin.settled(now, armed)
+        pose = self.mocap.message(now) if settled and not line.busy else None
         if pose is not None:
             self._transmit(line, pose)
         if self._sync.due(now):
@@ -238,6 +240,7 @@ class Link:
             with contextlib.suppress(OSError):
                 self._line.close()
         self._line = None
+        self._queue.clear()
         self._reopen_at = now + _REOPEN_PERIOD
 
     def _reopen(self) -> None:
@@ -252,6 +255,7 @@ class Link:
         except BackendError:
             return
         line.peer = line.peer or self.inbox.peer
+        self._queue.clear()
         self._line = line
         self.rates.restart()
         self.events.condition(EventKind.DEVICE_LOST, False, now, "the line is gone")

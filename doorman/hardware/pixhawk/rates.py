@@ -62,6 +62,20 @@ class RateKeeper:
         """Rates that are asked for now, no larger than those wanted [1/s], by message identifier."""
         return {identifier: stream.rate * stream.share for identifier, stream in self._streams.items()}
 
+    @property
+    def wanted(self) -> dict[int, float]:
+        """Rates that are wanted [1/s], by message identifier."""
+        return {identifier: stream.rate for identifier, stream in self._streams.items()}
+
+    def want(self, identifier: int, rate: float) -> None:
+        """Want another stream, too.
+
+        Args:
+            identifier: Of the message.
+            rate: [1/s].
+        """
+        self._streams = {**self._streams, identifier: _Stream(rate)}
+
     def heard(self, identifier: int) -> None:
         """Count a message."""
         stream = self._streams.get(identifier)

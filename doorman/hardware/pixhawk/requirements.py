@@ -21,6 +21,11 @@ def prepare_attitude(link: Link) -> Outcome:
         DONE, or NOT_READY with what is missing.
     """
     dialect, config = link.known_dialect, link.config
+    if link.inbox.vehicle_type not in dialect.takes_thrust:
+        return Outcome(
+            OutcomeStatus.NOT_READY,
+            f"{dialect.name} takes no thrust of a vehicle of MAV_TYPE {link.inbox.vehicle_type}; use position setpoints",
+        )
     options = ("GUID_OPTIONS", "ATC_ANGLE_BOOST") if dialect.angle_boost else ()
     values = read_parameters(link, [dialect.hover_parameter, *options])
     if dialect.angle_boost:

@@ -95,24 +95,28 @@ def engage(link: Link) -> Outcome:
 
 
 def arm(link: Link, timeout: float) -> Outcome:
-    """Arm, again and again until it is accepted or the time is over, and see it in the heartbeat."""
+    """Arm, again and again until it is accepted or the time is over, and see it in the heartbeat; not one that is to land."""
     deadline = time.monotonic() + timeout
     while True:
+        if link.authority.landing_requested or link.authority.state in (Authority.LANDING, Authority.LOST):
+            return Outcome(OutcomeStatus.NOT_READY, "it was told to land, or another mode was chosen")
         outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
-        wait = _HEARTBEAT_WAIT if outcome.done else _RETRY
-        if _until(link, lambda: link.tracker.sample.armed, min(wait, max(0.1, deadline - time.monotonic()))):
+        wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - time.monotonic()))
+        if _until(link, lambda: link.tracker.sample.armed, wait):
             return _DONE
         if time.monotonic() >= deadline or not link.open:
             break
     if outcome.done:
+        disarm(link)  # it may be armed all the same
         return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it armed")
     return outcome
 
 
 def disarm(link: Link) -> Outcome:
     """Disarm; autopilots refuse it in the air."""
-    link.authority.expect_disarm()
+    link.authority.expect_disarm(True)
     outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
+    link.authority.expect_disarm(outcome.done or outcome.status is OutcomeStatus.TIMED_OUT)
     if outcome.done and not _until(link, lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
         return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it disarmed")
     return outcome

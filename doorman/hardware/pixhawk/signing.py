@@ -69,12 +69,17 @@ class SignatureCheck:
     def __init__(self, key: bytes) -> None:
         self._key = key
         self._newest: dict[tuple[int, int, int], int] = {}
+        self.newest = 0
+        """Newest stamp of any that was accepted: ours must not be older."""
+        self.outdated = False
+        """Whether the last packet had the right key, and an old stamp."""
 
     def accepts(self, packet: bytes | bytearray, system: int, component: int) -> bool:
         """Whether a whole packet, its 13 byte signature block at the end, is genuine and new.
 
         The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
         """
+        self.outdated = False
         expected = hashlib.sha256(self._key + bytes(packet[:-6])).digest()[:6]
         if not hmac.compare_digest(expected, bytes(packet[-6:])):
             return False
@@ -82,6 +87,8 @@ class SignatureCheck:
         stream = (packet[-13], system, component)
         oldest = self._newest.get(stream, signing_time() - _NEW_STREAM_WINDOW)
         if stamp <= oldest:
+            self.outdated = True
             return False
         self._newest[stream] = stamp
+        self.newest = max(self.newest, stamp)
         return True

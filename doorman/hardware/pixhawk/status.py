@@ -9,10 +9,13 @@ from types import MappingProxyType
 from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.codec import Counters
 from doorman.hardware.pixhawk.events import EventKind
-from doorman.hardware.pixhawk.link import Link, wanted_rates
+from doorman.hardware.pixhawk.link import Link
 from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.mocap import MocapStatistics
 from doorman.hardware.pixhawk.stream import Source
+
+_NAMESAKE = 60.0
+"""For which another station with our system id is remembered [s]."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,8 @@ class LinkStatus:
     bad_signatures: int
     longest_setpoint_gap: float
     """[s]"""
+    namesake: bool
+    """Whether another station with our system id was heard lately: the autopilot does not notice our loss then."""
     on_earth: bool | None
     """Whether the autopilot says that it has an origin on earth, without which it has no home; None where it is not asked."""
     mocap: MocapStatistics
@@ -68,13 +73,14 @@ def link_status(link: Link, now: float) -> LinkStatus:
         clock_skew=link.clock.skew,
         round_trip=link.clock.round_trip,
         rates=_by_name(link.rates.measured),
-        wanted_rates=_by_name(wanted_rates(link.config)),
+        wanted_rates=_by_name(link.rates.wanted),
         asked_rates=_by_name(link.rates.asked),
         messages=counters.messages,
         corrupted=counters.corrupted + counters.malformed,
         disordered=link.tracker.counters.disordered,
         invalid=link.tracker.counters.invalid,
         foreign=link.inbox.foreign,
+        namesake=now - link.inbox.namesake < _NAMESAKE,
         bad_signatures=counters.bad_signatures,
         longest_setpoint_gap=link.stream.longest_gap,
         on_earth=None if link.origin is None else link.origin.known,

@@ -23,7 +23,7 @@ from doorman.hardware.pixhawk.units import (
     percent_to_share,
 )
 
-_REORDER_WINDOW = 1.0
+_REORDER_WINDOW = 0.1
 """A sequence number behind the last one means reordering only so long after it [s]."""
 _REORDER_SPAN = 64
 _STAMPS_ANEW = 5
@@ -32,6 +32,11 @@ _MAX_AHEAD = 0.25
 """A stamp that lies further in the future is wrong [s]."""
 _LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
 """MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
+_LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS
+_DOUBTS = 2
+"""Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
+_UNSAID = 3.0
+"""Longest time for the first of them to come [s]."""
 _PREARM_BIT = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _LARGEST = 1e5
 """Beyond this no position [m], velocity [m/s] or rate [rad/s] of a vehicle is true."""
@@ -63,6 +68,7 @@ class Tracker:
         self._stamps: dict[int, int] = {}
         self._behind: dict[int, tuple[int, int]] = {}
         self._last_sequence: tuple[int, float] | None = None
+        self._doubts, self._unsaid_until = 0, -math.inf
         self._handlers: dict[int, Callable[[Message, float], None]] = {
             mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: self._attitude,
             mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self._position,
@@ -78,6 +84,7 @@ class Tracker:
         self._stamps.clear()
         self._behind.clear()
         self._last_sequence = None
+        self._doubts = 0
 
     def in_order(self, sequence: int, now: float) -> bool:
         """Whether a message is neither a copy of the last one nor overtaken by it, by its 8 bit sequence number."""
@@ -105,6 +112,14 @@ class Tracker:
             system_status=int(message.system_status),
             heartbeat_time=now,
         )
+
+    def estimator(self, flags: int) -> None:
+        """Take in ESTIMATOR_STATUS_FLAGS: positions that the autopilot itself does not believe are not used."""
+        self._doubts, self._unsaid_until = 0 if flags & _LOCATED else self._doubts + 1, -math.inf
+
+    def expect_estimator(self, now: float) -> None:
+        """Believe no position before the autopilot has said that it does itself, for a while."""
+        self._doubts, self._unsaid_until = _DOUBTS - 1, now + _UNSAID
 
     def _newer(self, message: Message, now: float) -> bool:
         """Whether a stamped message is newer than the last of its kind, and not from the future."""
@@ -154,6 +169,8 @@ class Tracker:
         position, velocity = [message.x, message.y, message.z], [message.vx, message.vy, message.vz]
         if not self._plausible(position + velocity) or not self._newer(message, now):
             return
+        if self._doubts >= _DOUBTS or now < self._unsaid_until:
+            return
         self.sample = replace(
             self.sample,
             position_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
@@ -178,7 +195,7 @@ class Tracker:
         if message.id != 0:
             return  # the first battery flies the vehicle
         old = self.sample.battery
-        voltage = cells_to_volts(list(message.voltages))
+        voltage = cells_to_volts([*message.voltages, *(cell for cell in message.voltages_ext if cell)])
         self.sample = replace(
             self.sample,
             battery=Battery(

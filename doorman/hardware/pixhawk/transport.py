@@ -20,8 +20,10 @@ Address = tuple[str, int] | None
 _CHUNK = 65536
 _BATCH = 64
 """Datagrams taken at once, so that a flood cannot keep the thread from its other work."""
-_BACKLOG = 65536
+_BACKLOG = 8192
 """Unsent bytes after which a stream counts as lost: the other side does not read."""
+_BUSY = 256
+"""Unsent bytes from which on it is busy: the device has been given what it takes, and that is not sent yet."""
 
 
 class DeviceLost(Exception):
@@ -33,6 +35,11 @@ class Line(ABC):
 
     peer: Address = None
     """Where to send on a line with several senders; set once the autopilot is known."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether what is sent now would wait: better send something newer later."""
+        return False
 
     @abstractmethod
     def fileno(self) -> int:
@@ -116,6 +123,11 @@ class _StreamLine(Line):
 
     def __init__(self) -> None:
         self._waiting = bytearray()
+
+    @property
+    def busy(self) -> bool:
+        """Whether the device has more than it takes."""
+        return len(self._waiting) > _BUSY
 
     def send(self, data: bytes) -> bool:
         if len(self._waiting) + len(data) > _BACKLOG:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+import traceback
 from collections.abc import Callable
 
 import numpy as np
@@ -40,8 +41,8 @@ class Supervisor:
     """Watches links and vehicle at its own pace, and acts by itself.
 
     It knows neither planner nor controller. A mission that it does not trust any more loses the vehicle (`VehicleLinks.inhibit`);
-    landing is ordered by the supervisor's own thread, whatever the others do. While it lives it says so to the links, without
-    which the backend flies no mission.
+    landing is ordered by the supervisor's own thread, whatever the others do. While it sees something it says so to the links,
+    without which the backend flies no mission.
 
     Args:
         links: The vehicle's links.
@@ -71,7 +72,7 @@ class Supervisor:
         self._aborted_at: float | None = None
         self._cause: Finding | None = None
         self._ordered_at: float | None = None
-        self._acknowledged = False
+        self._acknowledged = self._told = False
         self.rising = False
         """Whether the vehicle has not reached its hover point yet: a retreat lands it where it is."""
         self.action: Action | None = None
@@ -145,10 +146,22 @@ class Supervisor:
 
     def _run(self) -> None:
         while not self._stopping.is_set():
-            with contextlib.suppress(DoormanError):  # a link that was closed meanwhile: nothing to look at
+            try:
                 self.look_once()
-            self._links.guard(time.monotonic())
+            except DoormanError:
+                pass  # a link that was closed meanwhile: nothing to look at
+            except Exception as error:  # it goes on watching, as far as it can
+                self._tell(error)
+            else:
+                self._links.guard(time.monotonic())
             self._stopping.wait(self._period)
+
+    def _tell(self, error: Exception) -> None:
+        """Print what only a mistake in this program can be, once."""
+        if not self._told:
+            self._told = True
+            with contextlib.suppress(OSError):
+                traceback.print_exception(error)
 
     def look_once(self) -> None:
         """One look, and what follows from it."""

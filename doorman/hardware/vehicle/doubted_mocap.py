@@ -1,15 +1,18 @@
 """Cameras that are believed as long as the autopilot, which feels every motion, does not contradict them.
 
-Where a body is found again after a gap, cameras cannot know whether it has flown there: another body may be taken for it, or its
-markers may have moved. The autopilot's estimate drifts by centimetres in such a gap. Poses far from it are lost ones, for
-controller, supervisor and for the autopilot itself, which they would drag along.
+Where a body is found again after a gap, cameras cannot know whether it has flown there: another body may be taken for it, its
+markers may have moved, or one arm of a hexarotor is taken for the next. The autopilot's estimate drifts by centimetres and
+fractions of a degree in such a gap. Poses far from it are lost ones, for controller, supervisor and for the autopilot itself,
+which they would drag along.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
@@ -18,6 +21,10 @@ DOUBTED = 0.25
 """Distance between cameras and autopilot beyond which poses are lost ones [m]."""
 BELIEVED = 0.15
 """Nearer than this they are believed again [m]."""
+DOUBTED_TURN = 0.45
+"""The same of the attitude: less than half of what is between two arms of a hexarotor [rad],"""
+BELIEVED_TURN = 0.3
+"""and more than a vehicle that turns 2 rad/s does in the time by which the autopilot's state is later [rad]."""
 
 
 class DoubtedMocap(MocapReceiver):
@@ -47,5 +54,12 @@ class DoubtedMocap(MocapReceiver):
             self._doubted = False  # on the ground it learns from the cameras where it is
         elif pose.usable and state.status is SampleStatus.FRESH:
             apart = float(np.linalg.norm(pose.position - state.position))
-            self._doubted = apart > (BELIEVED if self._doubted else DOUBTED)
+            turned = _between(pose.quaternion, state.quaternion)
+            far, turn = (BELIEVED, BELIEVED_TURN) if self._doubted else (DOUBTED, DOUBTED_TURN)
+            self._doubted = apart > far or turned > turn
         return replace(pose, quality=PoseQuality.LOST, fresh=False) if self._doubted and pose.usable else pose
+
+
+def _between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Angle between two attitudes, as unit quaternions [rad]."""
+    return 2.0 * math.acos(min(abs(float(a @ b)), 1.0))

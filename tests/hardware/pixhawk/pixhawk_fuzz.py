@@ -28,6 +28,7 @@ class Nobody:
     """A line that takes everything and gives nothing."""
 
     peer = ("127.0.0.1", 9)
+    busy = False
 
     def send(self, data: bytes) -> bool:
         return True

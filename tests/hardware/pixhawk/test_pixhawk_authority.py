@@ -108,7 +108,7 @@ def test_disarming_that_nobody_asked_for_is_a_loss_of_control(keeper, stream, ev
     beat(keeper, OFFBOARD, armed=False)
     assert keeper.state is Authority.LOST
     engaged(keeper, stream)
-    keeper.expect_disarm()
+    keeper.expect_disarm(True)
     beat(keeper, OFFBOARD, armed=True)
     beat(keeper, OFFBOARD, armed=False)
     assert keeper.state is Authority.NONE
