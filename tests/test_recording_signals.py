@@ -92,3 +92,24 @@ def test_interrupt_at_any_line_leaves_whole_messages(tmp_path):
             assert steps.tolist() in ([-i], [-i, i])
             np.testing.assert_array_equal(recorded[f"topic {i}"]["state"], steps[:, None] / 3 * np.ones(9))
     assert recording[f"topic {k}"]["step"].tolist() == [-k, k]  # the last one was not struck
+
+
+def test_every_signal_that_came_while_a_batch_was_written_is_handled(tmp_path, monkeypatch):
+    """A second Ctrl-C lands the vehicle; it may come while the disk is slow."""
+    seen = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    try:
+        with Recorder(tmp_path / "run.mcap", {}) as recorder:
+            recorder.write("mission", 0.0, {"state": "open"})
+
+            def slow() -> None:
+                for _ in range(2):
+                    signal.raise_signal(signal.SIGINT)
+                assert not seen
+
+            monkeypatch.setattr(recorder, "_write_batch", slow)
+            recorder.flush()
+            assert seen == [signal.SIGINT, signal.SIGINT]
+            monkeypatch.undo()
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from flight_rig import FlightRig, until
 from doorman.exceptions import BackendError
 from doorman.flight import FlyingBackend
 from doorman.hardware.interface import Command
+from doorman.hardware.safety import Action
 
 ROOT = Path(__file__).parents[2]
 SIMULATED, FLOWN = (ROOT / "examples" / f"{name}_the_door.py" for name in ("open", "fly"))
@@ -36,11 +38,15 @@ def test_the_example_says_which_link_is_missing():
     assert "/dev/no-such-port" in ran.stderr
 
 
-def test_the_backend_takes_off_and_lands(rig: FlightRig):
+def test_the_backend_takes_off_and_lands(rig: FlightRig, monkeypatch: pytest.MonkeyPatch):
     rig.links.stop()
     words = rig.far.arguments
     backend = FlyingBackend(rig.model, words[1], words[3], words[5])
     try:
+        with pytest.raises(SystemExit), backend:  # a program that is asked to end does not leave it in the air
+            signal.raise_signal(signal.SIGTERM)
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+        until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, "landed")
         with backend:
             assert rig.snapshot.truth.position == pytest.approx(rig.places.hover, abs=0.2)
             measurement = backend.read()
@@ -48,6 +54,14 @@ def test_the_backend_takes_off_and_lands(rig: FlightRig):
         until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, "landed")
         with pytest.raises(BackendError, match="not open"):
             backend.read()
+        with pytest.raises(KeyboardInterrupt), backend:
+
+            def interrupted() -> None:
+                raise KeyboardInterrupt
+
+            monkeypatch.setattr(backend.flight, "_back_off", interrupted)
+        until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, "landed, by Ctrl-C on the way back")
+        assert backend.flight.supervisor.action is Action.LAND
     finally:
         backend.stop()
         rig.links.open()

@@ -136,6 +136,34 @@ def test_cameras_lose_the_vehicle(rig, fault):
     assert_down(rig)
 
 
+def test_a_terminal_that_is_gone(rig):
+    """Whatever is told, nobody hears it, and every attempt fails."""
+    flight = at_hover(rig)
+
+    def broken(words: str) -> None:
+        raise BrokenPipeError(words)
+
+    flight.session.flight._listener = broken
+    flight.session.terminate()
+    assert found(lands_on_the_pad(rig, flight)) == {Fault.TERMINATED}
+
+
+def test_the_way_back_fails(rig, monkeypatch):
+    """It lands where it is then, with the cameras' poses until it has."""
+    flight = at_hover(rig)
+
+    def broken() -> None:
+        raise RuntimeError("made up")
+
+    monkeypatch.setattr(flight.session.flight, "_back_off", broken)
+    flight.session.terminate()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.TERMINATED, Fault.SESSION}
+    assert any("made up" in words for words in flight.said)
+    assert_down(rig)
+
+
 def swinging(rig: FlightRig) -> Flight:
     """In the doorway, with the door in the gripper."""
     flight = at_hover(rig).until_phase("open")

@@ -51,6 +51,34 @@ def test_abort_without_a_mission_is_a_retreat(hovering):
     assert hovering.links.inhibited == Fault.OPERATOR_ABORT.value
 
 
+def test_a_supervisor_that_sees_nothing_gives_no_sign_of_life(rig):
+    def blind() -> Observation:
+        raise BackendError("closed")
+
+    with Supervisor(rig.links, blind):
+        until(lambda: rig.links.inhibited is not None, "nobody may fly a mission")
+        assert "silent" in rig.links.inhibited
+    rig.links.release()
+
+
+def test_a_supervisor_goes_on_watching_after_a_mistake_of_its_own(rig, capsys):
+    looks: list[float] = []
+
+    def mistaken() -> Observation:
+        looks.append(time.monotonic())
+        if len(looks) < 5:
+            raise ValueError("made up")
+        return Observation(now=time.monotonic(), commanding=False)
+
+    with Supervisor(rig.links, mistaken) as supervisor:
+        until(lambda: len(looks) > 10, "further looks")
+        assert rig.links.inhibited is None
+        supervisor.report(Fault.OPERATOR_LAND)
+        assert supervisor.action is Action.LAND
+    assert capsys.readouterr().err.count("ValueError: made up") == 1
+    rig.links.release()
+
+
 def test_a_milder_action_does_not_replace_a_graver_one(hovering):
     asked: list[str] = []
     supervisor = watching(hovering)

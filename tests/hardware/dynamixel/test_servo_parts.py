@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import replace
 
@@ -15,6 +16,8 @@ from doorman.hardware.dynamixel import LATCHED, STOPPING, WARNINGS, ServoBus, Se
 from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
 from doorman.hardware.dynamixel.governor import RateGovernor
+from doorman.hardware.dynamixel.link import Outcome, Reply
+from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.registers import BAUD_CODES, REGISTERS
 from doorman.hardware.dynamixel.servo_clock import DRIFT, ServoClock
 from doorman.hardware.dynamixel.telemetry import BLOCK, BLOCK_SIZE, MAPPING, Telemetry
@@ -69,6 +72,18 @@ def test_a_restarted_servo_shows_zeros_and_is_told_from_one_that_is_set_up():
     for watchdog in (0, 0xFF):
         assert replace(healthy, bus_watchdog=watchdog).is_ours(5)
     assert not replace(healthy, bus_watchdog=0, torque_enable=0).is_ours(5)
+
+
+def test_what_was_measured_before_a_servo_was_set_up_again_stays_as_old_as_it_is():
+    monitor = ServoMonitor(config(), 0.0)
+    healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, config().watchdog_counts, 77)
+    data = b"".join(register.encode(value) for register, value in zip(BLOCK, dataclasses.astuple(healthy), strict=True))
+    assert monitor.take(Reply(Outcome.OK, 1.0, 1.001, data=data)) == healthy
+    monitor.condemn(ServoFault.OVERLOAD)
+    monitor.recovered()
+    assert not monitor.fault
+    assert monitor.take(Reply(Outcome.TIMEOUT, 3.0, 3.01)) is None
+    assert monitor.time == 1.0 and monitor.fault & ServoFault.STALE
 
 
 # ---------------------------------------------------------------- units

@@ -8,21 +8,24 @@ from typing import cast
 
 import numpy as np
 import pytest
-from mocap_rig import Rig, start_rig, true_position
+from mocap_rig import Rig, start_rig, swaying, true_position
 
 from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.mocap.quaternions import from_rotation_vector, multiply
 from doorman.hardware.pixhawk import Autopilot, SampleStatus, VehicleSample
-from doorman.hardware.vehicle.doubted_mocap import BELIEVED, DOUBTED, DoubtedMocap
+from doorman.hardware.vehicle.doubted_mocap import BELIEVED, BELIEVED_TURN, DOUBTED, DOUBTED_TURN, DoubtedMocap
 
 
 class Inertial:
     """What an autopilot says that has followed every motion, up to an error."""
 
-    armed, status, error = True, SampleStatus.FRESH, 0.0
+    armed, status, error, turn = True, SampleStatus.FRESH, 0.0, 0.0
 
     def state(self) -> VehicleSample:
-        where = np.array(true_position(time.monotonic())) + (self.error, 0.0, 0.0)
-        return VehicleSample(self.status, position=where, armed=self.armed)
+        now = time.monotonic()
+        where = np.array(true_position(now)) + (self.error, 0.0, 0.0)
+        turn = multiply(tuple(swaying(now).quaternion), from_rotation_vector((0.0, 0.0, self.turn)))
+        return VehicleSample(self.status, position=where, quaternion=np.array(turn), armed=self.armed)
 
 
 @pytest.fixture
@@ -66,6 +69,20 @@ def test_the_error_of_dead_reckoning_is_no_reason_to_doubt(seen: Rig, autopilot:
     time.sleep(0.05)
     assert not seen.receiver.read().usable
     autopilot.error = 0.5 * BELIEVED
+    seen.until_fresh()
+
+
+def test_a_vehicle_whose_markers_are_taken_for_each_other_is_lost(seen: Rig, autopilot: Inertial) -> None:
+    """A hexarotor looks the same after a sixth of a turn."""
+    autopilot.turn = 0.8 * BELIEVED_TURN
+    for _ in range(20):
+        assert seen.until(lambda sample: sample.usable).usable
+    autopilot.turn = np.pi / 3.0
+    seen.until_lost()
+    autopilot.turn = 0.5 * (DOUBTED_TURN + BELIEVED_TURN)  # between the two: as before
+    time.sleep(0.05)
+    assert not seen.receiver.read().usable
+    autopilot.turn = 0.5 * BELIEVED_TURN
     seen.until_fresh()
 
 

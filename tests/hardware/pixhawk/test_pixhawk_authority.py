@@ -59,7 +59,10 @@ def test_landing_is_asked_for_until_it_is_seen(keeper, stream, dialect, mode):
     keeper.prepare()
     beat(keeper, dialect.companion_mode, dialect=dialect)
     assert keeper.request_landing(None)
-    asked = [keeper.requests(10.0 + 0.1 * k, dialect, TARGET) for k in range(10)]
+    asked = []
+    for k in range(10):
+        asked.append(keeper.requests(10.0 + 0.1 * k, dialect, TARGET))
+        assert keeper.request_landing(None), "asked again meanwhile, it goes on as it is"
     commands = [message.command for messages in asked for message in messages]
     assert commands == [mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_DO_SET_MODE]
     assert stream.source is Source.HOLD, "until then it is held, so that no failsafe acts"
@@ -112,6 +115,12 @@ def test_disarming_that_nobody_asked_for_is_a_loss_of_control(keeper, stream, ev
     beat(keeper, OFFBOARD, armed=True)
     beat(keeper, OFFBOARD, armed=False)
     assert keeper.state is Authority.NONE
+    engaged(keeper, stream)
+    beat(keeper, OFFBOARD, armed=True)
+    keeper.expect_disarm(True)
+    keeper.expect_disarm(False)  # it was refused
+    beat(keeper, OFFBOARD, armed=False)
+    assert keeper.state is Authority.LOST
 
 
 def test_a_critical_state_is_a_failsafe(keeper, events):

@@ -164,6 +164,22 @@ def test_an_old_recording_is_not_accepted():
     assert not SignatureCheck(KEY).accepts(packets(1, mav)[0], 1, 1)
 
 
+def test_one_with_the_key_and_an_old_clock_is_noticed():
+    ours, mav = Codec(255, 190, KEY, WANTED), vehicle(KEY)
+    (forged,) = packets(1, vehicle(bytes(32)))
+    assert ours.decode(forged, "wire") == [] and not ours.outdated
+    mav.signing.timestamp -= 120 * 100_000
+    assert ours.decode(packets(1, mav)[0], "wire") == [] and ours.outdated
+
+
+def test_a_computer_whose_clock_is_behind_takes_the_time_from_the_vehicle():
+    ours, mav = Codec(255, 190, KEY, WANTED), vehicle(KEY)
+    mav.signing.timestamp += 3600 * 100_000
+    assert len(ours.decode(packets(1, mav)[0], "wire")) == 1
+    packet = ours.encode(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+    assert int.from_bytes(packet[-12:-6], "little") > mav.signing.timestamp - 100_000
+
+
 def test_a_signed_message_is_read_without_a_key(codec):
     assert len(codec.decode(packets(1, vehicle(KEY))[0], "wire")) == 1
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from dataclasses import replace
 
@@ -43,8 +44,16 @@ def test_autopilot_loses_its_estimate(rigs):
     rig.emulator.fail_estimator()
     rig.happens(EventKind.CONTROL_LOST)
     rig.happens(EventKind.AUTOPILOT_FAILSAFE)
+    rig.happens(EventKind.STATE_STALE)  # positions still come
     rig.says("ailsafe")
     assert landed(rig)
+
+
+def test_a_disarming_that_was_refused_is_forgotten(rigs):
+    rig = rigs("px4").fly()
+    assert rig.pilot.disarm().status is OutcomeStatus.REFUSED
+    rig.emulator.kill_switch()
+    assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
 
 
 def test_arming_refused(rigs):
@@ -59,6 +68,25 @@ def test_arming_refused(rigs):
     rig.happens(EventKind.COMMAND_REFUSED)
     rig.emulator.allow_arming()
     assert rig.pilot.arm().done
+
+
+def test_a_vehicle_that_is_to_land_is_not_armed(rigs):
+    rig = rigs("px4", {"timeouts": replace(QUICK, arming=60.0)}).open()
+    assert rig.pilot.engage().done
+    rig.emulator.refuse_arming("PreArm: gyros")
+    landing = threading.Timer(0.5, rig.pilot.request_landing)
+    landing.start()
+    began = time.monotonic()
+    outcome = rig.pilot.arm()
+    landing.join()
+    assert outcome.status is OutcomeStatus.NOT_READY and "land" in outcome.message
+    assert time.monotonic() - began < 5.0
+
+
+def test_arming_is_seen_by_a_heartbeat_that_comes_late(rigs):
+    rig = rigs("px4", heartbeat_rate=1.0).open()
+    assert rig.pilot.engage().done
+    assert rig.pilot.arm(0.2).done and rig.pilot.state().armed
 
 
 def test_mode_refused(rigs):
@@ -118,6 +146,17 @@ def test_foreign_systems_talk(rigs):
     assert wait_until(lambda: rig.pilot.status().foreign >= 6)
     sample = rig.pilot.state()
     assert np.linalg.norm(sample.position) < 0.1 and not sample.armed and sample.mode.name == "auto: loiter"
+    assert not rig.pilot.status().namesake
+    rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(6, 8, 0x81, 6 << 16, 4, 3), 255, 190)
+    assert wait_until(lambda: rig.pilot.status().namesake)
+
+
+def test_a_vehicle_whose_thrust_px4_does_not_take(rigs):
+    """PX4's `fill_thrust` knows neither dodecarotors nor decarotors."""
+    outcome = rigs("px4", vehicle_type=29).open().pilot.engage()
+    assert outcome.status is OutcomeStatus.NOT_READY and "position setpoints" in outcome.message
+    assert rigs("px4", {"setpoints": "position"}, vehicle_type=29).open().pilot.engage().done
+    assert rigs("ardupilot", vehicle_type=29).open().pilot.engage().done
 
 
 def test_other_vehicle_first(rigs):

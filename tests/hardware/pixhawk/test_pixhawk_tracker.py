@@ -104,7 +104,8 @@ def test_sequence_numbers_tell_copies_and_overtaken_messages(tracker):
     assert [tracker.in_order(number, NOW) for number in (250, 251, 251, 250, 3, 2, 4, 90)] == [
         True, True, False, False, True, False, True, True,
     ]  # fmt: skip
-    assert tracker.in_order(80, NOW + 2.0), "after a silence, a number behind means nothing"
+    assert not tracker.in_order(80, NOW + 0.05)
+    assert tracker.in_order(80, NOW + 0.15), "after a silence, a number behind means nothing"
 
 
 def test_the_sequence_of_a_rebooted_autopilot_is_picked_up(tracker):
@@ -120,6 +121,36 @@ def test_battery_by_cells_charge_and_alarm(tracker):
     assert (battery.voltage, battery.current, battery.remaining, battery.alarm) == (15.6, 12.5, 0.44, True)
     tracker.take(mavlink.MAVLink_battery_status_message(1, 0, 1, 0, [0] * 10, 0, 0, 0, 1, 0, 1), NOW)
     assert tracker.sample.battery is battery, "the second battery is another one"
+
+
+def test_a_battery_of_twelve_cells(tracker):
+    message = mavlink.MAVLink_battery_status_message(0, 0, 1, 0, [3900] * 10, 1250, 0, 0, 44, 0, 2)
+    message.voltages_ext = [3900, 3900, 0, 0]
+    tracker.take(message, NOW)
+    assert tracker.sample.battery.voltage == pytest.approx(46.8)
+
+
+def test_a_position_counts_as_long_as_the_autopilot_believes_it(tracker):
+    believed = mavlink.ESTIMATOR_ATTITUDE | mavlink.ESTIMATOR_POS_HORIZ_REL
+    tracker.expect_estimator(NOW)
+    tracker.take(position(9980), NOW + 0.1)
+    assert np.isnan(tracker.sample.position).all(), "what it sends before it said anything may be zeros"
+    tracker.estimator(believed)
+    tracker.take(position(9981), NOW + 0.2)
+    assert tracker.sample.position.tolist() == [1.0, -2.0, 3.0]
+    for flags, stamp, taken in ((1, 9982, True), (1, 9983, False), (believed, 9984, True)):
+        tracker.estimator(flags)
+        before = tracker.sample.position_time
+        tracker.take(position(stamp), NOW + 0.3)
+        assert (tracker.sample.position_time > before) is taken, "one word may be wrong"
+
+
+def test_an_estimator_that_says_nothing_is_waited_for_a_while(tracker):
+    tracker.expect_estimator(NOW)
+    tracker.take(position(9990), NOW + 2.9)
+    assert np.isnan(tracker.sample.position).all()
+    tracker.take(position(9991), NOW + 3.1)
+    assert not np.isnan(tracker.sample.position).any()
 
 
 def test_readiness_and_battery_of_the_system_status(tracker):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
 import socket
@@ -130,3 +131,25 @@ def test_a_serial_line_carries_all_bytes_both_ways_and_notices_that_it_is_unplug
 def test_a_missing_port_is_an_error(opened):
     with pytest.raises(BackendError, match="cannot be opened"):
         opened("/dev/no-such-port")
+
+
+def test_a_stream_is_busy_while_the_device_takes_no_more(opened):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        line = opened(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        other, _ = server.accept()
+        with other:
+            assert not line.busy
+            while not line.busy:
+                line.send(bytes(1000))
+            with pytest.raises(DeviceLost, match="does not read"):
+                for _ in range(100):
+                    line.send(bytes(1000))
+            other.setblocking(False)
+
+            def drained() -> bool:
+                with contextlib.suppress(BlockingIOError):
+                    other.recv(1 << 20)
+                line.receive()
+                return not line.busy
+
+            assert wait_until(drained)
