@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from dataclasses import replace
 
@@ -49,13 +48,6 @@ def test_autopilot_loses_its_estimate(rigs):
     assert landed(rig)
 
 
-def test_a_disarming_that_was_refused_is_forgotten(rigs):
-    rig = rigs("px4").fly()
-    assert rig.pilot.disarm().status is OutcomeStatus.REFUSED
-    rig.emulator.kill_switch()
-    assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
-
-
 def test_arming_refused(rigs):
     rig = rigs("px4", {"timeouts": replace(QUICK, arming=0.5)}).open()
     assert rig.pilot.engage().done
@@ -68,25 +60,6 @@ def test_arming_refused(rigs):
     rig.happens(EventKind.COMMAND_REFUSED)
     rig.emulator.allow_arming()
     assert rig.pilot.arm().done
-
-
-def test_a_vehicle_that_is_to_land_is_not_armed(rigs):
-    rig = rigs("px4", {"timeouts": replace(QUICK, arming=60.0)}).open()
-    assert rig.pilot.engage().done
-    rig.emulator.refuse_arming("PreArm: gyros")
-    landing = threading.Timer(0.5, rig.pilot.request_landing)
-    landing.start()
-    began = time.monotonic()
-    outcome = rig.pilot.arm()
-    landing.join()
-    assert outcome.status is OutcomeStatus.NOT_READY and "land" in outcome.message
-    assert time.monotonic() - began < 5.0
-
-
-def test_arming_is_seen_by_a_heartbeat_that_comes_late(rigs):
-    rig = rigs("px4", heartbeat_rate=1.0).open()
-    assert rig.pilot.engage().done
-    assert rig.pilot.arm(0.2).done and rig.pilot.state().armed
 
 
 def test_mode_refused(rigs):

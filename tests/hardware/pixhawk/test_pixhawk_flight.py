@@ -284,3 +284,29 @@ def test_why_it_would_not_arm_is_told_when_asked(rigs, flavour):
     time.sleep(0.5)
     assert rig.pilot.complaints() == ()
     assert rig.pilot.check_again() == ("PreArm: made up",)
+
+
+def test_a_disarming_that_was_refused_is_forgotten(rigs):
+    rig = rigs("px4").fly()
+    assert rig.pilot.disarm().status is OutcomeStatus.REFUSED
+    rig.emulator.kill_switch()
+    assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
+
+
+def test_a_vehicle_that_is_to_land_is_not_armed(rigs):
+    rig = rigs("px4").open()
+    assert rig.pilot.engage().done
+    rig.emulator.refuse_arming("PreArm: gyros")
+    landing = threading.Timer(0.5, rig.pilot.request_landing)
+    landing.start()
+    began = time.monotonic()
+    outcome = rig.pilot.arm(60.0)
+    landing.join()
+    assert outcome.status is OutcomeStatus.NOT_READY and "land" in outcome.message
+    assert time.monotonic() - began < 5.0
+
+
+def test_arming_is_seen_by_a_heartbeat_that_comes_late(rigs):
+    rig = rigs("px4", heartbeat_rate=1.0).open()
+    assert rig.pilot.engage().done
+    assert rig.pilot.arm(0.2).done and rig.pilot.state().armed
