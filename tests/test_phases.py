@@ -298,6 +298,23 @@ def test_a_blocked_door_is_given_up_with_numbers() -> None:
     assert recording.summary is not None and recording.summary["collisions"] == 0
 
 
+@pytest.mark.parametrize("stop", [89.9, 70.0, 45.0])
+def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(stop: float) -> None:
+    """What leans on a door that does not give way is turned about its tip, and plans turn with a door that should move."""
+
+    def bolt(time: float, angle: float, rate: float) -> float:
+        return float(np.clip(4000.0 * (math.radians(stop) - angle) - 100.0 * rate, -40.0, 40.0))
+
+    recording, mission = flown(lambda time, angle, rate: max(bolt(time, angle, rate), 0.0), "paper")
+    opened, reason = mission.outcome
+    assert not opened and ("does not give way" in reason or "too near to a jamb" in reason)
+    assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
+    assert recording.summary is not None and recording.summary["collisions"] == 0
+    truth = recording["truth"]
+    ahead = -truth["attitude"][:, 2] - (math.pi / 2 - truth["door_angle"])
+    assert np.degrees(ahead).max() < 45.0
+
+
 @pytest.mark.parametrize("angle", [math.pi / 2, 1.2, 0.8, math.pi / 9])
 def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None:
     """From where the vehicle stands at this angle, turned as much as the door but for 20°."""

@@ -35,8 +35,6 @@ _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
 _NEAR_THE_DISC = 0.05
 """A leaf that is nearer to the rotor disc is looked at [m]:"""
-_NO_ROOM = 0.004
-"""Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
 _NO_GAP = 0.018
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
@@ -99,6 +97,16 @@ class AtTheLeaf:
         reaction = push * normal if estimate.touching else rest
         return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
 
+    def draw_back(self, estimate: Estimate, force: float) -> Setpoint:
+        """Draw back along the normal, as far as that does not take the vehicle to a jamb.
+
+        Args:
+            estimate: What is known now.
+            force: Away from the leaf [N].
+        """
+        aside = -force * float(door_normal(estimate.door_angle)[1])
+        return self.push(estimate, -force * self._doorway.room(aside, estimate.position, estimate.velocity))
+
     def rest(self, estimate: Estimate, push: float) -> Setpoint:
         """Push so gently that a small error of the force would take the tip away: that is braked, and the tip comes back.
 
@@ -153,9 +161,14 @@ class AtTheLeaf:
         soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else _NO_GAP
         return gap < max(soon, _NO_GAP)
 
-    def meets_a_jamb(self, estimate: Estimate) -> bool:
-        """Whether the disc is about to touch a jamb."""
-        return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < _NO_ROOM
+    def meets_a_jamb(self, estimate: Estimate, room: float) -> bool:
+        """Whether the disc is about to come nearer to a jamb than a room [m]."""
+        return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < room
+
+    def levels_into_a_jamb(self, estimate: Estimate, room: float) -> bool:
+        """Whether the disc would be nearer to a jamb than a room [m], were the vehicle level with its tip where it is."""
+        level = self.contact_position(estimate, float(estimate.state[2]), estimate.arm_angles)
+        return self._doorway.gap_to_jambs(level, np.zeros(3)) < room
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

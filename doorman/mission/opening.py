@@ -93,8 +93,12 @@ _SWINGING = 4
 """Steps of progress after which a door has swung."""
 _SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
+_AHEAD = math.radians(16.0)
+"""No heading is asked for that is farther ahead of a gripped door; where the door gives way, it is 15° at most [rad]."""
+_TOO_FAR_AHEAD = math.radians(22.0)
+"""A gripping vehicle that is turned farther ahead leans on a door that does not give way, and is turned on by it [rad]."""
 _HEADING_LOST = math.radians(55.0)
-"""A pushing vehicle that is turned so far from the heading that keeps step with the door does not find back."""
+"""A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 _PATIENCE = 12.0
 """Hold times after which a door that swings about the goal is near enough."""
 
@@ -211,6 +215,10 @@ class Opening:
         if self._push is None:
             setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
             turning = self._converter.turning(current.plan, now - current.start)
+            beyond = self._ahead(setpoint.yaw, estimate.door_angle) - _AHEAD
+            if beyond > 0.0:  # plans turn with a door that should move, and one that is held does not
+                way = float(self._model.goal_state[2] - self._model.start_state[2])
+                setpoint, turning = replace(setpoint, yaw=setpoint.yaw - math.copysign(beyond, way)), 0.0
             lag = estimate.attitude_lag
             aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, lag)
             return replace(setpoint, force=setpoint.force + aid)
@@ -334,23 +342,26 @@ class Opening:
         """Why the opening should be given up; empty if it should not."""
         if (late := self._schedule.overdue(estimate.time)) > _SILENT:
             return f"the planner is silent for {late:.1f} s"
-        turned = math.degrees(abs(self._turned(estimate)))
-        if self._push is not None and turned > math.degrees(_HEADING_LOST):
-            return f"the heading is lost: {turned:.0f}° beside where it should be at {math.degrees(estimate.door_angle):.1f}°"
+        angle = math.degrees(estimate.door_angle)
+        ahead = self._ahead(float(estimate.state[2]), estimate.door_angle)
+        if self._push is None and ahead > _TOO_FAR_AHEAD:
+            return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle:.1f}°"
+        if abs(ahead) > _HEADING_LOST:
+            turned = math.degrees(abs(ahead))
+            return f"the heading is lost: {turned:.0f}° beside where it should be at {angle:.1f}°"
         held = self._in_swing and estimate.door_angle - self._goal > _FAR  # nearer, it has come back
         patience = _STUCK_IN_SWING if held else _STUCK
         if estimate.time - self._progress_at < patience or self._near_since is not None:
             return ""
-        return (
-            f"the door does not move on from {math.degrees(estimate.door_angle):.1f}° "
-            f"against {max(0.0, -estimate.door_disturbance):.2f} N m"
-            + (f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else "")
+        return f"the door does not move on from {angle:.1f}° against {max(0.0, -estimate.door_disturbance):.2f} N m" + (
+            f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
         )
 
-    def _turned(self, estimate: Estimate) -> float:
-        """Heading beside the one that keeps step with the door [rad]."""
-        wanted = float(self._model.on_the_way(estimate.door_angle)[2])
-        return math.remainder(float(estimate.state[2]) - wanted, 2.0 * math.pi)
+    def _ahead(self, yaw: float, door_angle: float) -> float:
+        """By how much a heading is ahead of the one that keeps step with the door [rad]."""
+        first, last = float(self._model.start_state[2]), float(self._model.goal_state[2])
+        beside = math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
+        return math.copysign(1.0, last - first) * beside
 
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""

@@ -46,6 +46,10 @@ _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
 _OPEN_ENOUGH = math.radians(2.0)
 """and is given up if it is farther off by then [rad]."""
+_NO_ROOM, _GRIPPING_ROOM = 0.004, 0.012
+"""Gap between disc and jamb below which a vehicle leaves the doorway, one that pushes and one that has yet to let go [m]."""
+_ROOM_TO_LEVEL = 0.045
+"""The same for one that leans on a gripped door which stands: it swings back about its tip as it levels to let go [m]."""
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
@@ -201,7 +205,7 @@ class Sequence:
             begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
             if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
-        if not self._grips and self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER):
+        if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
             self._guard(estimate)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
         closed = self._grips and (
@@ -213,11 +217,16 @@ class Sequence:
         """Give up where a push would do harm or no good."""
         angle = float(np.degrees(estimate.door_angle))
         searching = self._searching(estimate.time)
-        near, beside = self._leaf.hits_the_rotors(estimate, searching), self._leaf.meets_a_jamb(estimate)
+        near = self._leaf.hits_the_rotors(estimate, searching)
+        beside = self._leaf.meets_a_jamb(estimate, _GRIPPING_ROOM if self._grips else _NO_ROOM)
+        if self._grips and abs(estimate.door_rate) < _MOVING:
+            beside = beside or self._leaf.levels_into_a_jamb(estimate, _ROOM_TO_LEVEL)
         self._clear_at = self._clear_at if near or beside else estimate.time
         if (near and searching) or estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"
-            self._give_up(estimate, f"the rotors come too near to {what} at {angle:.0f}°", at_once=True)
+            self._give_up(estimate, f"the rotors come too near to {what} at {angle:.0f}°", at_once=not self._grips)
+            return
+        if self._grips:
             return
         past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
@@ -418,7 +427,7 @@ class Sequence:
         if spent >= _LETTING_GO:
             self._enter(Phase.RETREAT, estimate, self.failure)
         if self._grips:
-            return self._leaf.push(estimate, -max(_DRAWING_BACK, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING)))
+            return self._leaf.draw_back(estimate, max(_DRAWING_BACK, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING)))
         share = min(spent / _LETTING_GO, 1.0)
         return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 

@@ -96,6 +96,7 @@ class Onboard:
             self._mav.signing.secret_key, self._mav.signing.sign_outgoing = build.signing_key, True
             self._mav.signing.timestamp = int((time.time() - _EPOCH_2015) * 1e5)
         self.estimate = self.estimator.update(self.uptime, plant.truth(), 0.0)
+        self._steered = self.estimate.quaternion
 
     @property
     def uptime(self) -> float:
@@ -130,11 +131,11 @@ class Onboard:
         max_force = self._plant.weight / self._build.hover_thrust
         if demand.task is Task.IDLE:
             self._plant.stop_motors()
-            self._normalised = 0.0
+            self._normalised, self._steered = 0.0, self.estimate.quaternion
         else:
-            force, quaternion = self._controller.actuate(demand, self.estimate, max_force)
+            force, self._steered = self._controller.actuate(demand, self.estimate, max_force)
             self._normalised = min(max(force / max_force, 0.0), 1.0)
-            self._plant.command(self._normalised * max_force, quaternion)
+            self._plant.command(self._normalised * max_force, self._steered)
         self._plant.advance(dt)
 
     def speak(self) -> None:
@@ -144,7 +145,7 @@ class Onboard:
             if identifier == mavlink.MAVLINK_MSG_ID_TIMESYNC:
                 self.send(mavlink.MAVLink_timesync_message(0, round(now * 1e9)))
             elif identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:
-                message = self._telemetry.message(identifier, now, self.estimate, self._normalised)
+                message = self._telemetry.message(identifier, now, self.estimate, self._steered, self._normalised)
                 if message is not None:
                     self.send(message)
         for severity, text in self.brain.texts:

@@ -137,13 +137,16 @@ class Telemetry:
         self._battery = battery
         self._type = vehicle_type
 
-    def message(self, identifier: int, boot_seconds: float, estimate: Estimate, thrust: float) -> Any | None:
+    def message(
+        self, identifier: int, boot_seconds: float, estimate: Estimate, steered: Array, thrust: float
+    ) -> Any | None:
         """The message of an identifier as of now; None if there is none to send.
 
         Args:
             identifier: Of the message.
             boot_seconds: Time of the autopilot's clock [s].
             estimate: What it believes.
+            steered: Attitude by which its controller steers.
             thrust: Normalised, that its controller asks of the mixer.
         """
         boot_ms = int(boot_seconds * 1e3) % (1 << 32)
@@ -160,7 +163,7 @@ class Telemetry:
         if identifier == mavlink.MAVLINK_MSG_ID_ODOMETRY:
             return self._odometry(boot_seconds, estimate) if self._has_position(estimate) else None
         if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET:
-            q = estimate.quaternion * FLIP_QUATERNION
+            q = steered * FLIP_QUATERNION
             return mavlink.MAVLink_attitude_target_message(boot_ms, 0, q.tolist(), 0.0, 0.0, 0.0, thrust)
         if identifier == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
             return self._system(estimate)
