@@ -94,22 +94,23 @@ def test_interrupt_at_any_line_leaves_whole_messages(tmp_path):
     assert recording[f"topic {k}"]["step"].tolist() == [-k, k]  # the last one was not struck
 
 
-def test_every_signal_that_came_while_a_batch_was_written_is_handled(tmp_path, monkeypatch):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_every_signal_that_came_while_a_batch_was_written_is_handled_after_it(tmp_path, monkeypatch, number):
     """A second Ctrl-C lands the vehicle; it may come while the disk is slow."""
     seen = []
-    before = signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    before = signal.signal(number, lambda number, frame: seen.append(number))
     try:
         with Recorder(tmp_path / "run.mcap", {}) as recorder:
             recorder.write("mission", 0.0, {"state": "open"})
 
             def slow() -> None:
                 for _ in range(2):
-                    signal.raise_signal(signal.SIGINT)
+                    signal.raise_signal(number)
                 assert not seen
 
             monkeypatch.setattr(recorder, "_write_batch", slow)
             recorder.flush()
-            assert seen == [signal.SIGINT, signal.SIGINT]
+            assert seen == [number, number]
             monkeypatch.undo()
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(number, before)

@@ -6,25 +6,27 @@ import contextlib
 import queue
 import threading
 from types import TracebackType
+from typing import TextIO
 
-from rich.console import Console
+from doorman.hardware.scheduling import give_way
 
 _LONGEST = 500
 """Lines that wait for a terminal which takes none; further ones are lost."""
 _PATIENCE = 2.0
-"""For them at the end [s]."""
+"""For what waits to be printed in the end [s]."""
 
 
 class BackgroundPrinter:
     """Prints lines in a thread of its own, in their order; whatever goes wrong there stays there.
 
     Args:
-        console: Where to.
+        stream: Where to.
     """
 
-    def __init__(self, console: Console) -> None:
-        self._console = console
-        self._lines: queue.Queue[tuple[str, str] | None] = queue.Queue(_LONGEST)
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self._over = "\r" if stream.isatty() else "\n"
+        self._lines: queue.Queue[str | None] = queue.Queue(_LONGEST)
         self._thread = threading.Thread(target=self._run, name="printer", daemon=True)
 
     def __enter__(self) -> BackgroundPrinter:
@@ -39,17 +41,19 @@ class BackgroundPrinter:
 
     def print(self, words: str) -> None:
         """Print a line, soon."""
-        self._put((words, "\n"))
+        self._put(f"{words}\n")
 
     def print_over(self, words: str) -> None:
-        """Print a line that the next one may replace, where the console is a terminal."""
-        self._put((words, "\r" if self._console.is_terminal else "\n"))
+        """Print a line that the next one may replace, where the stream is a terminal."""
+        self._put(words + self._over)
 
-    def _put(self, line: tuple[str, str] | None) -> None:
+    def _put(self, text: str | None) -> None:
         with contextlib.suppress(queue.Full):
-            self._lines.put_nowait(line)
+            self._lines.put_nowait(text)
 
     def _run(self) -> None:
-        while (line := self._lines.get()) is not None:
-            with contextlib.suppress(OSError, SystemExit):  # the console exits where its reader has gone
-                self._console.print(line[0], end=line[1], soft_wrap=True)
+        give_way()
+        while (text := self._lines.get()) is not None:
+            with contextlib.suppress(Exception):
+                self._stream.write(text)
+                self._stream.flush()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -110,7 +111,7 @@ def fly_mission(
         _print_checks(checks, Console(stderr=output != "words", highlight=False))
         result = _written(links, output) or _refusal(checks, yes, output)
         if result is None:
-            result = _fly(model, links, planner, _file(out, model), duration, console, output)
+            result = _fly(model, links, planner, _file(out, model), duration, output)
     _print_result(checks, result, output)
     return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
 
@@ -170,12 +171,11 @@ def _fly(
     planner: Planner,
     path: Path,
     duration: float | None,
-    console: Console,
     output: Output,
 ) -> dict[str, Any]:
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
     recorder, unwritten = Recorder(path, header), ""
-    with BackgroundPrinter(console) as printer:
+    with BackgroundPrinter(sys.stderr) as printer:
         try:
             session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
             with _ctrl_c(session):

@@ -15,7 +15,8 @@ from doorman.feasibility import Report, Severity
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
-from doorman.hardware.vehicle.waiting import TOGETHER, apart
+from doorman.hardware.vehicle.doubted_mocap import BELIEVED_TURN
+from doorman.hardware.vehicle.waiting import TOGETHER, apart, turned
 from doorman.model import Model
 
 _LEAST_RATE = 0.6
@@ -156,6 +157,9 @@ def _mocap(links: VehicleLinks) -> Iterator[Check]:
     off = apart(links)
     yield _row("mocap and autopilot", off < TOGETHER, f"{off * 1e3:.0f} mm apart",
                "the autopilot must take the poses: see its parameters, and reboot it")  # fmt: skip
+    turn = turned(links)
+    yield _row("mocap's and autopilot's attitude", turn < BELIEVED_TURN, f"{math.degrees(turn):.0f}° apart",
+               "the object's axes must be the autopilot's, and its yaw must come from the poses")  # fmt: skip
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
 from typing import Any
@@ -15,6 +15,7 @@ from doorman.flight.checklist import Verdict, preflight
 from doorman.flight.guarded import GuardedFlight
 from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
+from doorman.hardware.safety import Fault
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
@@ -52,7 +53,7 @@ class FlyingBackend(Backend):
     ) -> None:
         self._model = model
         self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings))
-        self._closing = ExitStack()
+        self._closing, self._stopping = ExitStack(), False
         self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}))
 
     def open(self) -> None:
@@ -65,7 +66,8 @@ class FlyingBackend(Backend):
         findings = check(self._model.scenario)
         rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
         try:
-            self._closing.enter_context(_ended_by_exceptions())
+            self._stopping = False
+            self._closing.enter_context(_ended_by_exceptions(lambda: not self._stopping))
             self._closing.enter_context(real_time())
             self._closing.callback(self.links.stop)
             self.links.open()
@@ -78,7 +80,9 @@ class FlyingBackend(Backend):
             if reason:
                 raise BackendError(reason, field="take-off")
             self.flight.backend.open()
-        except BaseException:
+        except BaseException as error:
+            if self.flight.supervisor.rising and not isinstance(error, Exception):
+                self.flight.supervisor.report(Fault.OPERATOR_LAND)  # its way has not begun
             self.stop()
             raise
 
@@ -92,15 +96,18 @@ class FlyingBackend(Backend):
 
     def stop(self) -> None:
         """Fly back, land, and close the links; may be called twice. Ctrl-C on the way lands the vehicle where it is."""
+        self._stopping = True
         with self._closing:
             if self.links.is_open:
-                self.flight.backend.stop()
-                self.flight.descend()
+                try:
+                    self.flight.backend.stop()
+                finally:
+                    self.flight.descend()
 
 
 @contextmanager
-def _ended_by_exceptions() -> Iterator[None]:
-    """Let signals that would kill the process raise SystemExit, once; the second does nothing while the vehicle comes down."""
+def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
+    """Let signals that would kill the process raise SystemExit, once and only while they may."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -108,7 +115,7 @@ def _ended_by_exceptions() -> Iterator[None]:
 
     def end(number: int, _: FrameType | None) -> None:
         nonlocal asked
-        if not asked:
+        if may() and not asked:
             asked = True
             raise SystemExit(128 + number)
 

@@ -193,20 +193,26 @@ class GuardedFlight:
         Returns:
             Where it ended.
         """
-        self._note()
         try:
+            self._note()
             end = self._come_down()
         except BaseException as error:  # whatever it is: it lands, and has the cameras' poses until it has
             mistake = isinstance(error, Exception)
             self.say(f"land: {type(error).__name__}: {error}" if mistake else "land")
             self.supervisor.report(Fault.SESSION if mistake else Fault.OPERATOR_LAND)
-            end = self._await_motors()
+            end = self._land_here()
             if not mistake:
                 raise
         finally:
             self.supervisor.stop()
             self._note()
         return end
+
+    def _land_here(self) -> End:
+        """Wait for the landing that the supervisor asks for; nothing can be done about it by further interrupts."""
+        while True:
+            with contextlib.suppress(KeyboardInterrupt, SystemExit):
+                return self._await_motors()
 
     def _note(self) -> None:
         """Write what was told so far."""

@@ -35,6 +35,10 @@ _ROOM = 0.02
 """Distance to leaf and jambs beyond the planner's margin then [m]."""
 _NEAR_THE_DISC = 0.05
 """A leaf that is nearer to the rotor disc is looked at [m]:"""
+_NO_ROOM = 0.004
+"""Gap between disc and jamb below which a vehicle leaves the doorway [m],"""
+_ROOM_TO_LEVEL = 0.045
+"""and one that grips and leans on a door that stands: it swings back about its tip as it levels to let go [m]."""
 _NO_GAP = 0.018
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
@@ -161,14 +165,14 @@ class AtTheLeaf:
         soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else _NO_GAP
         return gap < max(soon, _NO_GAP)
 
-    def meets_a_jamb(self, estimate: Estimate, room: float) -> bool:
-        """Whether the disc is about to come nearer to a jamb than a room [m]."""
-        return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < room
+    def meets_a_jamb(self, estimate: Estimate) -> bool:
+        """Whether the disc is about to touch a jamb."""
+        return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < _NO_ROOM
 
-    def levels_into_a_jamb(self, estimate: Estimate, room: float) -> bool:
-        """Whether the disc would be nearer to a jamb than a room [m], were the vehicle level with its tip where it is."""
+    def levels_into_a_jamb(self, estimate: Estimate) -> bool:
+        """Whether the disc would come too near to a jamb, were the vehicle to level with its tip where it is, as it lets go."""
         level = self.contact_position(estimate, float(estimate.state[2]), estimate.arm_angles)
-        return self._doorway.gap_to_jambs(level, np.zeros(3)) < room
+        return self._doorway.gap_to_jambs(level, np.zeros(3)) < _ROOM_TO_LEVEL
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

@@ -101,7 +101,7 @@ class Mission:
                         next_report = now + self._schedule.period
                         on_progress(now, angle)
                 outcome = self._sequence.failure or outcome
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, SystemExit):
             outcome = "interrupted"
             raise
         except Exception as error:

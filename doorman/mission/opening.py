@@ -96,7 +96,8 @@ _SILENT = 0.5
 _AHEAD = math.radians(16.0)
 """No heading is asked for that is farther ahead of a gripped door; where the door gives way, it is 15° at most [rad]."""
 _TOO_FAR_AHEAD = math.radians(22.0)
-"""A gripping vehicle that is turned farther ahead leans on a door that does not give way, and is turned on by it [rad]."""
+_GIVES_WAY = 0.05
+"""A gripping vehicle that is turned farther ahead of a door that is slower leans on it, and is turned on [rad], [rad/s]."""
 _HEADING_LOST = math.radians(55.0)
 """A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 _PATIENCE = 12.0
@@ -344,7 +345,7 @@ class Opening:
             return f"the planner is silent for {late:.1f} s"
         angle = math.degrees(estimate.door_angle)
         ahead = self._ahead(float(estimate.state[2]), estimate.door_angle)
-        if self._push is None and ahead > _TOO_FAR_AHEAD:
+        if self._push is None and ahead > _TOO_FAR_AHEAD and abs(self._rate) < _GIVES_WAY:
             return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle:.1f}°"
         if abs(ahead) > _HEADING_LOST:
             turned = math.degrees(abs(ahead))

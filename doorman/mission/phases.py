@@ -46,10 +46,6 @@ _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
 _OPEN_ENOUGH = math.radians(2.0)
 """and is given up if it is farther off by then [rad]."""
-_NO_ROOM, _GRIPPING_ROOM = 0.004, 0.012
-"""Gap between disc and jamb below which a vehicle leaves the doorway, one that pushes and one that has yet to let go [m]."""
-_ROOM_TO_LEVEL = 0.045
-"""The same for one that leans on a gripped door which stands: it swings back about its tip as it levels to let go [m]."""
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
@@ -218,9 +214,12 @@ class Sequence:
         angle = float(np.degrees(estimate.door_angle))
         searching = self._searching(estimate.time)
         near = self._leaf.hits_the_rotors(estimate, searching)
-        beside = self._leaf.meets_a_jamb(estimate, _GRIPPING_ROOM if self._grips else _NO_ROOM)
-        if self._grips and abs(estimate.door_rate) < _MOVING:
-            beside = beside or self._leaf.levels_into_a_jamb(estimate, _ROOM_TO_LEVEL)
+        if not self._grips:
+            beside = self._leaf.meets_a_jamb(estimate)
+        elif abs(estimate.door_rate) < _MOVING:
+            beside = self._leaf.levels_into_a_jamb(estimate)
+        else:  # a leaf that swings meets a vehicle that lets go
+            near = beside = False
         self._clear_at = self._clear_at if near or beside else estimate.time
         if (near and searching) or estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"

@@ -2,7 +2,7 @@
 
 Messages are gathered for a tenth of a second of their own time, or until they fill a chunk, and then written out: what a
 killed process loses is less than that. A message enters memory and the gathered batch by one append each, and batches
-are written with SIGINT and SIGTERM held back, so Ctrl-C never leaves half a message.
+are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never leaves half a message.
 """
 
 from __future__ import annotations
@@ -204,11 +204,11 @@ class Recorder:
 
 @contextmanager
 def _signals_held_back() -> Iterator[None]:
-    """Let SIGINT and SIGTERM wait until the block is done; Python runs their handlers only in the main thread."""
+    """Let SIGINT, SIGTERM and SIGHUP wait until the block is done; Python runs their handlers only in the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    with _held_back(signal.SIGINT), _held_back(signal.SIGTERM):
+    with _held_back(signal.SIGINT), _held_back(signal.SIGTERM), _held_back(signal.SIGHUP):
         yield
 
 
@@ -224,7 +224,7 @@ def _held_back(number: signal.Signals) -> Iterator[None]:
         yield
     finally:
         signal.signal(number, handler)
-        for frame in caught:
+        for frame in caught:  # where one raises, the rest are lost in what it raises
             handler(number, frame)
 
 

@@ -120,7 +120,7 @@ class Inbox:
             self._meet(message, sender, address, line, now)
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
-            self._note_stranger(kind, sender, now)
+            self._note_stranger(message, sender, now)
             return
         if now - self.last_message > _PEER_SILENCE and self._owner.origin is not None:
             self._owner.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
@@ -133,10 +133,10 @@ class Inbox:
             except (ValueError, ArithmeticError, struct.error):  # absurd figures in a message with a right checksum
                 self._owner.tracker.counters.invalid += 1
 
-    def _note_stranger(self, kind: int, sender: tuple[int, int], now: float) -> None:
+    def _note_stranger(self, message: Message, sender: tuple[int, int], now: float) -> None:
         owner = self._owner
         if sender[0] == owner.config.system_id:
-            if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            if message.get_type() == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
                 self.namesake = now
                 words = f"a heartbeat with our system id {sender[0]}: it hides from the autopilot when we are gone"
                 owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])

@@ -190,7 +190,7 @@ class Link:
         if identity is None or dialect is None:
             self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
             return
-        if not line.busy and self._setpoint.due(now):
+        if self._setpoint.due(now) and not line.busy:
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
                 self._transmit(line, setpoint)

@@ -32,10 +32,10 @@ _MAX_AHEAD = 0.25
 """A stamp that lies further in the future is wrong [s]."""
 _LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
 """MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
-_LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS
-_DOUBTS = 2
+_LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_VELOCITY_HORIZ
+_DOUBTS = 5
 """Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
-_UNSAID = 3.0
+_UNSAID = 1.5
 """Longest time for the first of them to come [s]."""
 _PREARM_BIT = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _LARGEST = 1e5

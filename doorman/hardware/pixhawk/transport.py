@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import array
 import contextlib
 import errno
+import fcntl
 import importlib
 import os
 import select
 import socket
+import termios
 from abc import ABC, abstractmethod
 from typing import Any
 
@@ -24,6 +27,8 @@ _BACKLOG = 8192
 """Unsent bytes after which a stream counts as lost: the other side does not read."""
 _BUSY = 256
 """Unsent bytes from which on it is busy: the device has been given what it takes, and that is not sent yet."""
+_NOT_SENT = 0x894B
+"""Linux' SIOCOUTQNSD: bytes in a socket's queue that have not been sent once."""
 
 
 class DeviceLost(Exception):
@@ -121,13 +126,24 @@ class _UdpLine(Line):
 class _StreamLine(Line):
     """A stream of bytes; what the device does not take at once waits here."""
 
+    _queue_request: int
+
     def __init__(self) -> None:
         self._waiting = bytearray()
 
     @property
     def busy(self) -> bool:
         """Whether the device has more than it takes."""
-        return len(self._waiting) > _BUSY
+        return len(self._waiting) + self._queued() > _BUSY
+
+    def _queued(self) -> int:
+        """Bytes that the system has, and has not sent; 0 where it does not say."""
+        count = array.array("i", [0])
+        try:
+            fcntl.ioctl(self.fileno(), self._queue_request, count)
+        except OSError:
+            return 0
+        return count[0]
 
     def send(self, data: bytes) -> bool:
         if len(self._waiting) + len(data) > _BACKLOG:
@@ -166,6 +182,8 @@ class _StreamLine(Line):
 
 
 class _TcpLine(_StreamLine):
+    _queue_request = _NOT_SENT
+
     def __init__(self, endpoint: Endpoint, timeout: float) -> None:
         super().__init__()
         self._socket = socket.create_connection((endpoint.host, endpoint.port), timeout)
@@ -190,6 +208,8 @@ class _TcpLine(_StreamLine):
 
 class _SerialLine(_StreamLine):
     """A serial port; set up by pyserial, then read and written as a file."""
+
+    _queue_request = termios.TIOCOUTQ
 
     def __init__(self, endpoint: Endpoint) -> None:
         super().__init__()

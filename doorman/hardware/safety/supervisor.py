@@ -159,9 +159,8 @@ class Supervisor:
     def _tell(self, error: Exception) -> None:
         """Print what only a mistake in this program can be, once."""
         if not self._told:
-            self._told = True
-            with contextlib.suppress(OSError):
-                traceback.print_exception(error)
+            self._told = True  # in a thread of its own: a terminal may take nothing
+            threading.Thread(target=traceback.print_exception, args=(error,), daemon=True).start()
 
     def look_once(self) -> None:
         """One look, and what follows from it."""

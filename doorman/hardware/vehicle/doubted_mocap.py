@@ -54,12 +54,17 @@ class DoubtedMocap(MocapReceiver):
             self._doubted = False  # on the ground it learns from the cameras where it is
         elif pose.usable and state.status is SampleStatus.FRESH:
             apart = float(np.linalg.norm(pose.position - state.position))
-            turned = _between(pose.quaternion, state.quaternion)
+            turned = between(pose.quaternion, state.quaternion)
             far, turn = (BELIEVED, BELIEVED_TURN) if self._doubted else (DOUBTED, DOUBTED_TURN)
             self._doubted = apart > far or turned > turn
         return replace(pose, quality=PoseQuality.LOST, fresh=False) if self._doubted and pose.usable else pose
 
 
-def _between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Angle between two attitudes, as unit quaternions [rad]."""
+def between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Angle between two attitudes [rad].
+
+    Args:
+        a: Unit quaternion, shape (4,).
+        b: Unit quaternion, shape (4,).
+    """
     return 2.0 * math.acos(min(abs(float(a @ b)), 1.0))

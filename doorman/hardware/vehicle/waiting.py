@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from doorman.hardware.pixhawk import SampleStatus
+from doorman.hardware.vehicle.doubted_mocap import between
 from doorman.hardware.vehicle.links import VehicleLinks
 
 PATIENCE = 45.0
@@ -62,3 +63,15 @@ def apart(links: VehicleLinks) -> float:
         return 0.0
     pose = links.mocap.read()
     return float(np.linalg.norm(pose.position - links.autopilot.state().position)) if pose.usable else math.nan
+
+
+def turned(links: VehicleLinks) -> float:
+    """Angle between mocap's attitude and the autopilot's estimate [rad]; 0 without mocap, NaN without a pose that can be used.
+
+    Args:
+        links: Open.
+    """
+    if links.mocap is None:
+        return 0.0
+    pose = links.mocap.read()
+    return between(pose.quaternion, links.autopilot.state().quaternion) if pose.usable else math.nan

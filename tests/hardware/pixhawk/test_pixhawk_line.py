@@ -48,11 +48,12 @@ def test_a_busy_line_gets_neither_setpoints_nor_poses_that_would_be_old_when_the
     link.stream.hold(PositionSetpoint(NO, 0.0))
     told: dict[bool, set[str]] = {}
     for busy in (True, False):
-        line.busy, now = busy, time.monotonic()
+        line.busy, now = busy, time.monotonic() + (0.0 if busy else 0.1)
         assert link.mocap.offer(MocapPose.checked(now, NO, [1.0, 0.0, 0.0, 0.0]), now)
         line.taken.clear()
         link._send_due(line, now)
         told[busy] = {message.get_type() for message in line.taken}
+        assert link._sleep_time(now) > 0.0, "it is not asked again and again"
     wanted = {"SET_POSITION_TARGET_LOCAL_NED", "VISION_POSITION_ESTIMATE"}
     assert "HEARTBEAT" in told[True]
     assert not told[True] & wanted

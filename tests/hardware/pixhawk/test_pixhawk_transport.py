@@ -142,7 +142,7 @@ def test_a_stream_is_busy_while_the_device_takes_no_more(opened):
             while not line.busy:
                 line.send(bytes(1000))
             with pytest.raises(DeviceLost, match="does not read"):
-                for _ in range(100):
+                for _ in range(100_000):
                     line.send(bytes(1000))
             other.setblocking(False)
 
