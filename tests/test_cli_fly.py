@@ -29,6 +29,7 @@ class Session:
 @pytest.fixture
 def session():
     before = {number: signal.getsignal(number) for number in SIGNALS}
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the tests themselves may run by nohup
     yield Session()
     for number, handler in before.items():
         signal.signal(number, handler)
