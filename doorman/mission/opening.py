@@ -121,6 +121,7 @@ class Opening:
         self._settings, self._hold_time = model.scenario.push, model.scenario.mission.hold_time
         self._model = model
         self._goal, self._lever = float(model.goal_state[3]), model.coupling.distance_from_hinge
+        self._sense = math.copysign(1.0, float(model.goal_state[2] - model.start_state[2]))
         self._weight = model.vehicle.mass * GRAVITY
         self._tip_position = model.vehicle.tip_position
         self._turning_aid = TurningAid(model)
@@ -218,10 +219,8 @@ class Opening:
             turning = self._converter.turning(current.plan, now - current.start)
             beyond = self._ahead(setpoint.yaw, estimate.door_angle) - _AHEAD
             if beyond > 0.0:  # plans turn with a door that should move, and one that is held does not
-                way = float(self._model.goal_state[2] - self._model.start_state[2])
-                setpoint, turning = replace(setpoint, yaw=setpoint.yaw - math.copysign(beyond, way)), 0.0
-            lag = estimate.attitude_lag
-            aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, lag)
+                setpoint, turning = replace(setpoint, yaw=setpoint.yaw - self._sense * beyond), 0.0
+            aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, estimate.attitude_lag)
             return replace(setpoint, force=setpoint.force + aid)
         return self._push.follow(current.plan, now - current.start, estimate, -disturbance, time_step)
 
@@ -360,9 +359,7 @@ class Opening:
 
     def _ahead(self, yaw: float, door_angle: float) -> float:
         """By how much a heading is ahead of the one that keeps step with the door [rad]."""
-        first, last = float(self._model.start_state[2]), float(self._model.goal_state[2])
-        beside = math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
-        return math.copysign(1.0, last - first) * beside
+        return self._sense * math.remainder(yaw - float(self._model.on_the_way(door_angle)[2]), 2.0 * math.pi)
 
     def _judge(self, now: float, off: float) -> None:
         """Note how long the door has been at the goal, and when it last came nearer."""

@@ -8,13 +8,13 @@ which they would drag along.
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample
+from doorman.hardware.mocap.quaternions import angle_between
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
 
 DOUBTED = 0.25
@@ -67,4 +67,5 @@ def between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
         a: Unit quaternion, shape (4,).
         b: Unit quaternion, shape (4,).
     """
-    return 2.0 * math.acos(min(abs(float(a @ b)), 1.0))
+    (aw, ax, ay, az), (bw, bx, by, bz) = a.tolist(), b.tolist()
+    return angle_between((aw, ax, ay, az), (bw, bx, by, bz))
