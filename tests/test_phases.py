@@ -315,6 +315,28 @@ def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(sto
     assert np.degrees(ahead).max() < 45.0
 
 
+@pytest.mark.parametrize(("scenario", "angle"), [("paper", 50.0), ("paper", 27.0), ("push", 50.0)])
+def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: str, angle: float) -> None:
+    """At 1 rad/s from where it opens. What bounces for a moment is the last servo, behind the tip."""
+    slam: list[bool] = []
+
+    def hand(time: float, now: float, rate: float) -> float:
+        if now < math.radians(angle) and not slam:
+            slam.append(True)
+        if slam and rate > 1.0:
+            slam[0] = False
+        return 150.0 if slam and slam[0] else 0.0
+
+    recording, mission = flown(hand, scenario)
+    truth = recording["truth"]
+    assert slam == [False] and truth["door_rate"].max() > 0.95
+    assert any("slammed" in reason for reason in recording["mission"]["message"].tolist())
+    hit = {pair for pairs in truth["collision_pairs"] if pairs for pair in pairs.split(", ")}
+    assert hit <= {"servo_4_0 and leaf"}
+    assert np.count_nonzero(truth["collision_pairs"]) < 20
+    assert mission.outcome == (True, ""), "at the second attempt"
+
+
 @pytest.mark.parametrize("angle", [math.pi / 2, 1.2, 0.8, math.pi / 9])
 def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None:
     """From where the vehicle stands at this angle, turned as much as the door but for 20°."""

@@ -98,6 +98,17 @@ def test_file_is_standard_mcap_with_json_schemas(tmp_path):
     assert counts == {"header": 1, "command": 300, "plan": 300}
 
 
+def test_what_is_not_kept_in_memory_is_in_the_file_and_heard(tmp_path):
+    heard = []
+    with Recorder(tmp_path / "rig.mcap", {}, lambda topic, *_: heard.append(topic), keep=False) as recorder:
+        for tick in range(3):
+            recorder.write("truth", 0.01 * tick, {"angle": float(tick)})
+        with pytest.raises(RecordingError, match="not kept in memory"):
+            recorder.recording()
+    assert heard == ["truth"] * 3
+    assert Recording.load(tmp_path / "rig.mcap")["truth"]["angle"].tolist() == [0.0, 1.0, 2.0]
+
+
 def test_values_are_copied_when_written():
     recorder = Recorder(None, {})
     vector = np.zeros(3)

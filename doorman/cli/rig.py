@@ -60,7 +60,7 @@ def run_rig(
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
-    with nullcontext() if out is None else Recorder(out, header) as recorder:
+    with nullcontext() if out is None else Recorder(out, header, keep=False) as recorder:
         rig = Rig(Model(scenario), setup, recorder)
         with real_time(), rig:
             overrides = [word for setting in settings for word in ("--set", setting)]

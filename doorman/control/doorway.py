@@ -73,6 +73,16 @@ class Doorway:
         beyond = soon - self.highest if force > 0.0 else self.lowest - soon
         return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
 
+    def room_beside(self, position: Array, speed: float) -> float:
+        """Between rotor disc and the jamb that a vehicle moves to, along y [m].
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            speed: Along y [m/s].
+        """
+        y = float(self._door.hinge_position[1])
+        return (y + self._door.width - float(position[1]) if speed > 0.0 else float(position[1]) - y) - self._radius
+
     def gap_to_jambs(self, position: Array, velocity: Array) -> float:
         """Between rotor disc and the nearer jamb, for a vehicle that drifts on a little [m].
 

@@ -52,6 +52,8 @@ class Setpoint:
     """Ḣ_d, shape (n,) [rad/s]."""
     push: float | None = None
     """Force of the rotors along `normal`, in place of position control there [N]."""
+    max_tilt: float | None = None
+    """Largest tilt, in place of the settings' [rad]."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,8 @@ class PositionController:
         wanted = self.mass * correction + self._weight + setpoint.force - disturbance
         if setpoint.push is not None:
             wanted = wanted + (setpoint.push - setpoint.normal @ wanted) * setpoint.normal
-        force = saturate(wanted, self.max_thrust, self.settings.max_tilt)
+        max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
+        force = saturate(wanted, self.max_thrust, max_tilt)
         self._acting = force - self._weight - setpoint.force
         return Thrust(
             thrust=float(np.linalg.norm(force)),

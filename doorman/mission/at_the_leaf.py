@@ -43,6 +43,12 @@ _NO_GAP = 0.018
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
 """would it be met within this [s]?"""
+_STEEP, _SHARE_OF_LIMIT = 0.45, 0.75
+"""Tilt of a vehicle that gives way to a slammed door [rad], and as a share of what the supervisor allows at most."""
+_HARDEST, _LEAST_WAY = 4.0, 0.02
+"""It brakes before a jamb by up to this [m/s²], within no less than this [m],"""
+_WAY_OUT = 0.9
+"""and leaves the doorway with this speed [m/s]."""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 
@@ -60,8 +66,11 @@ class AtTheLeaf:
         self._doorway = Doorway(model)
         self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
+        limit = _SHARE_OF_LIMIT * model.scenario.safety.tilt
+        self._steep = max(min(_STEEP, limit), model.scenario.control.max_tilt)
         self._yaw = float(model.start_state[2])
         self._offset = (0.0, 0.0)
+        self._height = 0.0
         self._was_fast = False
         self._slow_from = 0.0
         self._moved_at: float | None = None
@@ -77,6 +86,7 @@ class AtTheLeaf:
             estimate: What is known now: the tip stays where it is on the leaf. At the contact point if not given.
         """
         self._yaw, self._was_fast, self._moved_at = yaw, False, None
+        self._height = 0.0 if estimate is None else float(estimate.position[2])
         self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
@@ -110,6 +120,25 @@ class AtTheLeaf:
         """
         aside = -force * float(door_normal(estimate.door_angle)[1])
         return self.push(estimate, -force * self._doorway.room(aside, estimate.position, estimate.velocity))
+
+    def give_way(self, estimate: Estimate) -> Setpoint:
+        """Go straight out before a leaf that shuts, and brake the way to the side that it gave the vehicle: to a jamb.
+
+        Heading and arm keep step with the leaf, which is behind the tip.
+
+        Args:
+            estimate: What is known now.
+        """
+        position, velocity, rest = estimate.position, estimate.velocity, np.zeros(3)
+        posture = self._model.on_the_way(estimate.tip_angle)
+        place = self._doorway.inside(position, position, position, velocity)
+        place[2] = self._height
+        out = np.array([min(float(velocity[0]), -_WAY_OUT), 0.0, 0.0])
+        aside = float(velocity[1])
+        way = max(self._doorway.room_beside(position, aside), _LEAST_WAY)
+        brake = np.array([0.0, -math.copysign(min(aside * aside / (2.0 * way), _HARDEST), aside), 0.0])
+        rates = arm_rates_to(posture[5:], estimate.arm_angles)
+        return Setpoint(place, out, brake, float(posture[2]), rest, rest, rates, max_tilt=self._steep)
 
     def rest(self, estimate: Estimate, push: float) -> Setpoint:
         """Push so gently that a small error of the force would take the tip away: that is braked, and the tip comes back.

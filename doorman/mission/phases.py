@@ -74,6 +74,8 @@ _BRAKING, _MOST_BRAKING = 12.0, 4.0
 """Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
 _LETTING_GO = 0.5
 """[s]."""
+_THROWN_BACK = 0.4
+"""A tip at the leaf that is faster, backwards, is thrown back by a slammed door [m/s]."""
 _EASING = 1.5
 """Time in which the push on an opened door fades [s]."""
 _WATCHING = 3.0
@@ -96,6 +98,9 @@ class Phase(Enum):
     RELEASE = "release"
     RETREAT = "retreat"
     DONE = "done"
+
+
+_AT_THE_LEAF = (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
 
 
 @dataclass(frozen=True)
@@ -149,6 +154,7 @@ class Sequence:
         self._following = False
         self._targets: list[Array] = []
         self._let_go_at = 0.0
+        self._gives_way = False
         self._clear_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
@@ -180,8 +186,8 @@ class Sequence:
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = reason
             self.opened = self.opened and self.phase is not Phase.HOLD  # it would not stay by itself
-            at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
-            touching = at_the_leaf and not at_once and (self._grips or estimate.touching)
+            touching = self._grips or estimate.touching or self._is_slammed(estimate)
+            touching = touching and self.phase in _AT_THE_LEAF and not at_once
             self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
@@ -203,6 +209,8 @@ class Sequence:
                 self._time_out(estimate, limit)
         if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
             self._guard(estimate)
+        if self._is_slammed(estimate):
+            self._give_up(estimate, f"the door is slammed at {np.degrees(estimate.door_angle):.0f}°")
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
         closed = self._grips and (
             self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None)
@@ -231,6 +239,10 @@ class Sequence:
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
 
+    def _is_slammed(self, estimate: Estimate) -> bool:
+        """Whether the leaf throws the tip back."""
+        return self.phase in _AT_THE_LEAF and estimate.tip_speed < -_THROWN_BACK
+
     def _searching(self, now: float) -> bool:
         """Whether the tip looks for the leaf away from where it last was."""
         if self.phase is Phase.TOUCH:
@@ -257,6 +269,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
+        slammed = self._is_slammed(estimate)
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
@@ -272,6 +285,7 @@ class Sequence:
             self._estimator.contact.expect()
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._leaf.begin(float(estimate.state[2]), estimate)
+            self._gives_way = slammed
             self._let_go_at = self._nearest = estimate.door_angle
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
@@ -406,6 +420,10 @@ class Sequence:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""
         assert self._entered is not None
         spent, pressed = estimate.time - self._entered, 0.0 if self._push is None else self._push.push
+        if self._gives_way:
+            if spent >= _LETTING_GO and not in_the_doorway(self._model, estimate.position):
+                self._enter(Phase.RETREAT, estimate, self.failure)
+            return self._leaf.give_way(estimate)
         tries = self._push is not None and not self.failure
         if tries and spent < _EASING + _WATCHING:
             eased = min(spent / _EASING, 1.0)

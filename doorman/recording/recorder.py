@@ -50,12 +50,15 @@ class Recorder:
         path: MCAP file to write; its directory is made, an older file is replaced. None: keep in memory only.
         header: What was run: scenario, versions, seed. Values that JSON can hold, arrays and paths.
         listener: Called with every message, on the thread that writes it.
+        keep: Whether messages stay in memory, for `recording`; what runs for hours has no room for them.
 
     Raises:
         RecordingError: if the file cannot be opened, or the header holds something that JSON cannot.
     """
 
-    def __init__(self, path: Path | None, header: Mapping[str, Any], listener: Listener | None = None) -> None:
+    def __init__(
+        self, path: Path | None, header: Mapping[str, Any], listener: Listener | None = None, *, keep: bool = True
+    ) -> None:
         self.path = None if path is None else Path(path)
         text = _header_text(header)
         self.header: dict[str, Any] = json.loads(text)
@@ -63,7 +66,7 @@ class Recorder:
         self._batch: list[tuple[_Channel, int, bytes]] = []
         self._batch_size = 0
         self._batch_start = 0.0
-        self._listener = listener
+        self._listener, self._keeps = listener, keep
         self._closed = False
         self._error: OSError | None = None
         self._stream: IO[bytes] | None = None
@@ -94,7 +97,8 @@ class Recorder:
         row = channel.type.row(time, fields)
         data = channel.type.encode(row) if self._writer is not None else b""
         self._channels[topic] = channel
-        channel.rows.append(row)
+        if self._keeps:
+            channel.rows.append(row)
         if self._writer is not None:
             if not self._batch:
                 self._batch_start = time
@@ -135,7 +139,13 @@ class Recorder:
             ) from self._error
 
     def recording(self) -> Recording:
-        """Everything recorded so far, from memory; later messages do not show in it."""
+        """Everything recorded so far, from memory; later messages do not show in it.
+
+        Raises:
+            RecordingError: if nothing is kept there.
+        """
+        if not self._keeps:
+            raise RecordingError("it is not kept in memory; read the file", file=self.path)
         topics = {}
         for name, channel in list(self._channels.items()):
             rows = channel.rows[:]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from operator import attrgetter
@@ -13,6 +14,7 @@ from doorman.hardware.emulators.mocap import StreamFaults
 from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
+from doorman.recording.messages import Value
 from doorman.rig import Rig, RigSetup
 from doorman.scenario import Scenario
 
@@ -25,16 +27,12 @@ class Served:
     """What the other process can reach."""
 
     rig: Rig
-    recorder: Recorder
+    collisions: list[str]
+    """What touched what, at every tick with a collision, over all flights."""
 
     def __post_init__(self) -> None:
         servos = range(1, self.rig.plant.model.n_arm + 1 + self.rig.gripper)  # the last one is the gripper's
         self.models = {servo: self.rig.servos.servo(servo).memory.get("model number") for servo in servos}
-
-    def collisions(self) -> list[str]:
-        """What touched what, at every tick with a collision, over all flights."""
-        recording = self.recorder.recording()  # of the truth while the motors run
-        return [pairs for pairs in recording["truth"]["collision_pairs"] if pairs] if "truth" in recording else []
 
     def calm(self) -> None:
         """End every fault."""
@@ -64,9 +62,16 @@ class Served:
 
 def serve(connection: Connection, scenario: dict[str, Any], setup: RigSetup) -> None:
     """Run a rig, and do to it what is asked for, until the other end closes."""
-    recorder = Recorder(None, {})
+    collisions: list[str] = []
+
+    def note(topic: str, time: float, fields: Mapping[str, Value]) -> None:
+        if topic == "truth" and (pairs := str(fields["collision_pairs"])):
+            collisions.append(pairs)
+
+    # a recorder that kept all the flights would hold the emulators up, as it grows
+    recorder = Recorder(None, {}, note, keep=False)
     rig = Rig(Model(Scenario.model_validate(scenario)), setup, recorder)
-    served = Served(rig, recorder)
+    served = Served(rig, collisions)
     with real_time(), rig:
         connection.send((True, rig.arguments))
         while True:

@@ -122,12 +122,12 @@ class FlightRig:
         for _ in range(_STEADY):
             until(lambda: self.links.mocap.read().fresh and self.disagreement < 0.05, "cameras and autopilot agree")
             time.sleep(0.02)
-        self._collisions = self.far.call("collisions")
+        self._collisions = self.far.get("collisions")
 
     @property
     def collided(self) -> set[str]:
         """What touched what since it healed."""
-        return set(self.far.call("collisions")[len(self._collisions) :])
+        return set(self.far.get("collisions")[len(self._collisions) :])
 
     @property
     def disagreement(self) -> float:

@@ -57,7 +57,7 @@ def test_a_killed_program_leaves_the_rest_to_autopilot_and_servos(
         lived = (
             float(recording["event"].time[-1]) if "measurement" not in recording else recording["measurement"].time[-1]
         )
-        touched = sorted(set(far.call("collisions")))
+        touched = sorted(set(far.get("collisions")))
         for name, value in {"when": round(when, 1), "phase": str(recording["mission"]["state"][-1]) if "mission" in recording
                             else "rising", "recorded until": round(float(lived), 2),
                             "touched": touched,
