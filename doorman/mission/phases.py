@@ -100,9 +100,6 @@ class Phase(Enum):
     DONE = "done"
 
 
-_AT_THE_LEAF = (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
-
-
 @dataclass(frozen=True)
 class Action:
     """What a phase asks for."""
@@ -179,16 +176,18 @@ class Sequence:
 
     def _give_up(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """The same for this attempt; another one may follow from the hover."""
-        self._again = self._attempt < self._settings.attempts
+        if not self.failure:
+            self._again = self._attempt < self._settings.attempts
         self._back_out(estimate, reason, at_once)
 
     def _back_out(self, estimate: Estimate, reason: str, at_once: bool) -> None:
-        if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
-            self.failure = reason
-            self.opened = self.opened and self.phase is not Phase.HOLD  # it would not stay by itself
-            touching = self._grips or estimate.touching or self._is_slammed(estimate)
-            touching = touching and self.phase in _AT_THE_LEAF and not at_once
-            self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
+        slammed = self._is_slammed(estimate)
+        if slammed or self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
+            self.failure = self.failure or reason
+            self.opened = self.opened and not slammed and self.phase is not Phase.HOLD  # it would not stay by itself
+            at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
+            touching = at_the_leaf and not at_once and (self._grips or estimate.touching)
+            self._enter(Phase.RELEASE if touching or slammed else Phase.RETREAT, estimate, reason)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
         """What to do now.
@@ -207,10 +206,10 @@ class Sequence:
             begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
             if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
-        if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
-            self._guard(estimate)
         if self._is_slammed(estimate):
             self._give_up(estimate, f"the door is slammed at {np.degrees(estimate.door_angle):.0f}°")
+        if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
+            self._guard(estimate)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
         closed = self._grips and (
             self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None)
@@ -240,8 +239,13 @@ class Sequence:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
 
     def _is_slammed(self, estimate: Estimate) -> bool:
-        """Whether the leaf throws the tip back."""
-        return self.phase in _AT_THE_LEAF and estimate.tip_speed < -_THROWN_BACK
+        """Whether the leaf throws the tip back, and that is not given way to yet."""
+        at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
+        if self.phase is Phase.RELEASE:  # where one that grips draws back by itself
+            at_the_leaf = not self._grips and not self._gives_way
+        if self.phase is Phase.RETREAT:
+            at_the_leaf = in_the_doorway(self._model, estimate.position)
+        return at_the_leaf and estimate.tip_speed < -_THROWN_BACK
 
     def _searching(self, now: float) -> bool:
         """Whether the tip looks for the leaf away from where it last was."""
@@ -269,7 +273,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        slammed = self._is_slammed(estimate)
+        self._gives_way = self._is_slammed(estimate)
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
@@ -285,7 +289,6 @@ class Sequence:
             self._estimator.contact.expect()
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._leaf.begin(float(estimate.state[2]), estimate)
-            self._gives_way = slammed
             self._let_go_at = self._nearest = estimate.door_angle
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
