@@ -240,12 +240,13 @@ class Sequence:
 
     def _is_slammed(self, estimate: Estimate) -> bool:
         """Whether the leaf throws the tip back, and that is not given way to yet."""
-        at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
+        at_the_leaf, fast = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER), _THROWN_BACK
         if self.phase is Phase.RELEASE:  # where one that grips draws back by itself
             at_the_leaf = not self._grips and not self._gives_way
-        if self.phase is Phase.RETREAT:
+        elif self.phase is Phase.RETREAT:
             at_the_leaf = in_the_doorway(self._model, estimate.position)
-        return at_the_leaf and estimate.tip_speed < -_THROWN_BACK
+            fast += self._settings.retreat_speed
+        return at_the_leaf and estimate.tip_speed < -fast
 
     def _searching(self, now: float) -> bool:
         """Whether the tip looks for the leaf away from where it last was."""

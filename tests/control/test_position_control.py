@@ -39,6 +39,13 @@ def test_saturation_keeps_thrust_and_tilt(x: float, y: float, z: float, max_tilt
     assert force[0] * y == pytest.approx(force[1] * x, abs=1e-9)  # its direction is kept
 
 
+def test_a_setpoint_may_allow_more_tilt() -> None:
+    controller, far = PositionController(MASS, GRAVITY, 48.0, ControlSection()), np.array([9.0, 0.0, 0.0])
+    for given_, expected in ((None, ControlSection().max_tilt), (0.4, 0.4)):
+        thrust = controller.update(np.zeros(3), np.zeros(3), setpoint(position=far, max_tilt=given_), 0.004)
+        assert thrust.saturated and thrust.attitude[1] == pytest.approx(expected)
+
+
 def test_hover_and_the_law() -> None:
     controller = PositionController(MASS, GRAVITY, 48.0, ControlSection())
     hover = controller.update(np.zeros(3), np.zeros(3), setpoint(), 0.004)
