@@ -26,13 +26,21 @@ def load_pinocchio(path: Path) -> pinocchio.Model:
     Raises:
         UrdfError: if the file is missing, is not XML, is not a URDF, or holds a value that is not a finite number.
     """
-    check_structure(path)
+    root = check_structure(path)
     try:
-        return pinocchio.buildModelFromUrdf(str(path))
+        model = pinocchio.buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
             "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that Pinocchio reads"
         ) from error
+    written = {element.get("name") for element in root}
+    for frame in model.frames[1:]:  # a line break in an attribute is a space by XML's rules, and not by urdfdom's
+        if frame.name not in written:
+            raise UrdfError(
+                "a name with a line break or a tab", file=path, field="/robot", given=repr(frame.name),
+                allowed="names without",
+            )  # fmt: skip
+    return model
 
 
 def load_description(path: Path) -> Any:

@@ -72,6 +72,7 @@ DOORS = [
      "joint[hinge]/child@link", "leaf"),
 ]  # fmt: skip
 VEHICLES = [
+    ("joint's name with a line break", '"eta_3"', '"eta\n_3"', "/robot", "'eta\\n_3'"),
     ("base link renamed", '"base_link"', '"body"', "vehicle.base_link", "base_link"),
     ("base link dangling", '<link name="base_link">', '<link name="body">', "joint[rotor_1]/parent@link", "base_link"),
     ("tip renamed", '"tip"', '"finger"', "vehicle.tip", "tip"),
