@@ -21,11 +21,15 @@ Torque = Callable[[float, float, float], float]
 """Torque of a hand in the hinge from time, door angle and door rate."""
 
 
-class HandledBackend(SimulatedBackend):
-    """Simulator with a hand on the leaf."""
+Pull = Callable[[float], float]
+"""Force on the vehicle along x from time."""
 
-    def __init__(self, model: Model, recorder: Recorder, torque: Torque) -> None:
-        self._torque = torque
+
+class HandledBackend(SimulatedBackend):
+    """Simulator with a hand on the leaf, and one on the vehicle."""
+
+    def __init__(self, model: Model, recorder: Recorder, torque: Torque, pull: Pull) -> None:
+        self._torque, self._pull = torque, pull
         super().__init__(model, recorder=recorder, disturbance=self._hand)
 
     def _hand(self, time: float) -> Disturbance:
@@ -34,20 +38,21 @@ class HandledBackend(SimulatedBackend):
             return Disturbance()
         data, plant = simulator.plant.data, simulator.plant
         angle, rate = float(data.qpos[plant.hinge_position]), float(data.qvel[plant.hinge_velocity])
-        return Disturbance(hinge_torque=self._torque(time, angle, rate))
+        return Disturbance(force=(self._pull(time), 0.0, 0.0), hinge_torque=self._torque(time, angle, rate))
 
 
 def flown(
     torque: Torque = lambda time, angle, rate: 0.0,
     scenario: str = "push",
     on_progress: Callable[[Mission, float, float], None] | None = None,
+    pull: Pull = lambda time: 0.0,
     **overrides: float | str,
 ) -> tuple[Recording, Mission]:
     changes = {key.replace("__", "."): value for key, value in overrides.items()}
     model, recorder = Model(Scenario.load(scenario, changes)), Recorder(None, {})
     mission = Mission(model, recorder=recorder)
     report = None if on_progress is None else lambda time, angle: on_progress(mission, time, angle)
-    mission.fly(HandledBackend(model, recorder, torque), on_progress=report)
+    mission.fly(HandledBackend(model, recorder, torque, pull), on_progress=report)
     recording = recorder.recording()
     recording.summary = summarize(recording, model)
     return recording, mission
@@ -335,6 +340,23 @@ def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: 
     assert hit <= {"servo_4_0 and leaf"}
     assert np.count_nonzero(truth["collision_pairs"]) < 20
     assert mission.outcome == (True, ""), "at the second attempt"
+
+
+def test_a_vehicle_that_is_pulled_back_in_free_flight_has_still_opened_its_door() -> None:
+    """As fast as a slammed door would throw it."""
+    begun: list[float] = []
+
+    def when_free(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.RETREAT and not begun:
+            begun.append(time + 0.5)
+
+    def pull(time: float) -> float:
+        return -12.0 if begun and 0.0 < time - begun[0] < 0.5 else 0.0
+
+    recording, mission = flown(scenario="paper", on_progress=when_free, pull=pull)
+    assert recording["truth"]["velocity"][:, 0].min() < -1.0
+    assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
+    assert mission.outcome == (True, "")
 
 
 @pytest.mark.parametrize("angle", [math.pi / 2, 1.2, 0.8, math.pi / 9])

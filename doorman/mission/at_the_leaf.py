@@ -43,12 +43,12 @@ _NO_GAP = 0.018
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
 """would it be met within this [s]?"""
-_STEEP, _SHARE_OF_LIMIT = 0.45, 0.75
-"""Tilt of a vehicle that gives way to a slammed door [rad], and as a share of what the supervisor allows at most."""
+_STEEP, _WAY_OUT = 0.45, 0.9
+"""Tilt of a vehicle that gives way to a slammed door [rad], and speed with which it leaves the doorway [m/s];"""
+_SHARE_OF_LIMIT = 0.75
+"""no more of either than this share of what the supervisor allows."""
 _HARDEST, _LEAST_WAY = 4.0, 0.02
-"""It brakes before a jamb by up to this [m/s²], within no less than this [m],"""
-_WAY_OUT = 0.9
-"""and leaves the doorway with this speed [m/s]."""
+"""It brakes before a jamb by up to this [m/s²], within no less than this [m]."""
 _BLUNTED = 0.25
 """A tip that is slower than half of what was asked for, for so long, touches [s]."""
 
@@ -66,8 +66,9 @@ class AtTheLeaf:
         self._doorway = Doorway(model)
         self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
-        limit = _SHARE_OF_LIMIT * model.scenario.safety.tilt
-        self._steep = max(min(_STEEP, limit), model.scenario.control.max_tilt)
+        safety = model.scenario.safety
+        self._steep = max(min(_STEEP, _SHARE_OF_LIMIT * safety.tilt), model.scenario.control.max_tilt)
+        self._fastest = _SHARE_OF_LIMIT * safety.speed
         self._yaw = float(model.start_state[2])
         self._offset = (0.0, 0.0)
         self._height = 0.0
@@ -133,7 +134,7 @@ class AtTheLeaf:
         posture = self._model.on_the_way(estimate.tip_angle)
         place = self._doorway.inside(position, position, position, velocity)
         place[2] = self._height
-        out = np.array([min(float(velocity[0]), -_WAY_OUT), 0.0, 0.0])
+        out = np.array([-min(max(-float(velocity[0]), _WAY_OUT), self._fastest), 0.0, 0.0])
         aside = float(velocity[1])
         way = max(self._doorway.room_beside(position, aside), _LEAST_WAY)
         brake = np.array([0.0, -math.copysign(min(aside * aside / (2.0 * way), _HARDEST), aside), 0.0])

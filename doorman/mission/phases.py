@@ -75,7 +75,9 @@ _BRAKING, _MOST_BRAKING = 12.0, 4.0
 _LETTING_GO = 0.5
 """[s]."""
 _THROWN_BACK = 0.4
-"""A tip at the leaf that is faster, backwards, is thrown back by a slammed door [m/s]."""
+"""A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s]."""
+_GIVING_WAY = 2.5
+"""A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _EASING = 1.5
 """Time in which the push on an opened door fades [s]."""
 _WATCHING = 3.0
@@ -144,7 +146,7 @@ class Sequence:
         self._since: float | None = None
         self._entered: float | None = None
         self._attempt = 1
-        self._again = False
+        self._again = self._aborted = False
         self._recoveries = 0
         self._unsure = False
         self._nearest = self._progress_at = 0.0
@@ -170,13 +172,14 @@ class Sequence:
 
     def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """Give up: let go of the door, gently unless `at_once`, retreat and hover; for good."""
+        self._aborted = True
         if self._again:
             self._again, self.failure = False, reason
         self._back_out(estimate, reason, at_once)
 
     def _give_up(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """The same for this attempt; another one may follow from the hover."""
-        if not self.failure:
+        if not self.failure and not self._aborted:
             self._again = self._attempt < self._settings.attempts
         self._back_out(estimate, reason, at_once)
 
@@ -211,10 +214,13 @@ class Sequence:
         if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
             self._guard(estimate)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
-        closed = self._grips and (
-            self.phase in (Phase.OPEN, Phase.HOLD) or (self.phase is Phase.TOUCH and self._since is not None)
-        )
-        return Action(setpoint, closed)
+        return Action(setpoint, self._closed)
+
+    @property
+    def _closed(self) -> bool:
+        """Whether a gripper is to be closed."""
+        pressing = self.phase is Phase.TOUCH and self._since is not None
+        return self._grips and (pressing or self.phase in (Phase.OPEN, Phase.HOLD))
 
     def _guard(self, estimate: Estimate) -> None:
         """Give up where a push would do harm or no good."""
@@ -239,14 +245,16 @@ class Sequence:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
 
     def _is_slammed(self, estimate: Estimate) -> bool:
-        """Whether the leaf throws the tip back, and that is not given way to yet."""
-        at_the_leaf, fast = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER), _THROWN_BACK
-        if self.phase is Phase.RELEASE:  # where one that grips draws back by itself
-            at_the_leaf = not self._grips and not self._gives_way
-        elif self.phase is Phase.RETREAT:
-            at_the_leaf = in_the_doorway(self._model, estimate.position)
+        """Whether the leaf throws the tip back, and that is not given way to yet.
+
+        A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it.
+        """
+        fast = _THROWN_BACK
+        if self.phase is Phase.RETREAT or (self.phase is Phase.RELEASE and self._grips):  # which go back by themselves
             fast += self._settings.retreat_speed
-        return at_the_leaf and estimate.tip_speed < -fast
+        if self._gives_way or estimate.tip_speed >= -fast or not (self._closed or estimate.touching):
+            return False
+        return self.phase is not Phase.RETREAT or in_the_doorway(self._model, estimate.position)
 
     def _searching(self, now: float) -> bool:
         """Whether the tip looks for the leaf away from where it last was."""
@@ -274,7 +282,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        self._gives_way = self._is_slammed(estimate)
+        self._gives_way = phase is Phase.RELEASE and self._is_slammed(estimate)
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
@@ -425,7 +433,8 @@ class Sequence:
         assert self._entered is not None
         spent, pressed = estimate.time - self._entered, 0.0 if self._push is None else self._push.push
         if self._gives_way:
-            if spent >= _LETTING_GO and not in_the_doorway(self._model, estimate.position):
+            outside = not in_the_doorway(self._model, estimate.position)
+            if spent >= (_LETTING_GO if outside else _GIVING_WAY):
                 self._enter(Phase.RETREAT, estimate, self.failure)
             return self._leaf.give_way(estimate)
         tries = self._push is not None and not self.failure

@@ -121,7 +121,7 @@ class Recorder:
 
         Raises:
             RecordingError: once, if the file could not be written to the end, now or earlier. What was recorded is still
-                in memory.
+                in memory, unless `keep` was false.
         """
         if self._closed:
             return

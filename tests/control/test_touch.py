@@ -242,6 +242,20 @@ def test_a_tip_that_rests_on_the_leaf_is_kept_from_leaving_and_not_from_pressing
     assert coming == pressing < leaving
 
 
+def test_a_slammed_door_is_not_given_way_to_faster_than_the_supervisor_allows(
+    model: Model, converter: StateConverter
+) -> None:
+    last = at_rest(model, np.zeros(3))
+
+    def way_out(leaf: AtTheLeaf, speed: float) -> float:
+        return float(leaf.give_way(replace(last, velocity=np.array([speed, 0.1, 0.0]))).velocity[0])
+
+    leaf = AtTheLeaf(model, converter)
+    assert [way_out(leaf, speed) for speed in (0.3, -1.0, -1.4)] == pytest.approx([-0.9, -1.0, -1.125])
+    slow = Model(Scenario.load("push", {"safety.speed": 0.8}))
+    assert [way_out(AtTheLeaf(slow, converter), speed) for speed in (0.3, -1.0)] == pytest.approx([-0.6, -0.6])
+
+
 def test_a_search_takes_the_widest_way_where_none_is_wide(model: Model, converter: StateConverter) -> None:
     leaf, last = AtTheLeaf(model, converter), at_rest(model, np.zeros(3))
     leaf._room = 1.0  # no heading is so clear
