@@ -14,7 +14,17 @@ from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
-from doorman.hardware.pixhawk import Authority, EventKind, Outcome, OutcomeStatus, PositionSetpoint, SampleStatus
+from doorman.hardware.pixhawk import (
+    LEAST_HEIGHT,
+    MOST_HEIGHT,
+    Authority,
+    EventKind,
+    LandedState,
+    Outcome,
+    OutcomeStatus,
+    PositionSetpoint,
+    SampleStatus,
+)
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
@@ -34,6 +44,8 @@ _STARVED = 2.0
 """For links to become fresh before the autopilot is engaged [s]."""
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
+_ON_GROUND = 4.0
+"""On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
 OPERATOR_PATIENCE = 30.0
@@ -103,15 +115,19 @@ class GuardedFlight:
     def rise(self) -> str:
         """Engage, arm, take off, fly to the hover point; returns what went wrong, or nothing."""
         autopilot, places = self.links.autopilot, self.places
+        self.supervisor.rising = True
+        if autopilot.state().armed:  # since the checklist
+            return "arm: somebody has armed the vehicle"
         if reason := self._try_gripper():
             return f"gripper: {reason}"
         height = float(places.hover[2] - autopilot.state().position[2])
+        if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
+            return f"take off: not a height: {height:.2f} m, {LEAST_HEIGHT:g} to {MOST_HEIGHT:g} m are"
         steps: tuple[tuple[str, Callable[[], Outcome]], ...] = (
             ("engage", self._engage),
             ("arm", autopilot.arm),
             ("take off", lambda: autopilot.take_off(height)),
         )
-        self.supervisor.rising = True
         for name, step in steps:
             if self.supervisor.action is not None:
                 return f"{name}: not begun: {self.supervisor.reason}"
@@ -215,18 +231,23 @@ class GuardedFlight:
                 return self._await_motors()
 
     def _note(self) -> None:
-        """Write what was told so far."""
+        """Write what was told so far; a mistake in that ends no landing."""
         try:
             self.journal.take(self.backend.epoch)
         except RecordingError as error:
             self.say(str(error))
+        except Exception as error:
+            self.say(f"not recorded: {type(error).__name__}: {error}")
 
     def _come_down(self) -> End:
         """Whatever happened: the vehicle ends on the ground, or with somebody else."""
         autopilot = self.links.autopilot
-        if self._may_fly_back():
+        if self.supervisor.rising and self._may_fly_back() and autopilot.state().landed is LandedState.ON_GROUND:
+            self.say("it has not taken off: disarm")
+            if not autopilot.disarm().done:
+                autopilot.land()
+        elif self._may_fly_back():
             self.say("back to the hover point")
-            self.supervisor.acknowledge()
             self._back_off()
             self._await_operator()
             if self._may_fly_back():
@@ -241,6 +262,7 @@ class GuardedFlight:
         """Wait until they stop, or as long as makes sense."""
         self.say("wait for the motors to stop")
         begin = ended = time.monotonic()
+        stands_since: float | None = None
         while (end := self._end()) is not End.NOT_FLOWN:
             self._note()
             self.links.let_go()  # for the pilot, too: a vehicle that holds on to the door cannot be flown away
@@ -248,10 +270,20 @@ class GuardedFlight:
             waits = waits or (end is End.UNHEARD and self.supervisor.action is not Action.RELEASE)
             now = time.monotonic()
             ended = now if waits else ended
+            stands_since = (stands_since or now) if end is End.STILL_ARMED and self._stands() else None
+            if stands_since is not None and now - stands_since > _ON_GROUND:
+                self.links.autopilot.disarm()
+                stands_since = None
             if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
                 break
             time.sleep(0.02)
         return End.FALLEN if end is End.LANDED and self._fall.fell else end
+
+    def _stands(self) -> bool:
+        """Whether the vehicle has landed because we told it to."""
+        autopilot = self.links.autopilot
+        landing = autopilot.status().authority is Authority.LANDING
+        return landing and autopilot.state().landed is LandedState.ON_GROUND
 
     def _look(self) -> Observation:
         seen = self._observer.look()
@@ -270,9 +302,11 @@ class GuardedFlight:
         return End.TAKEN_OVER if status.authority is Authority.LOST else End.STILL_ARMED
 
     def _may_fly_back(self) -> bool:
-        """Whether the vehicle is ours, in the air, and nobody has told it to land."""
+        """Whether the vehicle is ours, armed, and nobody has told it to land; who asks that flies it, and is alive."""
         autopilot = self.links.autopilot
         ours = autopilot.status().authority is Authority.ENGAGED and autopilot.state().armed
+        if ours:
+            self.supervisor.acknowledge()
         return ours and self.supervisor.action not in (Action.LAND, Action.RELEASE)
 
     def _back_off(self) -> None:

@@ -16,8 +16,8 @@ from doorman.model import Model
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder
 
-_SAME_SIGNAL = 1.0
-"""Two signals within this are one [s]."""
+_SAME_SIGNAL, _SAME_INTERRUPT = 1.0, 0.1
+"""Two signals within this are one, as what a process group and a parent both send [s]; two of a key, which are quicker [s]."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class FlightSession:
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
         self._mission = Mission(model, planner, recorder)
-        self._interrupts = 0
+        self._interrupted_at: float | None = None
         self._asked_to_end_at: float | None = None
         self._flying_mission = False
 
@@ -91,9 +91,12 @@ class FlightSession:
 
     def interrupt(self) -> None:
         """The operator's Ctrl-C: the first one gives the mission up and retreats, the second one lands."""
-        self._interrupts += 1
-        first = self._interrupts == 1 and self._flying_mission
-        self.supervisor.report(Fault.OPERATOR_ABORT if first else Fault.OPERATOR_LAND)
+        now, before = time.monotonic(), self._interrupted_at
+        if before is not None and now - before < _SAME_INTERRUPT:
+            return
+        self._interrupted_at = now
+        first = before is None and self._flying_mission
+        self.supervisor.wish(Fault.OPERATOR_ABORT if first else Fault.OPERATOR_LAND)
 
     def terminate(self) -> None:
         """The process is asked to end: fly out of the doorway and land; asked again a second later, land where the vehicle is.
@@ -103,7 +106,7 @@ class FlightSession:
         now = time.monotonic()
         self._asked_to_end_at = now if self._asked_to_end_at is None else self._asked_to_end_at
         again = now - self._asked_to_end_at > _SAME_SIGNAL
-        self.supervisor.report(Fault.OPERATOR_LAND if again else Fault.TERMINATED)
+        self.supervisor.wish(Fault.OPERATOR_LAND if again else Fault.TERMINATED)
 
     @property
     def phase(self) -> str:

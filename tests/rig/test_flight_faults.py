@@ -12,8 +12,9 @@ from flight_rig import Flight, FlightRig, until
 from doorman.exceptions import DoormanError
 from doorman.flight import End, FlightReport, guarded
 from doorman.hardware.emulators.servos_unit import OVERLOAD
-from doorman.hardware.pixhawk import Authority
+from doorman.hardware.pixhawk import Authority, Outcome, OutcomeStatus
 from doorman.hardware.safety import Action, Fault
+from doorman.hardware.safety import supervisor as supervisor_module
 from doorman.rig.emulated import SPRING
 
 
@@ -81,6 +82,9 @@ def test_operator_lands_out_of_the_hover_after_giving_up(rig):
 def test_operator_lands(rig):
     flight = at_hover(rig)
     flight.session.interrupt()
+    flight.session.interrupt()  # the same, by its group and by its parent
+    time.sleep(0.3)
+    assert flight.session.supervisor.action is Action.ABORT
     flight.session.interrupt()
     report = flight.end()
     assert report.end is End.LANDED
@@ -99,7 +103,7 @@ def test_process_is_asked_to_end_while_it_rises(rig):
     flight = rig.flight().begin()
     until(lambda: rig.snapshot.truth.position[2] > 0.5, "a vehicle that rises", flight.told)
     flight.session.terminate()
-    assert flight.session.supervisor.action is Action.LAND, "its way has not begun"
+    until(lambda: flight.session.supervisor.action is Action.LAND, "its way has not begun")
     assert flight.end().end is End.LANDED
     assert_down(rig)
 
@@ -116,8 +120,8 @@ def test_process_is_asked_to_end_again(rig):
     flight = at_hover(rig)
     flight.session.terminate()
     flight.session.terminate()
-    assert flight.session.supervisor.action is Action.RETREAT, "the same signal, by group and parent"
     time.sleep(1.2)
+    assert flight.session.supervisor.action is Action.RETREAT, "the same signal, by group and parent"
     flight.session.terminate()
     report = flight.end()
     assert report.end is End.LANDED
@@ -334,6 +338,20 @@ def test_a_gripper_that_is_stuck_for_a_while(rig):
     lands_on_the_pad(rig, flight)
 
 
+def test_a_gripper_that_is_stuck_as_the_mission_lets_go(rig):
+    """The mission would draw at the door, and retreat with it in its hand."""
+    flight = swinging(rig)
+    rig.far.call("set_spring", -3.0)
+    flight.session.interrupt()
+    until(lambda: Fault.GRIPPER in {one.fault for one in flight.session.supervisor.findings}, "a gripper that is stuck")
+    time.sleep(2.0)
+    assert rig.links.holding
+    rig.far.call("set_spring", SPRING)
+    report = lands_on_the_pad(rig, flight)
+    assert found(report) == {Fault.OPERATOR_ABORT, Fault.GRIPPER}
+    assert not rig.collided
+
+
 def test_a_gripper_that_does_not_open_by_itself_is_not_flown(rig):
     rig.far.call("set_spring", 0.0)
     report = rig.flight().begin().end()
@@ -406,6 +424,48 @@ def test_arming_refused(rig):
     assert report.end is End.NOT_FLOWN
     assert "arm" in report.message
     assert not rig.snapshot.motors
+
+
+def test_a_vehicle_that_does_not_take_off_is_not_flown_back(rig, monkeypatch):
+    monkeypatch.setattr(rig.links.autopilot, "take_off", lambda height: Outcome(OutcomeStatus.REFUSED, "made up"))
+    before = rig.snapshot.truth.position.copy()
+    flight = rig.flight().begin()
+    report = flight.end()
+    assert (report.end, report.message) == (End.LANDED, "take off: refused: made up")
+    assert not any("back" in words for words in flight.said)
+    assert rig.snapshot.truth.position == pytest.approx(before, abs=0.05)
+    assert_down(rig)
+
+
+def test_somebody_arms_it_after_the_checklist(rig):
+    autopilot = rig.links.autopilot
+    assert autopilot.engage().done and autopilot.arm().done
+    report = rig.flight().begin().end()
+    assert report.message == "arm: somebody has armed the vehicle"
+    assert not rig.snapshot.motors, "it stands, and is ours"
+
+
+def test_a_session_that_stands_still_on_its_way_back(rig, monkeypatch):
+    """As with a file on a disk that does not answer: the supervisor flies the rest."""
+    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.5)
+    flight = swinging(rig)
+    guarded_flight, looks = flight.session.flight, []
+    real = guarded_flight._note
+
+    def stands_still() -> None:
+        looks.append(None)
+        if len(looks) == 20:
+            until(lambda: not rig.links.autopilot.state().armed, "landed by the supervisor", flight.told)
+        real()
+
+    monkeypatch.setattr(guarded_flight, "_note", stands_still)
+    flight.session.terminate()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.TERMINATED, Fault.SESSION_SILENT, Fault.SESSION}
+    assert not rig.collided
+    assert_down(rig)
+    assert_before_the_door(rig)
 
 
 def test_autopilot_reboots(rig):

@@ -127,6 +127,29 @@ def test_a_retreat_that_somebody_flies_does_not(hovering, monkeypatch):
     assert supervisor.action is Action.RETREAT
 
 
+def test_whoever_flies_it_back_must_go_on_saying_so(hovering, monkeypatch):
+    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 0.2)
+    supervisor = watching(hovering)
+    for _ in range(4):
+        supervisor.acknowledge()
+        time.sleep(0.1)
+        supervisor.look_once()
+    assert supervisor.action is None
+    time.sleep(0.3)
+    supervisor.look_once()
+    assert supervisor.action is Action.RETREAT
+    assert [one.fault for one in supervisor.findings] == [Fault.SESSION_SILENT]
+
+
+def test_a_signals_wish_is_heeded_at_the_next_look(hovering):
+    supervisor = watching(hovering)
+    with supervisor._lock:  # as whoever is interrupted by the signal may hold it
+        supervisor.wish(Fault.TERMINATED)
+    assert supervisor.action is None
+    supervisor.look_once()
+    assert supervisor.action is Action.RETREAT
+
+
 def test_a_mission_that_does_not_end_loses_the_vehicle(hovering, monkeypatch):
     monkeypatch.setattr(supervisor_module, "ABORT_WITHIN", 0.1)
     supervisor = Supervisor(hovering.links, lambda: Observation(now=time.monotonic(), commanding=True))

@@ -136,12 +136,14 @@ class ServoCycle:
         return sample
 
     def halt(self) -> None:
-        """Command zero velocity to all joints.
+        """Command zero velocity to all joints, and no current to the gripper, which its spring opens then.
 
         Raises:
             PortLost: if the device is gone.
         """
         self._send(self._governor.halt())
+        if self._config.gripper:
+            self._grip(0.0)
 
     def sample(self, state: BusState) -> ServoSample:
         """What is known of all servos, each entry with the time of its own measurement.

@@ -14,6 +14,9 @@ from doorman.hardware.pixhawk.stream import SetpointStream
 
 _REPEAT = 0.4
 """Between requests to land, until the heartbeat shows it [s]."""
+_UNTIL_SHOWN = 1.5
+"""The same after one was accepted: the mode that a pilot chooses before a heartbeat shows it is not overruled [s]."""
+_LANDING_COMMANDS = (mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND)
 _FAILSAFE_STATUS = frozenset({mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY})
 
 
@@ -117,6 +120,12 @@ class AuthorityKeeper:
                 return [command_message(target, mavlink.MAV_CMD_NAV_LAND, *here, confirmation=confirmation)]
             mode = dialect.mode_parameters(dialect.land_mode)
             return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]
+
+    def accepted(self, command: int, now: float) -> None:
+        """Take in that the autopilot accepted a command."""
+        with self._lock:
+            if self._landing and command in _LANDING_COMMANDS:
+                self._next_request = now + _UNTIL_SHOWN
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
         """Take in what a heartbeat says."""

@@ -26,6 +26,8 @@ from doorman.hardware.pixhawk.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
 
+LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
+"""Of a take-off [m]."""
 _REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
 """From the question why it would not arm to the first answer, and to the last one after that [s]."""
 _REMEMBERED = 40.0
@@ -225,8 +227,9 @@ class Autopilot:
         Raises:
             BackendError: if the height is out of range.
         """
-        if not 0.2 <= height <= 50.0:
-            raise BackendError("not a height", field="height", given=height, allowed="0.2 to 50 m")
+        if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
+            allowed = f"{LEAST_HEIGHT:g} to {MOST_HEIGHT:g} m"
+            raise BackendError("not a height", field="height", given=height, allowed=allowed)
         return sequences.take_off(self._link, height)
 
     def hold(self, *, at: PositionSetpoint | None = None, latch: bool = False) -> Outcome:

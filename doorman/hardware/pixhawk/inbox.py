@@ -182,6 +182,8 @@ class Inbox:
             config = owner.config
             if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
                 owner.exchange.post_acknowledgement(message.command, message.result)
+                if message.result == mavlink.MAV_RESULT_ACCEPTED:
+                    owner.authority.accepted(message.command, now)
         elif kind == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
             value = dialect.decode_parameter(message.param_value, message.param_type)
             owner.exchange.post_parameter(message.param_id, value, message.param_type)

@@ -47,7 +47,7 @@ class Observation:
     """Share of the charge."""
     servo_fault: ServoFault = ServoFault.NONE
     grip_failed: bool = False
-    """Whether the gripper does not hold though it should, or its servo has failed while it holds."""
+    """Whether the gripper does not hold, or let go, though it should, or its servo has failed while it holds."""
     servo_state: BusState = BusState.FOLLOWING
     command_age: float = 0.0
     """Since the mission's last command [s]."""

@@ -49,13 +49,14 @@ class Fault(Enum):
     BATTERY_LOW = "the battery is low"
     BATTERY_CRITICAL = "the battery is nearly empty"
     SERVOS_DISCONNECTED = "the servos' device is gone"
-    GRIPPER = "the gripper does not hold the door, or its servo has failed"
+    GRIPPER = "the gripper does not hold or let go of the door, or its servo has failed"
     SERVOS_FAILED = "a servo has failed"
     SERVOS_STOPPED = "the arm does not follow"
     OPERATOR_ABORT = "the operator gives up"
     OPERATOR_LAND = "the operator wants to land"
     TERMINATED = "the process is asked to end"
     SESSION = "nobody flies the vehicle back"
+    SESSION_SILENT = "whoever flies the vehicle back is silent"
     MISSION_STUCK = "the mission does not end"
 
 
@@ -128,6 +129,7 @@ ACTIONS: dict[Fault, Action] = {rule.fault: rule.action for rule in RULES} | {
     Fault.OPERATOR_LAND: Action.LAND,
     Fault.TERMINATED: Action.RETREAT,
     Fault.SESSION: Action.LAND,
+    Fault.SESSION_SILENT: Action.RETREAT,
     Fault.MISSION_STUCK: Action.RETREAT,
 }
 """Action of every fault, of those too that no observation shows."""

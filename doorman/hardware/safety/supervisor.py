@@ -6,6 +6,7 @@ import contextlib
 import threading
 import time
 import traceback
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 
 ACKNOWLEDGE_WITHIN = 1.5
 """Somebody must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
+SILENT_WITHIN = 8.0
+"""Whoever flies it back must give a sign of life within this, else the supervisor does it; a gripper is set up in less [s]."""
 ABORT_WITHIN = 20.0
 """A mission that was asked to give up must have ended after this [s]."""
 
@@ -72,7 +75,10 @@ class Supervisor:
         self._aborted_at: float | None = None
         self._cause: Finding | None = None
         self._ordered_at: float | None = None
-        self._acknowledged = self._told = False
+        self._acknowledged = False
+        self._alive_at: float | None = None
+        self._wishes: deque[Fault] = deque()
+        self._told = False
         self.rising = False
         """Whether the vehicle has not reached its hover point yet: a retreat lands it where it is."""
         self.action: Action | None = None
@@ -91,7 +97,7 @@ class Supervisor:
         if self._thread is not None:
             raise BackendError("the supervisor runs already", allowed="stop() before another start()")
         self._stopping.clear()
-        self._acknowledged = False
+        self._acknowledged, self._alive_at = False, None
         self._links.guard(time.monotonic())
         self._thread = threading.Thread(target=self._run, name="safety supervisor", daemon=True)
         self._thread.start()
@@ -131,10 +137,18 @@ class Supervisor:
         now = time.monotonic()
         self._take(Finding(fault, ACTIONS[fault], now, 0.0))
 
+    def wish(self, fault: Fault) -> None:
+        """The same from a signal's handler, which may interrupt whoever holds a lock: heeded at the next look.
+
+        Args:
+            fault: What.
+        """
+        self._wishes.append(fault)
+
     def acknowledge(self) -> None:
-        """Say that the vehicle is being flown back: a retreat that nobody flies ends in a landing."""
-        with self._lock:
-            self._acknowledged = True
+        """Say that the vehicle is being flown back, again and again: a retreat that nobody flies ends in a landing."""
+        self._heed()
+        self._acknowledged, self._alive_at = True, time.monotonic()
 
     @property
     def reason(self) -> str:
@@ -162,8 +176,14 @@ class Supervisor:
             self._told = True  # in a thread of its own: a terminal may take nothing
             threading.Thread(target=traceback.print_exception, args=(error,), daemon=True).start()
 
+    def _heed(self) -> None:
+        with contextlib.suppress(IndexError):  # no more of them
+            while True:
+                self.report(self._wishes.popleft())
+
     def look_once(self) -> None:
         """One look, and what follows from it."""
+        self._heed()
         seen = self._look()
         for finding in self._assessor.assess(seen):
             self._take(finding)
@@ -197,6 +217,12 @@ class Supervisor:
             self._links.autopilot.request_landing()
 
     def _watch_those_who_act(self, seen: Observation) -> None:
+        if seen.commanding:
+            self._alive_at = seen.now
+        flies = seen.armed and seen.authority is Authority.ENGAGED
+        if flies and self._alive_at is not None and seen.now - self._alive_at > SILENT_WITHIN:
+            self._acknowledged, self._alive_at = False, None
+            self.report(Fault.SESSION_SILENT)
         if self.action in (Action.LAND, Action.RELEASE):
             self._links.let_go()  # a vehicle that holds on to the door cannot come down
         if self.action is Action.ABORT and self._aborted_at is not None:

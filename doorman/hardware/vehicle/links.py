@@ -23,6 +23,8 @@ from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, OPENS_WITHIN
 
 Array = NDArray[np.float64]
 
+_SLOW_TO_OPEN = OPENS_WITHIN + 0.2
+"""A gripper that still holds so long after it was told to let go does not open [s]."""
 GUARD_TIMEOUT = 0.5
 """A guard that gives no sign of life for this long is taken for dead [s]."""
 
@@ -58,7 +60,7 @@ class VehicleLinks:
         self._inhibited: str | None = None
         self._guarded_at: float | None = None
         self._relay: _Relay | None = None
-        self._closing_since: float | None = None
+        self._grip_told: tuple[bool, float] | None = None
         self._open: ExitStack | None = None
 
     # ------------------------------------------------------------ life
@@ -176,8 +178,8 @@ class VehicleLinks:
         grip = None
         if self.config.gripper:
             grip = gripper_current(float(self.servos.read().angles[-1]), closed)
-            since = self._closing_since
-            self._closing_since = (time.monotonic() if since is None else since) if closed else None
+            if self._grip_told is None or self._grip_told[0] != closed:
+                self._grip_told = (closed, time.monotonic())
         self.servos.command(rates, grip)
 
     @property
@@ -193,10 +195,12 @@ class VehicleLinks:
 
     @property
     def grip_failed(self) -> bool:
-        """Whether the gripper does not hold though it was told to long enough ago, or its servo has failed while it holds."""
-        since = self._closing_since
-        if since is None:
+        """Whether the gripper does not do what it was told long enough ago, or its servo has failed while it holds."""
+        if self._grip_told is None:
             return False
+        closed, since = self._grip_told
+        if not closed:
+            return self.holding and time.monotonic() - since > _SLOW_TO_OPEN
         if not self.holding:
             return time.monotonic() - since > CLOSES_WITHIN
         with contextlib.suppress(BackendError):  # closed

@@ -106,6 +106,17 @@ def test_it_holds_on_when_the_user_falls_silent(hand):
     assert hand.true_rates()[:3] == pytest.approx(np.zeros(3), abs=2 * VELOCITY_UNIT)
 
 
+def test_it_opens_when_the_adapter_fails_in_itself(hand, monkeypatch):
+    """What stops the arm keeps the gripper's watchdog quiet."""
+    grip(hand)
+
+    def failing():
+        raise RuntimeError("a mistake of ours")
+
+    monkeypatch.setattr(hand.bus._worker._cycle, "_faults", failing)
+    wait_until_open(hand)
+
+
 def test_unplugged_it_opens_by_itself(hand):
     grip(hand)
     hand.emulator.unplug()

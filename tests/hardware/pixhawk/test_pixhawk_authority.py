@@ -53,6 +53,20 @@ def test_another_mode_ends_all_commanding_until_it_is_asked_for_again(keeper, st
     assert EventKind.CONTROL_LOST not in events.conditions
 
 
+def test_landing_is_not_asked_for_again_before_a_heartbeat_can_show_it(keeper, stream):
+    """A pilot who chooses another mode meanwhile has chosen it."""
+    engaged(keeper, stream)
+    keeper.accepted(mavlink.MAV_CMD_DO_SET_MODE, 9.9)
+    assert keeper.request_landing(None) and keeper.requests(10.0, PX4, TARGET)
+    keeper.accepted(mavlink.MAV_CMD_DO_SET_MODE, 10.1)
+    assert not keeper.requests(11.4, PX4, TARGET)
+    assert keeper.requests(11.7, PX4, TARGET), "accepted, and not done"
+    keeper.accepted(mavlink.MAV_CMD_DO_SET_MODE, 11.8)
+    beat(keeper, MANUAL, now=12.0)
+    assert keeper.state is Authority.LOST
+    assert not keeper.requests(14.0, PX4, TARGET)
+
+
 @pytest.mark.parametrize(("dialect", "mode"), [(PX4, LAND), (ARDUPILOT, ardupilot_mode(9))])
 def test_landing_is_asked_for_until_it_is_seen(keeper, stream, dialect, mode):
     stream.hold(PositionSetpoint(NO, 0.0))
