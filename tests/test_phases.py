@@ -342,6 +342,33 @@ def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: 
     assert mission.outcome == (True, ""), "at the second attempt"
 
 
+@pytest.mark.parametrize(("scenario", "angle"), [("push", 55.0), ("paper", 50.0)])
+def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle: float) -> None:
+    """And a mission that somebody gave up is not begun anew."""
+    begun: list[float] = []
+    thrown: list[float] = []
+
+    def stop_midway(mission: Mission, time: float, now: float) -> None:
+        if now < math.radians(angle):
+            mission.abort("the operator said so")
+        if mission.phase is Phase.RELEASE and not begun:
+            begun.append(time)
+
+    def hand(time: float, now: float, rate: float) -> float:
+        if begun and rate > 1.0:
+            thrown.append(time)
+        return 150.0 if begun and not thrown else 0.0
+
+    recording, mission = flown(hand, scenario, on_progress=stop_midway)
+    assert thrown and thrown[0] < begun[0] + 0.2
+    messages = recording["mission"]["message"].tolist()
+    assert phases(recording)[-5:] == ["release", "release", "retreat", "done", "end"]
+    assert "slammed" in messages[-4]
+    assert mission.outcome == (False, "the operator said so")
+    hit = {pair for pairs in recording["truth"]["collision_pairs"] if pairs for pair in pairs.split(", ")}
+    assert hit <= {"servo_4_0 and leaf"}
+
+
 def test_a_vehicle_that_is_pulled_back_in_free_flight_has_still_opened_its_door() -> None:
     """As fast as a slammed door would throw it."""
     begun: list[float] = []

@@ -75,7 +75,9 @@ _BRAKING, _MOST_BRAKING = 12.0, 4.0
 _LETTING_GO = 0.5
 """[s]."""
 _THROWN_BACK = 0.4
-"""A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s]."""
+"""A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
+_SURELY = 0.008
+"""if it is so for longer than this [s]."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _EASING = 1.5
@@ -154,6 +156,7 @@ class Sequence:
         self._targets: list[Array] = []
         self._let_go_at = 0.0
         self._gives_way = False
+        self._thrown_for = 0.0
         self._clear_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
@@ -184,13 +187,21 @@ class Sequence:
         self._back_out(estimate, reason, at_once)
 
     def _back_out(self, estimate: Estimate, reason: str, at_once: bool) -> None:
-        slammed = self._is_slammed(estimate)
-        if slammed or self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
+        if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = self.failure or reason
-            self.opened = self.opened and not slammed and self.phase is not Phase.HOLD  # it would not stay by itself
+            self.opened = self.opened and self.phase is not Phase.HOLD  # it would not stay by itself
             at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
             touching = at_the_leaf and not at_once and (self._grips or estimate.touching)
-            self._enter(Phase.RELEASE if touching or slammed else Phase.RETREAT, estimate, reason)
+            self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
+
+    def _give_way(self, estimate: Estimate) -> None:
+        """Let go of a door that is slammed, if need be, and go out before the leaf."""
+        reason = f"the door is slammed at {np.degrees(estimate.door_angle):.0f}°"
+        if not self.failure and not self._aborted:
+            self._again = self._attempt < self._settings.attempts
+        self.failure, self.opened = self.failure or reason, False
+        self._enter(Phase.RELEASE, estimate, reason)
+        self._gives_way = True
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
         """What to do now.
@@ -209,8 +220,9 @@ class Sequence:
             begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
             if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
-        if self._is_slammed(estimate):
-            self._give_up(estimate, f"the door is slammed at {np.degrees(estimate.door_angle):.0f}°")
+        self._thrown_for = self._thrown_for + time_step if self._is_thrown_back(estimate) else 0.0
+        if self._thrown_for > _SURELY:
+            self._give_way(estimate)
         if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
             self._guard(estimate)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
@@ -244,7 +256,7 @@ class Sequence:
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
 
-    def _is_slammed(self, estimate: Estimate) -> bool:
+    def _is_thrown_back(self, estimate: Estimate) -> bool:
         """Whether the leaf throws the tip back, and that is not given way to yet.
 
         A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it.
@@ -252,7 +264,8 @@ class Sequence:
         fast = _THROWN_BACK
         if self.phase is Phase.RETREAT or (self.phase is Phase.RELEASE and self._grips):  # which go back by themselves
             fast += self._settings.retreat_speed
-        if self._gives_way or estimate.tip_speed >= -fast or not (self._closed or estimate.touching):
+        felt = self._closed or estimate.touching
+        if not felt or estimate.tip_speed >= -fast or self._gives_way or self.phase is Phase.DONE:
             return False
         return self.phase is not Phase.RETREAT or in_the_doorway(self._model, estimate.position)
 
@@ -282,7 +295,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        self._gives_way = phase is Phase.RELEASE and self._is_slammed(estimate)
+        self._gives_way = False
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
@@ -444,7 +457,7 @@ class Sequence:
             if estimate.door_angle > self._let_go_at + _COMES_BACK:
                 self._opening.hold_again(estimate, left)
                 self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
-            elif not estimate.near:  # the tip has left the leaf, and the door stands without it
+            elif not (estimate.near or estimate.touching):  # the tip has left the leaf, and the door stands without it
                 self._enter(Phase.RETREAT, estimate, "")
             elif (
                 estimate.tip_angle < float(self._model.goal_state[3]) - _LOST_PAST

@@ -248,7 +248,11 @@ def test_a_slammed_door_is_not_given_way_to_faster_than_the_supervisor_allows(
     last = at_rest(model, np.zeros(3))
 
     def way_out(leaf: AtTheLeaf, speed: float) -> float:
-        return float(leaf.give_way(replace(last, velocity=np.array([speed, 0.1, 0.0]))).velocity[0])
+        for aside in (0.3, -0.3):
+            setpoint = leaf.give_way(replace(last, velocity=np.array([speed, aside, 0.0])))
+            assert setpoint.acceleration[1] * aside < 0.0 and not setpoint.acceleration[[0, 2]].any(), "it brakes"
+            assert setpoint.max_tilt == pytest.approx(0.45) and setpoint.push is None
+        return float(setpoint.velocity[0])
 
     leaf = AtTheLeaf(model, converter)
     assert [way_out(leaf, speed) for speed in (0.3, -1.0, -1.4)] == pytest.approx([-0.9, -1.0, -1.125])
