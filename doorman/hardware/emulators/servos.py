@@ -16,7 +16,7 @@ from types import TracebackType
 import numpy as np
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.servos_bus import ServoBusLogic
+from doorman.hardware.emulators.servos_bus import QUESTIONS, ServoBusLogic
 from doorman.hardware.emulators.servos_faults import BusFaults
 from doorman.hardware.emulators.servos_packets import InstructionStream
 from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoPlant
@@ -24,6 +24,8 @@ from doorman.hardware.emulators.servos_unit import EmulatedServo, ServoSetup
 
 IDLE = 0.002
 """Silence after which a packet that was begun is given up [s]."""
+SOON = 0.002
+"""Shortest such time, but where somebody asks or writes [s]."""
 TICK = 0.01
 """Longest time between two looks at plant and watchdogs [s]."""
 
@@ -68,6 +70,7 @@ class ServoEmulator:
         self._replies: list[tuple[float, int, bytes]] = []
         self._sent = 0
         self._last_byte = 0.0
+        self._ticked = 0.0
 
     @property
     def port(self) -> str:
@@ -171,8 +174,9 @@ class ServoEmulator:
             now = time.monotonic()
             with self.lock:
                 self._awake.set()
-                self._listen(now)
-                self._logic.tick(time.monotonic())
+                if self._listen(now) or now - self._ticked > SOON:
+                    self._ticked = time.monotonic()
+                    self._logic.tick(self._ticked)
                 self._speak()
 
     def _wait(self) -> None:
@@ -184,7 +188,8 @@ class ServoEmulator:
             if self._wake[0] in ready:
                 os.read(self._wake[0], 4096)
 
-    def _listen(self, now: float) -> None:
+    def _listen(self, now: float) -> bool:
+        """Hear what came, and act on it; returns whether that was more than a question."""
         try:
             data = os.read(self._master, 4096) if self._master >= 0 else b""
         except OSError:
@@ -192,16 +197,19 @@ class ServoEmulator:
         if not data:
             if now - self._last_byte > IDLE:
                 self._stream.idle()
-            return
+            return False
         self._last_byte = now
         if self.faults.strike(self.faults.deafness):
             data = self.faults.flip(data)
         if self.faults.echo:
             self._write(data)
+        acts = False
         for instruction in self._stream.feed(data):
+            acts = acts or instruction.code not in QUESTIONS
             for due, packet in self._logic.respond(now, instruction):
                 self._sent += 1
                 heapq.heappush(self._replies, (due, self._sent, packet))
+        return acts
 
     def _speak(self) -> None:
         if self.faults.babble:

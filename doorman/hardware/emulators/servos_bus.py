@@ -12,7 +12,10 @@ from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction, st
 from doorman.hardware.emulators.servos_plant import ServoPlant
 from doorman.hardware.emulators.servos_unit import EmulatedServo
 
+PING, READ = 0x01, 0x02
 SYNC_READ, SYNC_WRITE, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x92, 0x93
+QUESTIONS = frozenset({PING, READ, SYNC_READ, BULK_READ})
+"""Instructions that change nothing."""
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
 RETURN_DELAY_UNIT = 2e-6
