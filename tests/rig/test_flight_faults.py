@@ -252,6 +252,26 @@ def test_link_cut(rig):
             rig.far.set(line, False)
 
 
+@pytest.mark.parametrize("angle", [60.0, 24.0])
+def test_link_cut_while_it_grips(rig, angle):
+    """The autopilot's failsafe flies away meanwhile: the door must be let go of before it pulls."""
+    flight = swinging(rig)
+    until(lambda: np.degrees(rig.snapshot.truth.door_angle) < angle, "the angle")
+    lines = ("rig.autopilot.outgoing.cut", "rig.autopilot.incoming.cut")
+    for line in lines:
+        rig.far.set(line, True)
+    try:
+        report = flight.end()
+        assert report.end is End.UNHEARD
+        assert Fault.TELEMETRY_GRIPPING in found(report)
+        until(lambda: not rig.snapshot.motors, "landed by the autopilot's failsafe")
+        assert not rig.collided
+        assert_before_the_door(rig)
+    finally:
+        for line in lines:
+            rig.far.set(line, False)
+
+
 @pytest.mark.parametrize("longer", [1.0, 4.0])
 def test_telemetry_is_silent_for_a_while(rig, longer):
     flight = swinging(rig)
@@ -261,7 +281,8 @@ def test_telemetry_is_silent_for_a_while(rig, longer):
     rig.far.set("rig.autopilot.outgoing.cut", False)
     report = flight.end()
     assert report.end is End.LANDED
-    assert found(report) == {Fault.TELEMETRY}, "the mission gives up, flown by what the cameras see"
+    assert Fault.TELEMETRY_GRIPPING in found(report), "the door is let go of first"
+    assert found(report) <= {Fault.TELEMETRY, Fault.TELEMETRY_GRIPPING}, "it gives up, flown by what the cameras see"
     assert_down(rig)
     assert_at_the_pad(rig)
 

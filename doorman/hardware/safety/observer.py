@@ -117,6 +117,7 @@ class Observer:
             if pose is not None and usable and not stale
             else math.nan,
             disobedience=self._disobedience(sample, now),
+            grips_unheard=commanding and stale and usable and links.holding,
             battery=sample.battery.remaining,
             servo_fault=servos.fault,
             grip_failed=links.grip_failed,

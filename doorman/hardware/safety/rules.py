@@ -36,6 +36,7 @@ class Fault(Enum):
     HEARTBEAT = "the autopilot sends no heartbeats"
     STATE = "the autopilot's state is old"
     TELEMETRY = "the autopilot is not heard, but seen by the cameras"
+    TELEMETRY_GRIPPING = "the autopilot is not heard, with the door in the gripper"
     POSE = "the cameras have lost the vehicle"
     DIVERGENCE = "cameras and autopilot disagree"
     DISOBEDIENCE = "the autopilot does not do what it is told, with the door in the gripper"
@@ -115,6 +116,7 @@ RULES: tuple[Rule, ...] = (
          lambda seen, _: seen.servo_state in (BusState.DISCONNECTED, BusState.STOPPED)),
     Rule(Fault.GRIPPER, 0.1, Action.RETREAT, lambda seen, _: seen.grip_failed),
     Rule(Fault.TELEMETRY, 1.0, Action.ABORT, _seen_only),
+    Rule(Fault.TELEMETRY_GRIPPING, 0.4, Action.ABORT, lambda seen, _: seen.grips_unheard),
     Rule(Fault.SERVOS_FAILED, 0.1, Action.ABORT, lambda seen, _: bool(seen.servo_fault & LATCHED)),
     Rule(Fault.SERVOS_STOPPED, 0.5, Action.ABORT, _servos_stopped),
     Rule(Fault.DEADLINES, 0.5, Action.ABORT,

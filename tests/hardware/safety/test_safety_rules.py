@@ -40,6 +40,7 @@ BROKEN: dict[Fault, dict[str, Any]] = {
     Fault.THRUST: {"thrust_share": 1.0},
     Fault.SERVOS_DISCONNECTED: {"servo_state": BusState.DISCONNECTED},
     Fault.GRIPPER: {"grip_failed": True},
+    Fault.TELEMETRY_GRIPPING: {"grips_unheard": True},
     Fault.SERVOS_FAILED: {"servo_fault": ServoFault.OVERLOAD},
     Fault.SERVOS_STOPPED: {"servo_state": BusState.HOLDING, "servo_fault": ServoFault.STALE},
     Fault.DEADLINES: {"missed_ticks": 0.8},
