@@ -44,7 +44,7 @@ class Observation:
     disobedience: float = math.nan
     """Angle between the attitude that the autopilot steers by and the commanded one, while the gripper holds the door [rad]."""
     grips_unheard: bool = False
-    """Whether the gripper holds the door while only the cameras say where the vehicle is: the autopilot may not hear us either."""
+    """Whether the gripper holds the door while only the cameras see the vehicle: the autopilot may not hear us either."""
     battery: float = math.nan
     """Share of the charge."""
     servo_fault: ServoFault = ServoFault.NONE
