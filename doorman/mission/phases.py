@@ -182,9 +182,13 @@ class Sequence:
 
     def _give_up(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
         """The same for this attempt; another one may follow from the hover."""
+        self._allow_another()
+        self._back_out(estimate, reason, at_once)
+
+    def _allow_another(self) -> None:
+        """Let another attempt follow, unless this one has failed already, or the mission was aborted."""
         if not self.failure and not self._aborted:
             self._again = self._attempt < self._settings.attempts
-        self._back_out(estimate, reason, at_once)
 
     def _back_out(self, estimate: Estimate, reason: str, at_once: bool) -> None:
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
@@ -197,8 +201,7 @@ class Sequence:
     def _give_way(self, estimate: Estimate) -> None:
         """Let go of a door that is slammed, if need be, and go out before the leaf."""
         reason = f"the door is slammed at {np.degrees(estimate.door_angle):.0f}°"
-        if not self.failure and not self._aborted:
-            self._again = self._attempt < self._settings.attempts
+        self._allow_another()
         self.failure, self.opened = self.failure or reason, False
         self._enter(Phase.RELEASE, estimate, reason)
         self._gives_way = True

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -237,19 +239,26 @@ def test_pilot_takes_over(rig):
     assert_down(rig)
 
 
-def test_link_cut(rig):
-    flight = at_hover(rig)
+@contextmanager
+def link_cut(rig: FlightRig) -> Iterator[None]:
+    """Neither side of the MAVLink line hears the other meanwhile."""
     lines = ("rig.autopilot.outgoing.cut", "rig.autopilot.incoming.cut")
     for line in lines:
         rig.far.set(line, True)
     try:
+        yield
+    finally:
+        for line in lines:
+            rig.far.set(line, False)
+
+
+def test_link_cut(rig):
+    flight = at_hover(rig)
+    with link_cut(rig):
         report = flight.end()
         assert report.end is End.UNHEARD
         assert Fault.LINK in found(report)
         assert_down(rig)  # by the autopilot's own failsafe
-    finally:
-        for line in lines:
-            rig.far.set(line, False)
 
 
 @pytest.mark.parametrize("angle", [60.0, 24.0])
@@ -257,19 +266,13 @@ def test_link_cut_while_it_grips(rig, angle):
     """The autopilot's failsafe flies away meanwhile: the door must be let go of before it pulls."""
     flight = swinging(rig)
     until(lambda: np.degrees(rig.snapshot.truth.door_angle) < angle, "the angle")
-    lines = ("rig.autopilot.outgoing.cut", "rig.autopilot.incoming.cut")
-    for line in lines:
-        rig.far.set(line, True)
-    try:
+    with link_cut(rig):
         report = flight.end()
         assert report.end is End.UNHEARD
         assert Fault.TELEMETRY_GRIPPING in found(report)
         until(lambda: not rig.snapshot.motors, "landed by the autopilot's failsafe")
         assert not rig.collided
         assert_before_the_door(rig)
-    finally:
-        for line in lines:
-            rig.far.set(line, False)
 
 
 @pytest.mark.parametrize("longer", [1.0, 4.0])

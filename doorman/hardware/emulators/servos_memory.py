@@ -19,16 +19,6 @@ WATCHDOG_ERROR = 0xFF
 """−1 in the one byte of `bus watchdog`."""
 
 
-_ROWS = {
-    item.name: (
-        slice(item.address, item.address + item.size),
-        (item.low is not None and item.low < 0) or item.name.startswith("present "),
-    )
-    for item in ITEMS.values()
-}
-"""Bytes of every row, and whether it may be negative."""
-
-
 class PacketError(IntEnum):
     """Error number in a status packet."""
 
@@ -63,8 +53,9 @@ class ServoMemory:
         Args:
             name: Of the row.
         """
-        place, signed = _ROWS[name]
-        return int.from_bytes(self._bytes[place], "little", signed=signed)
+        item = ITEMS[name]
+        signed = (item.low is not None and item.low < 0) or name.startswith("present ")
+        return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=signed)
 
     def set(self, name: str, value: int) -> None:
         """Put a value into a row, past all rules.
@@ -73,9 +64,9 @@ class ServoMemory:
             name: Of the row.
             value: Integer; it is cut to the row's size.
         """
-        place, _ = _ROWS[name]
-        size = place.stop - place.start
-        self._bytes[place] = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+        item = ITEMS[name]
+        value &= (1 << 8 * item.size) - 1
+        self._bytes[item.address : item.address + item.size] = value.to_bytes(item.size, "little")
 
     def power_on(self) -> None:
         """Give every row of the RAM its initial value; the goals' initial values are their limits."""
