@@ -15,8 +15,6 @@ from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import (
-    LEAST_HEIGHT,
-    MOST_HEIGHT,
     Authority,
     EventKind,
     LandedState,
@@ -25,6 +23,7 @@ from doorman.hardware.pixhawk import (
     PositionSetpoint,
     SampleStatus,
 )
+from doorman.hardware.pixhawk.autopilot import LEAST_HEIGHT, MOST_HEIGHT
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN

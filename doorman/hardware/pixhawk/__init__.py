@@ -1,7 +1,7 @@
 """Adapter to PX4 and ArduPilot multirotors by MAVLink; needs the extra `hardware`."""
 
 from doorman.hardware.pixhawk.authority import Authority
-from doorman.hardware.pixhawk.autopilot import LEAST_HEIGHT, MOST_HEIGHT, Autopilot
+from doorman.hardware.pixhawk.autopilot import Autopilot
 from doorman.hardware.pixhawk.config import PixhawkConfig, Rates, Timeouts
 from doorman.hardware.pixhawk.events import Event, EventKind
 from doorman.hardware.pixhawk.frames import LocalFrame
@@ -13,8 +13,6 @@ from doorman.hardware.pixhawk.status import LinkStatus
 from doorman.hardware.pixhawk.thrust import ThrustCurve
 
 __all__ = [
-    "LEAST_HEIGHT",
-    "MOST_HEIGHT",
     "AttitudeSetpoint",
     "Authority",
     "Autopilot",
