@@ -27,14 +27,14 @@ rig-demo: $(VENV)/.installed-for-rig
 # First what runs in real time or takes signals, alone, with kernels compiled ahead; then everything else, two processes at a time.
 # What a busy machine held up in real time gets a second chance; what fails twice fails.
 ALONE := tests/hardware tests/test_recording_signals.py
-CHOSEN := -m "not compiles"
+CHOSEN := -m "not slow"
 
 test: lint
 	$(BIN)/doorman warmup paper & other=$$!; $(BIN)/doorman warmup push && wait $$other
 	$(BIN)/python -m pytest $(ALONE) || $(BIN)/python -m pytest --last-failed $(ALONE)
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
 
-# With the tests that compile kernels for further arms and problems: 10 minutes more.
+# With the slow ones: rare faults, and kernels compiled for further arms and problems: 20 minutes more.
 test-all: CHOSEN :=
 test-all: test
 

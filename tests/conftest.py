@@ -13,8 +13,9 @@ from doorman.scenario import Scenario
 settings.register_profile("doorman", derandomize=True, deadline=None, database=None)
 settings.load_profile("doorman")
 
-LONG = ("test_sphinx", "test_docs", "test_startup", "test_cli_open", "test_lagrangian_planning", "test_phases", "test_browser",
-        "test_feasibility", "test_state_figure", "test_flights")  # fmt: skip
+LONG = ("test_sphinx", "test_docs", "test_startup", "test_cli_open", "test_lagrangian_planning", "test_moved_leaf",
+        "test_uncompiled", "test_slams", "test_phases", "test_browser", "test_feasibility", "test_state_figure",
+        "test_flights")  # fmt: skip
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -71,7 +71,7 @@ def run(folder: Path, module: str, name: str) -> tuple[float, int]:
     return float(result), int(hits)
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 def test_solvers_of_users_own_models_are_cached_per_source(tmp_path: Path) -> None:
     """Solver and model are in different files, where numba's own cache neither sees an edit nor bears a missing module."""
     (tmp_path / "solver.py").write_text(SOLVER)

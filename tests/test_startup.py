@@ -123,7 +123,7 @@ def test_help_and_version_load_no_numerics(arguments, tmp_path):
 WARM_UP = "import sys" + COMMAND.format(arguments=["warmup", "paper", "--json"])
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 def test_a_warm_up_fills_the_cache(tmp_path):
     figures = json.loads(output(WARM_UP, tmp_path, NUMBA_CACHE_DIR=str(tmp_path)))
     (directory,) = tmp_path.iterdir()

@@ -51,13 +51,13 @@ def assert_exact(model: Model, plan: Plan, state: np.ndarray) -> None:
     np.testing.assert_allclose(plan.states, resimulated, atol=1e-9)
 
 
-def compiles(name: str) -> tuple[pytest.MarkDecorator, ...]:
+def slow(name: str) -> tuple[pytest.MarkDecorator, ...]:
     """Kernels of every arm but the usual one take a minute."""
-    return (pytest.mark.compiles,) if name == "seven joints" else ()
+    return (pytest.mark.slow,) if name == "seven joints" else ()
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "limits"), [pytest.param(*problem, marks=compiles(problem[0])) for problem in PROBLEMS]
+    ("name", "kind", "limits"), [pytest.param(*problem, marks=slow(problem[0])) for problem in PROBLEMS]
 )
 def test_same_optimum_feasible_and_exact(name: str, kind: str, limits: bool) -> None:
     """Where IPOPT finds that there is none, as from outside and with tight limits, the plan is the way back inside."""
@@ -81,7 +81,7 @@ def test_same_optimum_feasible_and_exact(name: str, kind: str, limits: bool) -> 
         assert plan.cost == pytest.approx(reference.cost, rel=1e-5)
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 def test_the_problems_are_of_all_kinds() -> None:
     """Starts outside the constraints, optima that ride along them, limits that bind, and starts from which they cannot hold."""
     violating = active = limited = hopeless = 0

@@ -159,7 +159,7 @@ def test_replans_from_disturbed_states_hold(rng: np.random.Generator) -> None:
         assert_holds(planner, plan, state)
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 def test_a_longer_arm(tmp_path: Path) -> None:
     joints = 7
     vehicle = write_arm_of(tmp_path / "vehicle.urdf", joints)

@@ -277,7 +277,7 @@ def test_hinges_that_cannot_be_are_errors_and_change_nothing(fresh, name: str, v
     np.testing.assert_array_equal(planner.plan(start).states, before.states)
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "joints"), [("seven joints", 7)])
 def test_arms_of_other_lengths(fresh, name: str, joints: int) -> None:
     planner = fresh(name)

@@ -42,7 +42,7 @@ def test_an_undisturbed_plan_stays_within_two_iterations_of_the_optimum(planner:
         assert plan.cost <= judge.plan(plan.states[0]).cost * (1.0 + 1e-5)
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 def test_parts_of_an_iteration_leave_the_trajectory_where_it_is(planner: doorman.Planner) -> None:
     plan = planner.plan(planner.model.start_state)
     for _ in range(4):

@@ -70,7 +70,7 @@ def test_truth_is_drawn_only_where_it_differs(flight, model):
     assert truth.get_linewidth() < measured.get_linewidth()
 
 
-@pytest.mark.parametrize("joints", [1, pytest.param(7, marks=pytest.mark.compiles)])
+@pytest.mark.parametrize("joints", [1, pytest.param(7, marks=pytest.mark.slow)])
 def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
     urdf = write_arm_of(tmp_path / "arm.urdf", joints)
     model = Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), "start.arm": [0.1] * joints, "goal.arm": [0.2] * joints,

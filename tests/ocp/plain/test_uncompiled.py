@@ -70,12 +70,13 @@ def test_door_plans_are_those_of_plain_python(run: Callable[[str, str], Any]) ->
     assert len({plan["status"] for plan in plain["plans"].values()}) >= 3  # easy ones would prove little
 
 
-@pytest.mark.compiles
+@pytest.mark.slow
 def test_toys_are_solved_as_by_plain_python(run: Callable[[str, str], Any]) -> None:
     """Derivatives by differences take up more of the last bits."""
     compare(run("uncompiled", "toys"), run("compiled", "toys"), 1e-7)
 
 
+@pytest.mark.slow
 def test_every_kernel_has_run_plainly(run: Callable[[str, str], Any]) -> None:
     runs = [run("uncompiled", which)["called"] for which in ("doors", "toys")]
     never = {name for name in runs[0] if name.startswith(PACKAGES) and not any(called[name] for called in runs)}

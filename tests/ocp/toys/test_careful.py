@@ -20,7 +20,7 @@ from doorman.ocp.workspace import RESULT, Workspace
 
 FEASIBILITY = 1e-6
 
-pytestmark = pytest.mark.compiles
+pytestmark = pytest.mark.slow
 
 
 class Careful:

@@ -35,7 +35,7 @@ FREE = QuadraticCost(
 )  # fmt: skip
 PUSHED = Bounds(input_lower=[-FORCE], input_upper=[FORCE])
 
-pytestmark = pytest.mark.compiles
+pytestmark = pytest.mark.slow
 
 
 def roll(x: Any, u: Any) -> Any:

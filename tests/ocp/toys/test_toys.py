@@ -16,7 +16,7 @@ from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, PlanStatus, Solution,
 
 TOYS = {"point mass": point_mass, "pendulum": pendulum, "car": car, "quadrotor": quadrotor}
 
-pytestmark = pytest.mark.compiles
+pytestmark = pytest.mark.slow
 
 
 def solved(toy: Toy, method: type[Solver]) -> Solution:

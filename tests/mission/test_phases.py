@@ -1,0 +1,103 @@
+"""The mission's phases on the simulator: what happens when something does not go its way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hands import flown, phases
+
+from doorman import Model
+from doorman.kinematics.door import door_normal
+from doorman.mission import Mission, Phase
+from doorman.mission.motion import Glide, arm_rates_to, way_out
+
+
+def test_an_approach_that_takes_too_long_ends_in_a_hover_outside() -> None:
+    recording, mission = flown(mission__time_out__approach=0.5)
+    assert phases(recording) == ["hover", "approach", "retreat", "done", "end"]
+    assert mission.phase is Phase.DONE
+    assert mission.outcome == (False, "approach took longer than 0.5 s")
+    summary = recording.summary
+    assert summary is not None and (summary["outcome"], summary["contact_fraction"]) == ("given up", 0.0)
+    assert summary["planner_ms"]["median"] is None  # nothing was planned
+    assert not recording["truth"]["touching"].any()
+
+
+def test_an_abort_lets_go_of_the_door_and_leaves_the_doorway() -> None:
+    def stop_midway(mission: Mission, time: float, angle: float) -> None:
+        if angle < math.radians(60.0):
+            mission.abort("the operator said so")
+
+    recording, mission = flown(scenario="paper", on_progress=stop_midway, mission__start="contact")
+    assert phases(recording) == ["open", "release", "retreat", "done", "end"]
+    assert mission.outcome == (False, "the operator said so")
+    truth, summary = recording["truth"], recording.summary
+    assert summary is not None and summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
+    assert truth["position"][-1, 0] < -0.8 and not truth["touching"][-1]
+    assert np.linalg.norm(truth["velocity"][-1]) < 0.3
+
+
+def test_a_gripper_that_opens_does_not_push_a_door_without_friction() -> None:
+    """Damping alone would let it coast on by degrees from a touch of two newtons."""
+    recording, mission = flown(scenario="paper", simulation__door_damping=2.0, simulation__door_friction=0.0)
+    assert mission.outcome == (True, "")
+    assert "release" in phases(recording)
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 1.0
+
+
+@pytest.mark.slow
+def test_a_gripped_door_without_friction_comes_to_rest_at_the_goal() -> None:
+    """It rests nowhere by itself: what it is held with must be what is estimated, and not what was at some moment."""
+    recording, mission = flown(
+        scenario="paper", simulation__door_mass=20.0, simulation__door_damping=0.0, simulation__door_friction=0.0
+    )
+    assert mission.outcome == (True, "")
+    assert "hold" in phases(recording), "it would drift away"
+    summary = recording.summary
+    assert summary is not None and summary["time_to_open_s"] < 8.0
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 0.15
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, 1.2, 0.8, math.pi / 9])
+def test_the_way_out_stays_between_the_jambs(model: Model, angle: float) -> None:
+    """From where the vehicle stands at this angle, turned as much as the door but for 20°."""
+    attitude = np.array([0.0, 0.0, -(math.pi / 2 - angle)])
+    position = model.coupling.vehicle_position(attitude, angle, model.goal_arm)
+    glide, radius, width = Glide(position, float(attitude[2])), model.vehicle.radius, model.door.width
+    for target in way_out(model, position, angle):
+        while not glide.near(target, 0.01):
+            glide.to(target, 0.0, 0.25, np.zeros(model.n_arm), 0.01)
+            off = door_normal(angle) @ (position - glide.position)
+            assert off > -0.08, "not into the leaf"
+            if abs(glide.position[0]) < radius:
+                lowest, highest = min(0.0, position[1] - radius), max(width, position[1] + radius)
+                assert lowest - 0.01 < glide.position[1] - radius and glide.position[1] + radius < highest + 0.01
+    assert glide.position[0] < -radius - 0.5
+
+
+def test_the_arm_goes_straight_to_a_posture() -> None:
+    """A joint that saturates alone would take the arm past postures that nobody has checked."""
+    begin, target = np.array([0.1, 1.1, -0.8, -0.25]), np.array([0.0, 1.57, -1.57, 0.0])
+    angles, way = begin.copy(), target - begin
+    for _ in range(400):
+        rates = arm_rates_to(target, angles)
+        assert np.abs(rates).max() <= 0.5 + 1e-12
+        angles = angles + 0.01 * rates
+        share = (angles - begin) @ way / (way @ way)
+        np.testing.assert_allclose(angles, begin + share * way, atol=1e-12)
+    np.testing.assert_allclose(angles, target, atol=1e-2)
+
+
+def test_a_glide_keeps_speed_and_acceleration() -> None:
+    glide, target, last = Glide(np.zeros(3), 0.0), np.array([0.4, -0.3, 0.2]), np.zeros(3)
+    for _ in range(3000):
+        setpoint = glide.to(target, 1.0, 0.15, np.zeros(4), 0.004)
+        assert np.linalg.norm(setpoint.velocity) <= 0.15 + 1e-9
+        assert np.linalg.norm(setpoint.velocity - last) <= 0.25 * 0.004 + 1e-9
+        last = setpoint.velocity
+    np.testing.assert_allclose(glide.position, target, atol=2e-3)
+    assert glide.yaw == pytest.approx(1.0)

@@ -1,0 +1,112 @@
+"""Doors that shut, or are slammed, with the vehicle at the leaf or on its way out."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hands import flown, phases, touched
+
+from doorman.mission import Mission, Phase
+
+SHUTTING = [
+    ("push", 30.0, 0.0, {"door__width": 1.1, "simulation__door_width": 1.1, "simulation__door_stiffness": 2.0}),
+    pytest.param("push", 25.0, 3.0, {}, marks=pytest.mark.slow),
+    ("paper", 45.0, 0.0, {"simulation__door_stiffness": 2.0}),
+    ("paper", 40.0, 3.0, {"simulation__door_stiffness": 1.0}),
+]
+
+
+@pytest.mark.parametrize(("scenario", "below", "shove", "hinge"), SHUTTING)
+def test_a_leaf_that_shuts_on_a_vehicle_that_backs_out_meets_its_tip(
+    scenario: str, below: float, shove: float, hinge: dict[str, float]
+) -> None:
+    """A closer, or somebody, shuts the door as soon as it is let go: rotors, arm and jambs stay clear of each other."""
+    given_up: list[float] = []
+
+    def give_up(mission: Mission, time: float, angle: float) -> None:
+        if not given_up and angle < math.radians(below):
+            mission.abort("the operator said so")
+            given_up.append(time)
+
+    recording, mission = flown(
+        lambda time, angle, rate: shove if given_up else 0.0,
+        scenario,
+        give_up,
+        simulation__door_mass=6.0,
+        simulation__door_friction=0.3,
+        **hinge,
+    )
+    assert mission.outcome == (False, "the operator said so")
+    summary, truth = recording.summary, recording["truth"]
+    assert summary is not None and summary["collisions"] == 0
+    assert math.degrees(truth["door_angle"][-1]) > 85.0, "it has shut"
+    assert truth["position"][-1, 0] < -0.8
+
+
+SLOW = [pytest.param("paper", 27.0, marks=pytest.mark.slow), pytest.param("push", 50.0, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize(("scenario", "angle"), [("paper", 50.0), *SLOW])
+def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: str, angle: float) -> None:
+    """At 1 rad/s from where it opens. What bounces for a moment is the last servo, behind the tip."""
+    slam: list[bool] = []
+
+    def hand(time: float, now: float, rate: float) -> float:
+        if now < math.radians(angle) and not slam:
+            slam.append(True)
+        if slam and rate > 1.0:
+            slam[0] = False
+        return 150.0 if slam and slam[0] else 0.0
+
+    recording, mission = flown(hand, scenario)
+    truth = recording["truth"]
+    assert slam == [False] and truth["door_rate"].max() > 0.95
+    assert any("slammed" in reason for reason in recording["mission"]["message"].tolist())
+    assert touched(recording) <= {"servo_4_0 and leaf"}
+    assert np.count_nonzero(truth["collision_pairs"]) < 20
+    assert mission.outcome == (True, ""), "at the second attempt"
+
+
+@pytest.mark.parametrize(("scenario", "angle"), [("push", 55.0), ("paper", 50.0)])
+def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle: float) -> None:
+    """And a mission that somebody gave up is not begun anew."""
+    begun: list[float] = []
+    thrown: list[float] = []
+
+    def stop_midway(mission: Mission, time: float, now: float) -> None:
+        if now < math.radians(angle):
+            mission.abort("the operator said so")
+        if mission.phase is Phase.RELEASE and not begun:
+            begun.append(time)
+
+    def hand(time: float, now: float, rate: float) -> float:
+        if begun and rate > 1.0:
+            thrown.append(time)
+        return 150.0 if begun and not thrown else 0.0
+
+    recording, mission = flown(hand, scenario, on_progress=stop_midway)
+    assert thrown and thrown[0] < begun[0] + 0.2
+    messages = recording["mission"]["message"].tolist()
+    assert phases(recording)[-5:] == ["release", "release", "retreat", "done", "end"]
+    assert "slammed" in messages[-4]
+    assert mission.outcome == (False, "the operator said so")
+    assert touched(recording) <= {"servo_4_0 and leaf"}
+
+
+def test_a_vehicle_that_is_pulled_back_in_free_flight_has_still_opened_its_door() -> None:
+    """As fast as a slammed door would throw it."""
+    begun: list[float] = []
+
+    def when_free(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.RETREAT and not begun:
+            begun.append(time + 0.5)
+
+    def pull(time: float) -> float:
+        return -12.0 if begun and 0.0 < time - begun[0] < 0.5 else 0.0
+
+    recording, mission = flown(scenario="paper", on_progress=when_free, pull=pull)
+    assert recording["truth"]["velocity"][:, 0].min() < -1.0
+    assert phases(recording)[-4:] == ["release", "retreat", "done", "end"]
+    assert mission.outcome == (True, "")
