@@ -202,6 +202,8 @@ class RigPlant:
                 self.advance()
         except BackendError as error:
             self.failure = str(error)
+        except Exception as error:  # whatever it is: servos and cameras would go on showing a vehicle that stands still
+            self.failure = f"{type(error).__name__}: {error}"
 
     def advance(self) -> None:
         """Let one tick pass, and look."""

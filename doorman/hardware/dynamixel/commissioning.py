@@ -19,6 +19,7 @@ from doorman.hardware.dynamixel.registers import (
     PRESENT_TEMPERATURE,
     PROFILE_ACCELERATION,
     PWM_LIMIT,
+    SHUTDOWN,
     STATUS_RETURN_LEVEL,
     TORQUE_ENABLE,
     TORQUE_OFF,
@@ -151,7 +152,7 @@ def _errors(servo: Servo) -> str:
 
 def _clear_errors(servo: Servo, config: ServoConfig, reboot: bool) -> None:
     """A servo that has shut down comes back only by a reboot."""
-    if servo.read(HARDWARE_ERROR) & ~VOLTAGE_ONLY == 0:
+    if not _shut_down(servo):
         return
     if not reboot:
         raise BackendError("the servo has shut down", field=f"servo {servo.id}", given=_errors(servo),
@@ -163,9 +164,14 @@ def _clear_errors(servo: Servo, config: ServoConfig, reboot: bool) -> None:
     servo.reboot(config.boot_timeout)
     servo.identify(config.models)
     servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)
-    if servo.read(HARDWARE_ERROR) & ~VOLTAGE_ONLY:
+    if _shut_down(servo):
         raise BackendError("a hardware error persists after a reboot", field=f"servo {servo.id}", given=_errors(servo),
                            allowed="no hardware error")  # fmt: skip
+
+
+def _shut_down(servo: Servo) -> int:
+    """Errors that have taken the torque, or should have; a voltage out of range does so only where the servo is told to."""
+    return servo.read(HARDWARE_ERROR) & (~VOLTAGE_ONLY | servo.read(SHUTDOWN))
 
 
 def _stop(servo: Servo, index: int, config: ServoConfig) -> None:

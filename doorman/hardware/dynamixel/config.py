@@ -149,7 +149,8 @@ class ServoConfig:
         self._require(len(self.ids) >= 1 and len(set(self.ids)) == self.n, "ids", "distinct ids, at least one")
         self._require(all(0 <= servo_id <= 252 for servo_id in self.ids), "ids", "0 … 252")
         self._require(self.n_joints >= 1, "ids", "with a gripper, two at least")
-        self._require(len(self.models) >= 1, "models", "at least one model number")
+        known = len(self.models) >= 1 and set(self.models) <= set(MODELS)
+        self._require(known, "models", ", ".join(f"{number} ({name})" for number, name in MODELS.items()))
         self._require(self.baud_rate in BAUD_CODES, "baud_rate", ", ".join(str(rate) for rate in BAUD_CODES))
 
     def _check_mounting(self) -> None:

@@ -13,10 +13,17 @@ from doorman.hardware.dynamixel.governor import RateGovernor
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.monitor import ServoMonitor
 from doorman.hardware.dynamixel.reader import ServoReader
-from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, GOAL_CURRENT, GOAL_VELOCITY, WATCHDOG_OFF
+from doorman.hardware.dynamixel.registers import (
+    BUS_WATCHDOG,
+    GOAL_CURRENT,
+    GOAL_VELOCITY,
+    TORQUE_ENABLE,
+    TORQUE_OFF,
+    WATCHDOG_OFF,
+)
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.telemetry import Telemetry
-from doorman.hardware.dynamixel.units import CURRENT_UNIT, VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+from doorman.hardware.dynamixel.units import CURRENT_UNITS, VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
 
 _ILL = STOPPING | LATCHED
 _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
@@ -52,7 +59,7 @@ class ServoCycle:
         self._goals = [0.0] * config.n_joints
         self._logged = [ServoFault.NONE] * config.n
         self._logged_bus = ServoFault.NONE
-        self.monitors = [ServoMonitor(config, link.now()) for _ in ready]
+        self.monitors = [ServoMonitor(config, link.now(), servo.model) for servo in ready]
         self.bus_fault = ServoFault.NONE
         """What is wrong with the bus itself."""
         self.count = 0
@@ -130,8 +137,9 @@ class ServoCycle:
             counts = self._governor.counts(rates, self._angles(), ages)
         self._send(counts)
         if self._config.gripper and command is not None:
-            self._grip(command.current)
+            self._grip(0.0 if self.bus_fault & ServoFault.INTERNAL else command.current)
         sample = self.sample(BusState.HOLDING if holding else BusState.FOLLOWING)
+        self._loosen_one()
         self._revive_one()
         return sample
 
@@ -155,7 +163,8 @@ class ServoCycle:
         times = np.array([monitor.time for monitor in self.monitors])
         angles = np.array(self._angles())
         rates = np.array([sign * row.velocity * VELOCITY_UNIT for sign, row in zip(signs, rows, strict=True)])
-        currents = np.array([sign * row.current * CURRENT_UNIT for sign, row in zip(signs, rows, strict=True)])
+        units = [CURRENT_UNITS[servo.model] for servo in self._ready]
+        currents = np.array([sign * row.current * unit for sign, row, unit in zip(signs, rows, units, strict=True)])
         temperatures = np.array([float(row.temperature) for row in rows])
         voltages = np.array([row.voltage * VOLTAGE_UNIT for row in rows])
         goals = np.array(self._goals)
@@ -207,7 +216,7 @@ class ServoCycle:
 
     def _grip(self, current: float) -> None:
         limit = self._ready[-1].current_limit
-        counts = self._config.signs[-1] * round(current / CURRENT_UNIT)
+        counts = self._config.signs[-1] * round(current / CURRENT_UNITS[self._ready[-1].model])
         self._link.sync_write(GOAL_CURRENT, {self._config.ids[-1]: min(max(counts, -limit), limit)})
 
     def _welcome_back(self, joint: int) -> None:
@@ -218,13 +227,23 @@ class ServoCycle:
         elif answer.ok:
             self.monitors[joint].condemn(ServoFault.WRONG_MODEL)
 
+    def _loosen_one(self) -> None:
+        """Take the torque of one servo that does not know its angle: as delivered it does not itself, nor stops when told."""
+        for joint, monitor in enumerate(self.monitors):
+            lost = monitor.fault & ServoFault.ENCODER and not monitor.fault & (ServoFault.TORQUE_OFF | _UNHEARD)
+            if lost and joint != self.reader.excluded:
+                self._link.write(self._config.ids[joint], TORQUE_ENABLE.address, TORQUE_ENABLE.encode(TORQUE_OFF))
+                return
+
     def _revive_one(self) -> None:
-        """Set the watchdog of one servo again whose watchdog has fired; the goal is zero by now."""
+        """Set the watchdog of one servo again whose watchdog has fired: it refused our zeros, and may have kept its goal."""
         for joint, monitor in enumerate(self.monitors):
             if not monitor.fault & ServoFault.WATCHDOG or monitor.fault & _UNHEARD or joint == self.reader.excluded:
                 continue
             servo_id, counts = self._config.ids[joint], self._config.watchdog_counts
+            goal = GOAL_VELOCITY if joint < self._config.n_joints else GOAL_CURRENT
             cleared = self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(WATCHDOG_OFF)).ok
+            cleared = self._link.write(servo_id, goal.address, goal.encode(0)).ok and cleared
             if cleared and self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(counts)).ok:
                 text = "bus watchdog cleared and set again"
                 self._log.write(ServoEvent(self._link.now(), servo_id, ServoFault.NONE, True, text))

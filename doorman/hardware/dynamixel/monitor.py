@@ -8,7 +8,7 @@ from doorman.hardware.dynamixel.link import Outcome, Reply
 from doorman.hardware.dynamixel.registers import HardwareError
 from doorman.hardware.dynamixel.servo_clock import ServoClock
 from doorman.hardware.dynamixel.telemetry import Telemetry
-from doorman.hardware.dynamixel.units import CURRENT_UNIT
+from doorman.hardware.dynamixel.units import CURRENT_UNITS
 
 HYSTERESIS = 5.0
 """By which a hot servo must cool down [°C]."""
@@ -32,10 +32,12 @@ class ServoMonitor:
     Args:
         config: Thresholds.
         now: When the servo was last known to be well [s].
+        model: Its model number.
     """
 
-    def __init__(self, config: ServoConfig, now: float) -> None:
+    def __init__(self, config: ServoConfig, now: float, model: int) -> None:
         self._config = config
+        self._current_unit = CURRENT_UNITS[model]
         self.clock = ServoClock()
         self.telemetry: Telemetry | None = None
         """Newest that is fresh and believed."""
@@ -125,7 +127,7 @@ class ServoMonitor:
         return fault
 
     def _strain(self, current: int, now: float) -> ServoFault:
-        if abs(current) * CURRENT_UNIT < self._config.strain_current:
+        if abs(current) * self._current_unit < self._config.strain_current:
             self._strained_since = None
             return ServoFault.NONE
         if self._strained_since is None:

@@ -9,6 +9,7 @@ p is the present position, p₀ the one at the joint's zero, s = ±1 the directi
 from __future__ import annotations
 
 import math
+from types import MappingProxyType
 
 TICKS_PER_TURN = 4096
 CENTRE = 2048
@@ -16,8 +17,8 @@ CENTRE = 2048
 RADIANS_PER_TICK = 2.0 * math.pi / TICKS_PER_TURN
 VELOCITY_UNIT = 0.229 * 2.0 * math.pi / 60.0
 """One count of a velocity, 0.229 rev/min [rad/s]."""
-CURRENT_UNIT = 2.69e-3
-"""One count of a current [A]."""
+CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
+"""One count of a current by model number [A]: the models for 24 V have another sensor."""
 VOLTAGE_UNIT = 0.1
 """One count of a voltage [V]."""
 TICK_UNIT = 1e-3

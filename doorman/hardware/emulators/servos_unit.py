@@ -13,8 +13,10 @@ from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
 TICKS_PER_TURN = 4096
 RATE_UNIT = 0.229 * 2.0 * math.pi / 60.0
 """One count of a velocity [rad/s]."""
-CURRENT_UNIT = 2.69e-3
-"""One count of a current [A]."""
+CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
+"""One count of a current by model number [A]."""
+ASTRAY = 0.3
+"""Rate of a servo that does not see itself turn, whatever it is told [rad/s]."""
 WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
 CURRENT_MODE, VELOCITY_MODE = 0, 1
@@ -96,9 +98,9 @@ class EmulatedServo:
         memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
         memory.set("present velocity", reverse * counts)
         if memory.get("operating mode") == CURRENT_MODE:
-            memory.set("present current", memory.get("goal current") if memory.get("torque enable") else 0)
+            memory.set("present current", memory.get("goal current") if self._is_on(time) else 0)
         else:
-            memory.set("present current", reverse * round(sign * current / CURRENT_UNIT))
+            memory.set("present current", reverse * round(sign * current / self._current_unit))
         memory.set("moving", int(abs(counts) > memory.get("moving threshold")))
         memory.set("realtime tick", int((time - self._booted) * 1000.0) % 32768)
         self._watch_bus(time)
@@ -124,11 +126,13 @@ class EmulatedServo:
             [rad/s].
         """
         memory = self.memory
-        on = self._has_torque(time)
+        on = self._is_on(time)
         sign = self.setup.direction * (-1 if memory.get("drive mode") & 1 else 1)
         if memory.get("operating mode") == CURRENT_MODE:
-            current = sign * memory.get("goal current") * CURRENT_UNIT if on else 0.0
+            current = sign * memory.get("goal current") * self._current_unit if on else 0.0
             return (current - self.setup.spring) / DAMPING
+        if on and memory.get("hardware error status") & ENCODER:
+            return ASTRAY
         if memory.get("operating mode") == VELOCITY_MODE and on:
             return sign * memory.get("goal velocity") * RATE_UNIT
         return 0.0
@@ -220,8 +224,15 @@ class EmulatedServo:
         if self._is_shut_down():
             self.memory.set("torque enable", 0)
 
+    @property
+    def _current_unit(self) -> float:
+        return CURRENT_UNITS.get(self.memory.get("model number"), CURRENT_UNITS[1000])
+
     def _has_torque(self, time: float) -> bool:
         return self.is_up(time) and bool(self.memory.get("torque enable"))
+
+    def _is_on(self, time: float) -> bool:
+        return self._has_torque(time) and self.memory.get("bus watchdog") != WATCHDOG_ERROR
 
     def _is_shut_down(self) -> bool:
         return bool(self.memory.get("hardware error status") & self.memory.get("shutdown"))
@@ -231,9 +242,9 @@ class EmulatedServo:
         if not self.memory.get("torque enable") or not 1 <= allowed <= 127:
             return
         if time - self._heard > allowed * WATCHDOG_UNIT:
-            self.memory.set("bus watchdog", WATCHDOG_ERROR)
-            self.memory.set("goal velocity", 0)
-            self.memory.set("goal current", 0)
+            self.memory.set(
+                "bus watchdog", WATCHDOG_ERROR
+            )  # it stops; that its goal becomes zero, the manual does not say
 
     def _protect(self) -> None:
         memory = self.memory

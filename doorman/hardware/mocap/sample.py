@@ -64,6 +64,8 @@ class PoseSample:
     fresh: bool
     """Whether the pose is `MEASURED`: only then may it be handed on as a measurement."""
     quality: PoseQuality
+    origin: PoseSample | None = None
+    """Of a predicted pose, the measurement that it was carried on from."""
 
     @property
     def usable(self) -> bool:
@@ -102,6 +104,7 @@ class PoseSample:
             age=age,
             fresh=False,
             quality=PoseQuality.PREDICTED,
+            origin=self,
         )
 
 

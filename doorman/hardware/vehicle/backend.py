@@ -50,7 +50,6 @@ class VehicleBackend(Backend):
         """When the backend's time was zero, by `time.monotonic`; kept after `stop` [s]."""
         self._ticker = Ticker(1.0 / links.config.rate)
         self._measured: Measurement | None = None
-        self._pose: PoseSample | None = None
         self.measured_at = -math.inf
         """When `read` returned last, by `time.monotonic` [s]."""
         self.commanded_at = -math.inf
@@ -98,7 +97,7 @@ class VehicleBackend(Backend):
         if self._own_links:
             self.links.open()
         self._ticker = Ticker(1.0 / self.links.config.rate)
-        self._measured, self._pose, self.thrust = None, None, math.nan
+        self._measured, self.thrust = None, math.nan
         self.attitude = np.full(3, math.nan)
         self._opened = self.epoch = time.monotonic()
 
@@ -192,12 +191,10 @@ class VehicleBackend(Backend):
         if self.links.mocap is None:
             return None
         pose = self.links.mocap.read()
-        if pose.fresh:
-            self._pose = pose
-        if self._pose is None or not pose.usable:
+        if not pose.usable:
             raise BackendError(f"the pose is {pose.quality.value}", field="mocap", given=f"age {pose.age:.3f} s",
                                allowed="measured, or predicted for a short while")  # fmt: skip
-        return self._pose
+        return pose.origin or pose
 
     def _require_permission(self) -> None:
         reason = self.links.inhibited

@@ -40,6 +40,11 @@ class DoubtedMocap(MocapReceiver):
         self._autopilot = autopilot
         self._doubted = False
 
+    @property
+    def doubted(self) -> bool:
+        """Whether the last pose was far from where the autopilot is."""
+        return self._doubted
+
     def read(self) -> PoseSample:
         """Newest pose, at once, see `MocapReceiver.read`; lost while it is doubted."""
         return self._judged(super().read())

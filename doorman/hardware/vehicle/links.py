@@ -113,7 +113,8 @@ class VehicleLinks:
         if not heard and self.mocap is not None:
             with contextlib.suppress(BackendError):  # closed
                 pose = self.mocap.read()
-                if pose.usable or (pose.count > 0 and not pose.time <= state.position_time):
+                newest = pose.count > 0 and not pose.time <= state.position_time and not self.mocap.doubted
+                if pose.usable or newest:
                     return Whereabouts(pose.position, pose.velocity, float(pose.attitude[2]), pose.time, pose.usable)
         return Whereabouts(state.position, state.velocity, float(state.attitude[2]), state.position_time, heard)
 

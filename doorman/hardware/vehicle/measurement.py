@@ -66,7 +66,7 @@ def compose(
         (vehicle.quaternion, vehicle.attitude_time) if pose is None else (pose.quaternion, pose.time)
     )
     body_rates = vehicle.body_rates if heard or pose is None else pose.body_rates
-    ahead = min(max(now - servos.time, 0.0), _LONGEST_STEP)
+    ahead = np.clip(now - servos.times[:n_arm], 0.0, _LONGEST_STEP)
     return Measurement(
         time=now - opened,
         position=seen.position,

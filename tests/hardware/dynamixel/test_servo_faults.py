@@ -11,7 +11,7 @@ from servo_rig import SLOW, assert_moving, assert_stopped, follows, has, holds
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.emulators.servos import ServoEmulator
 from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
-from doorman.hardware.emulators.servos_unit import ENCODER, OVERLOAD, SHOCK
+from doorman.hardware.emulators.servos_unit import ENCODER, OVERLOAD, READY, SHOCK, ServoSetup
 
 
 def test_warm_servo(rig):
@@ -34,9 +34,7 @@ def test_hot_servo(rig):
     assert rig.row(2, "torque enable") == 1, "it never gave way"
 
 
-@pytest.mark.parametrize(
-    ("bits", "fault"), [(OVERLOAD, ServoFault.OVERLOAD), (SHOCK, ServoFault.SHOCK), (ENCODER, ServoFault.ENCODER)]
-)
+@pytest.mark.parametrize(("bits", "fault"), [(OVERLOAD, ServoFault.OVERLOAD), (SHOCK, ServoFault.SHOCK)])
 def test_servo_that_shuts_down(rig, bits, fault):
     rig.fly(SLOW, 0.05)
     with rig.emulator.lock:
@@ -51,6 +49,34 @@ def test_servo_that_shuts_down(rig, bits, fault):
     assert_moving(rig)
     assert rig.began(fault, servo_id=3)
     assert any(event.text == "set up again" for event in rig.events())
+
+
+def test_servo_that_does_not_know_its_angle(rig):
+    """As delivered it keeps its torque, and turns on whatever it is told."""
+    rig.fly(SLOW, 0.05)
+    with rig.emulator.lock:
+        rig.servo(3).trip(ENCODER)
+    assert holds(rig.until(has(ServoFault.ENCODER), rates=SLOW))
+    rig.until(has(ServoFault.TORQUE_OFF), rates=SLOW)
+    assert [rig.row(servo_id, "torque enable") for servo_id in (1, 2, 3, 4)] == [1, 1, 0, 1]
+    assert_stopped(rig)
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
+
+
+def test_a_supply_that_dips_where_the_servo_shuts_down_by_it(make_rig, make_emulator):
+    """Only a reboot brings its torque back then."""
+    careful = [ServoSetup(number, {**READY, "shutdown": 0x35}) for number in (1, 2, 3, 4)]
+    rig = make_rig(make_emulator(careful))
+    rig.bus.open()
+    rig.fly(SLOW, 0.05)
+    rig.set_row(2, "present input voltage", 92)
+    assert holds(rig.until(has(ServoFault.TORQUE_OFF), rates=SLOW))
+    rig.set_row(2, "present input voltage", 120)
+    assert rig.bus.recover() == ()
+    rig.until(follows, rates=SLOW)
+    assert_moving(rig)
 
 
 def test_recovery_keeps_the_other_servos_alive(rig):
@@ -110,11 +136,18 @@ def test_strained_servo(make_rig):
 
 def test_bus_watchdog_fired(rig):
     rig.fly(SLOW, 0.05)
-    rig.set_row(1, "goal velocity", 0)
+    servo, written = rig.servo(1), []
+    with rig.emulator.lock:
+        write = servo.write
+        servo.write = lambda address, data: (
+            written.append((address, int.from_bytes(data, "little"))) or write(address, data)
+        )
     rig.set_row(1, "bus watchdog", 0xFF)
     rig.until(lambda sample: bool(rig.began(ServoFault.WATCHDOG, servo_id=1)), rates=SLOW)
     rig.until(follows, rates=SLOW)
     assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
+    cleared = written.index((98, 0))
+    assert written[cleared + 1 : cleared + 3] == [(104, 0), (98, rig.config.watchdog_counts)]
     assert_moving(rig)
 
 

@@ -121,7 +121,7 @@ def test_unplugged_it_opens_by_itself(hand):
     grip(hand)
     hand.emulator.unplug()
     wait_until_open(hand)
-    assert hand.row(4, "goal current") == 0
+    assert hand.row(4, "present current") == 0
 
 
 def test_it_opens_when_the_bus_is_stopped(hand):

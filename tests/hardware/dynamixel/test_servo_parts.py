@@ -75,7 +75,7 @@ def test_a_restarted_servo_shows_zeros_and_is_told_from_one_that_is_set_up():
 
 
 def test_what_was_measured_before_a_servo_was_set_up_again_stays_as_old_as_it_is():
-    monitor = ServoMonitor(config(), 0.0)
+    monitor = ServoMonitor(config(), 0.0, 1000)
     healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, config().watchdog_counts, 77)
     data = b"".join(register.encode(value) for register, value in zip(BLOCK, dataclasses.astuple(healthy), strict=True))
     assert monitor.take(Reply(Outcome.OK, 1.0, 1.001, data=data)) == healthy
@@ -252,6 +252,7 @@ def test_a_restart_begins_afresh():
         ({"zero_positions": (0, 10**7)}, BackendError, "servos.zero_positions"),
         ({"homing_offsets": (0, 1_044_480)}, BackendError, "servos.homing_offsets"),
         ({"models": ()}, BackendError, "servos.models"),
+        ({"models": (1000, 1060)}, BackendError, "servos.models"),
         ({"baud_rate": 12345}, BackendError, "servos.baud_rate"),
         ({"rate": 0.0}, BackendError, "servos.rate"),
         ({"rate": 5000.0}, BackendError, "servos.rate"),

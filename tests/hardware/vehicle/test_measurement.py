@@ -89,7 +89,7 @@ def test_joint_angles_are_carried_on_and_the_gripper_left_out():
 
 
 def test_angles_of_an_arm_that_is_not_heard_are_not_carried_on_for_long():
-    measurement = at(servos=replace(SERVOS, time=NOW - 0.14, age=0.14, fresh=False))
+    measurement = at(servos=replace(SERVOS, time=NOW - 0.14, times=np.full(5, NOW - 0.14), age=0.14, fresh=False))
     assert measurement.arm_angles[0] == pytest.approx(0.1 + 0.05)
 
 

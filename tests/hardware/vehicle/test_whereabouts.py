@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from doorman.hardware.mocap import PoseQuality
+from doorman.hardware.mocap import MocapConfig, PoseQuality
 from doorman.hardware.mocap.sample import PoseSample, measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
-from doorman.hardware.vehicle import VehicleLinks
+from doorman.hardware.vehicle import VehicleBackend, VehicleLinks
 
 
 def state(status: SampleStatus, age: float) -> VehicleSample:
@@ -26,15 +26,16 @@ def state(status: SampleStatus, age: float) -> VehicleSample:
 
 def pose(quality: PoseQuality, age: float) -> PoseSample:
     still = (0.0, 0.0, 0.0)
-    sample = measured(time.monotonic() - age, (2.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), still, still, 5, 9)
+    sample = measured(time.monotonic() - age, (2.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.0, 0.0), still, 5, 9)
     return replace(sample, quality=quality)
 
 
-def links(heard: VehicleSample, seen: PoseSample | None) -> Any:
+def links(heard: VehicleSample, seen: PoseSample | None, doubted: bool = False) -> Any:
     asked: list[Any] = []
     autopilot = SimpleNamespace(state=lambda: heard, hold=lambda at, latch: asked.append(at), asked=asked)
     made = object.__new__(VehicleLinks)
-    made.__dict__.update(autopilot=autopilot, mocap=None if seen is None else SimpleNamespace(read=lambda: seen))
+    mocap = None if seen is None else SimpleNamespace(read=lambda: seen, doubted=doubted)
+    made.__dict__.update(autopilot=autopilot, mocap=mocap)
     return made
 
 
@@ -65,3 +66,23 @@ def test_a_hold_needs_a_place_of_the_last_second(age, holds):
     place = vehicle.autopilot.asked[0]
     assert (place is not None) is holds
     assert not holds or place.position[0] == 2.0
+
+
+def test_no_hold_at_a_pose_that_is_doubted():
+    """It is new, and wrong: another body was taken for the vehicle."""
+    vehicle = links(state(STALE, 0.4), pose(PoseQuality.LOST, 0.0), doubted=True)
+    vehicle.hold(latch=True)
+    assert vehicle.autopilot.asked[0].position[0] == 1.0
+
+
+def test_a_pose_that_is_late_but_usable_is_a_new_one_every_time():
+    """What is flown on is the newest measurement, not the last that was fresh."""
+    backend = object.__new__(VehicleBackend)
+    config = MocapConfig("vehicle")
+    for age in (0.0, 0.06, 0.06):
+        measurement = pose(PoseQuality.MEASURED, age)
+        read = measurement.at(time.monotonic(), config.stale_after, config.prediction_limit)
+        backend.links = links(state(FRESH, 0.0), read)
+        newest = backend._newest_pose()
+        assert newest is not None and newest.time == measurement.time
+        assert newest.position.tolist() == [2.0, 0.0, 0.0]
