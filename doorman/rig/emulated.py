@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
+import weakref
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,7 +38,7 @@ _SAFE = {
     "px4": {"COM_OF_LOSS_T": 0.2, "COM_OBL_RC_ACT": 3.0, "RTL_RETURN_ALT": 0.0, "RTL_CONE_ANG": 0.0, "RTL_MIN_DIST": 0.5,
             "NAV_ACC_RAD": 0.2, "MPC_YAW_MODE": 5.0, "NAV_RCL_ACT": 3.0},
     "ardupilot": {"GUID_OPTIONS": 8.0, "GUID_TIMEOUT": 0.2, "FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 2.0, "RTL_ALT": 30.0,
-                  "RTL_LOIT_TIME": 0.0, "VISO_DELAY_MS": 6.0},
+                  "RTL_LOIT_TIME": 0.0, "FS_OPTIONS": 24.0, "FS_THR_ENABLE": 3.0, "VISO_DELAY_MS": 6.0},
 }  # fmt: skip
 """Parameters as the check of the adapter wants them: without us the vehicle flies back as high as it is, and lands on its pad."""
 
@@ -107,7 +109,7 @@ class Rig:
         """The autopilot's own code; None where it is emulated."""
         self.plant = RigPlant(model, recorder, self.pilot)
         self.gripper = model.scenario.contact.kind == "grip"
-        self._folder = self.setup.folder or Path(tempfile.mkdtemp(prefix="doorman-rig-"))
+        self._folder = self.setup.folder or self._temporary_folder()
         with_mocap = self.setup.mocap_port > 0
         self.autopilot: EmulatedAutopilot | None = None
         """None where its own code flies."""
@@ -134,6 +136,11 @@ class Rig:
         )  # fmt: skip
         self._with_mocap = with_mocap
         self._running: ExitStack | None = None
+
+    def _temporary_folder(self) -> Path:
+        folder = tempfile.mkdtemp(prefix="doorman-rig-")
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        return Path(folder)
 
     @property
     def arguments(self) -> tuple[str, ...]:

@@ -176,8 +176,13 @@ class EmulatedAutopilot:
         with self._lock:
             self.brain.sticks = np.array(velocity, float)
 
-    def kill_switch(self) -> None:
-        """The pilot stops the motors."""
+    def kill_switch(self, stop: bool = True) -> None:
+        """The pilot stops the motors by the radio's switch, or lets them run again: disarmed it is only after 5 s."""
+        with self._lock:
+            self.brain.kill(stop)
+
+    def pilot_disarms(self) -> None:
+        """The pilot disarms by the radio, wherever the vehicle is."""
         with self._lock:
             self.brain.request_arming(arm=False, forced=True)
 

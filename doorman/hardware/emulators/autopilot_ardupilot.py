@@ -31,6 +31,8 @@ _LEAST_RETURN, _LEAST_SLOPE = 0.3, 0.5
 """Height of a return above home [m]; a flatter cone is none."""
 _FAILSAFE_ACTIONS = {1: RETURN, 2: RETURN, 3: RETURN, 4: LAND, 5: LAND, 6: RETURN, 7: LOITER}
 """Of FS_GCS_ENABLE; the last brakes, and then only hovers."""
+_GO_ON_LANDING = 8
+"""Of FS_OPTIONS: a landing goes on whatever link is lost."""
 _FACES_HOME = (1, 3)
 """Of WP_YAW_BEHAVIOR."""
 
@@ -227,7 +229,8 @@ class ArduPilotBrain(Brain):
         action = int(self.parameters["FS_GCS_ENABLE"])
         heard_once = around.ground_station_age < float("inf")
         lost = heard_once and around.ground_station_age > self.parameters["FS_GCS_TIMEOUT"]
-        if action in _FAILSAFE_ACTIONS and lost and self.mode not in (LAND, RETURN):
+        goes_on = self.mode == RETURN or (self.mode == LAND and int(self.parameters["FS_OPTIONS"]) & _GO_ON_LANDING)
+        if action in _FAILSAFE_ACTIONS and lost and not goes_on and self.mode != _FAILSAFE_ACTIONS[action]:
             self._fail("GCS Failsafe", _FAILSAFE_ACTIONS[action])
         if not around.estimate.position_valid and self.mode in _NEED_POSITION:
             self._fail("EKF Failsafe: changed to LAND Mode", LAND)

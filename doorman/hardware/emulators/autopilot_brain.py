@@ -18,6 +18,8 @@ ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""
 _STANDING = 0.1
 """A landing that sinks more slowly has stopped [m/s],"""
+_KILLED = 5.0
+"""After this time a vehicle whose motors a switch has stopped is disarmed [s]."""
 _STUCK = 1.0
 """after this time [s]."""
 
@@ -109,6 +111,7 @@ class Brain(ABC):
         self._grounded_since: float | None = None
         self._stuck_since: float | None = None
         self._armed_at = 0.0
+        self._killed_at: float | None = None
 
     # ------------------------------------------------------------ requests
 
@@ -193,8 +196,24 @@ class Brain(ABC):
         self.around = around
         self._watch_ground(around)
         demand = self._decide(around)
-        self.demand = demand if self.armed else Demand(Task.IDLE)
+        if self._killed_at is not None and around.now - self._killed_at > _KILLED:
+            self._disarm()
+        self.demand = demand if self.armed and not self.killed else Demand(Task.IDLE)
         return self.demand
+
+    @property
+    def killed(self) -> bool:
+        """Whether a switch of the radio has stopped the motors; armed in the same mode for a while."""
+        return self._killed_at is not None
+
+    def kill(self, stop: bool) -> None:
+        """The pilot's kill switch.
+
+        Args:
+            stop: Whether the motors are to stop; else those of a vehicle that is still armed run again.
+        """
+        assert self.around is not None
+        self._killed_at = self.around.now if stop and self.armed else None
 
     def say(self, severity: int, text: str) -> None:
         """Queue a STATUSTEXT."""
@@ -224,7 +243,7 @@ class Brain(ABC):
 
     def _disarm(self) -> None:
         self.armed = False
-        self._grounded_since = None
+        self._grounded_since = self._killed_at = None
 
     def _watch_ground(self, around: Surroundings) -> None:
         """Landed while on the ground and not about to leave it; long enough while landing, it disarms."""

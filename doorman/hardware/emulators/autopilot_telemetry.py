@@ -26,9 +26,8 @@ PX4_RATES = {
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 0.5,
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
-    mavlink.MAVLINK_MSG_ID_TIMESYNC: 10.0,
 }
-"""Of a PX4 link in onboard mode, before anybody asks for others [1/s]."""
+"""Of a PX4 link before anybody asks for others [1/s]; for its own TIMESYNC it must be asked, as on a link in normal mode."""
 ARDUPILOT_RATES = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, mavlink.MAVLINK_MSG_ID_TIMESYNC: 0.1}
 """Of a fresh ArduPilot link [1/s]: nothing but the heartbeat until it is asked."""
 SETTABLE = frozenset(
@@ -44,7 +43,7 @@ SETTABLE = frozenset(
     }
 )
 """Messages whose interval may be set, of both;"""
-PX4_SETTABLE = SETTABLE | {mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS}
+PX4_SETTABLE = SETTABLE | {mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, mavlink.MAVLINK_MSG_ID_TIMESYNC}
 """of PX4."""
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 
@@ -194,6 +193,8 @@ class Telemetry:
         status = mavlink.MAV_STATE_STANDBY
         if brain.armed:
             status = mavlink.MAV_STATE_CRITICAL if brain.failsafe else mavlink.MAV_STATE_ACTIVE
+            if brain.killed and brain.vendor == mavlink.MAV_AUTOPILOT_PX4:  # ArduPilot's says nothing
+                status = mavlink.MAV_STATE_FLIGHT_TERMINATION
         return mavlink.MAVLink_heartbeat_message(self._type, brain.vendor, base, brain.mode, status, 3)
 
     def _odometry(self, boot_seconds: float, estimate: Estimate) -> Any:

@@ -17,7 +17,9 @@ _REPEAT = 0.4
 _UNTIL_SHOWN = 1.5
 """The same after one was accepted: the mode that a pilot chooses before a heartbeat shows it is not overruled [s]."""
 _LANDING_COMMANDS = (mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND)
-_FAILSAFE_STATUS = frozenset({mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY})
+_TERMINATED = mavlink.MAV_STATE_FLIGHT_TERMINATION
+"""PX4 says so while a kill switch holds its motors: still armed, in the mode that it had, for 5 s."""
+_FAILSAFE_STATUS = frozenset({mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY, _TERMINATED})
 
 
 class Authority(Enum):
@@ -31,6 +33,9 @@ class Authority(Enum):
     """We asked the autopilot to land, and it does."""
     LOST = "lost"
     """Someone else changed the mode."""
+
+
+_OURS = frozenset({Authority.PREPARING, Authority.ENGAGED, Authority.LANDING})
 
 
 class AuthorityKeeper:
@@ -131,14 +136,17 @@ class AuthorityKeeper:
         """Take in what a heartbeat says."""
         with self._lock:
             self._note_changes(mode, armed, now)
-            if self._state in (Authority.PREPARING, Authority.LOST) and mode == dialect.companion_mode:
+            if system_status == _TERMINATED:
+                if self._state in _OURS:
+                    self._lose("the motors were stopped: kill switch, or flight termination", now)
+            elif self._state in (Authority.PREPARING, Authority.LOST) and mode == dialect.companion_mode:
                 if self._state is Authority.PREPARING:
                     self._state = Authority.ENGAGED
                     self._events.condition(EventKind.CONTROL_LOST, False, now, "another mode")
             elif self._state is Authority.ENGAGED and mode != dialect.companion_mode:
                 self._leave(mode, dialect, now)
             elif (
-                self._state is Authority.LANDING and mode != dialect.land_mode and armed
+                self._state is Authority.LANDING and mode not in dialect.land_modes and armed
             ):  # PX4 goes back when disarmed
                 self._lose(f"mode is {mode} while landing", now)
             disarmed = self._armed and not armed
@@ -167,7 +175,7 @@ class AuthorityKeeper:
             self._mode, self._armed = None, False
 
     def _leave(self, mode: Mode, dialect: Dialect, now: float) -> None:
-        if self._landing and mode == dialect.land_mode:
+        if self._landing and mode in dialect.land_modes:
             self._landing = False
             self._state = Authority.LANDING
             self._stream.stop()

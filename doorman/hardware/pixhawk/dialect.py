@@ -26,6 +26,9 @@ class Dialect:
     companion_mode: Mode
     """In which it obeys this computer."""
     land_mode: Mode
+    """Which is asked for to land."""
+    land_modes: frozenset[Mode]
+    """In which it lands as asked: PX4 descends where it does not know its height or its place."""
     mode: Callable[[int], Mode]
     """Mode of a `custom_mode`."""
     parameters_bytewise: bool
@@ -42,6 +45,8 @@ class Dialect:
     """Parameter that holds the normalised thrust in hover."""
     says_what_is_valid: bool
     """Whether positions come that it does not believe itself, and ESTIMATOR_STATUS says so; else only valid ones come."""
+    asks_time: bool
+    """Whether it maps stamps of poses by TIMESYNC requests of its own, which not every link streams unless asked to."""
     takes_thrust: frozenset[int]
     """MAV_TYPEs whose thrust it takes from attitude setpoints."""
 
@@ -71,6 +76,7 @@ PX4 = Dialect(
     autopilot=mavlink.MAV_AUTOPILOT_PX4,
     companion_mode=px4_mode(px4_number(6)),
     land_mode=px4_mode(px4_number(4, 6)),
+    land_modes=frozenset({px4_mode(px4_number(4, 6)), px4_mode(px4_number(4, 20))}),
     mode=px4_mode,
     parameters_bytewise=True,
     needs_stream=True,
@@ -79,6 +85,7 @@ PX4 = Dialect(
     keeps_tilt=False,
     hover_parameter="MPC_THR_HOVER",
     says_what_is_valid=True,
+    asks_time=True,
     takes_thrust=MULTIROTORS - {29, 35},
 )
 ARDUPILOT = Dialect(
@@ -86,6 +93,7 @@ ARDUPILOT = Dialect(
     autopilot=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
     companion_mode=ardupilot_mode(4),
     land_mode=ardupilot_mode(9),
+    land_modes=frozenset({ardupilot_mode(9)}),
     mode=ardupilot_mode,
     parameters_bytewise=False,
     needs_stream=False,
@@ -94,6 +102,7 @@ ARDUPILOT = Dialect(
     keeps_tilt=True,
     hover_parameter="MOT_THST_HOVER",
     says_what_is_valid=False,
+    asks_time=False,
     takes_thrust=MULTIROTORS,
 )
 

@@ -28,6 +28,8 @@ _MAX_TEXT = 400
 _ESTIMATOR_RATE = 5.0
 """Of what PX4's estimator says of itself, where no camera contradicts it [1/s]."""
 
+_TIMESYNC_RATE = 10.0
+"""Of the requests by which PX4 maps the stamps of poses: a link in "normal" mode sends none by itself [1/s]."""
 _UNORDERED = frozenset(
     {
         mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
@@ -127,7 +129,10 @@ class Inbox:
         self.last_message = now
         ordered = self._owner.tracker.in_order(message.get_seq(), now)
         if ordered or kind in _UNORDERED:
-            self._owner.rates.heard(kind)
+            if (
+                kind != mavlink.MAVLINK_MSG_ID_TIMESYNC or message.tc1 == 0
+            ):  # an answer to ours says nothing of its requests
+                self._owner.rates.heard(kind)
             try:
                 self._handle(kind, message, now)
             except (ValueError, ArithmeticError, struct.error):  # absurd figures in a message with a right checksum
@@ -157,6 +162,8 @@ class Inbox:
             return
         if self.identity is None:
             self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
+            if dialect.asks_time and self._owner.config.mocap:
+                self._owner.rates.want(mavlink.MAVLINK_MSG_ID_TIMESYNC, _TIMESYNC_RATE)
             if self._asks_estimator:
                 self._owner.rates.want(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, _ESTIMATOR_RATE)
                 self._owner.tracker.expect_estimator(now)

@@ -194,6 +194,8 @@ class Link:
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
                 self._transmit(line, setpoint)
+            elif self.stream.stranded and not dialect.needs_stream:
+                self.authority.request_landing(None)
         origin, armed = self.origin, self.tracker.sample.armed
         if origin is not None:
             for request in origin.messages(now, *identity, armed):

@@ -10,6 +10,7 @@ _PX4_MAIN = {
 }  # fmt: skip
 _PX4_AUTO = {
     1: "ready", 2: "take-off", 3: "loiter", 4: "mission", 5: "return", 6: "land", 8: "follow", 9: "precision land",
+    10: "VTOL take-off", 20: "descend",
 }  # fmt: skip
 _ARDUPILOT = {
     0: "stabilize", 1: "acro", 2: "altitude hold", 3: "auto", 4: "guided", 5: "loiter", 6: "return", 7: "circle", 9: "land",

@@ -96,7 +96,9 @@ def _within(names: str, low: float, high: float, best: float, severity: Severity
     )
 
 
-def _one_of(names: str, values: tuple[int, ...], severity: Severity, when: When, why: str) -> Rule:
+def _one_of(
+    names: str, values: tuple[int, ...], severity: Severity, when: When, why: str, *, optional: bool = False
+) -> Rule:
     wanted = " or ".join(str(value) for value in values)
     return Rule(
         tuple(names.split()),
@@ -106,6 +108,7 @@ def _one_of(names: str, values: tuple[int, ...], severity: Severity, when: When,
         severity,
         when,
         why,
+        optional,
     )
 
 
@@ -133,7 +136,7 @@ _KEEPS_HEADING = "a turn in the doorway takes the arm with it, and the thrust th
 _LANDS = "back on its pad it must land, by dead reckoning: soon"
 
 PX4_RULES = (
-    _within("COM_OF_LOSS_T", 0.05, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
+    _within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
     _one_of(
         "COM_OBL_RC_ACT",
         (4, 3),
@@ -155,7 +158,7 @@ PX4_RULES = (
     _one_of(
         "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station it must land or go on, not climb to return"
     ),
-    _one_of("NAV_RCL_ACT", (3, 1), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
+    _one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
     _one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery it must land or warn, not climb to return"),
     _equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already", optional=True),
     _equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
@@ -191,7 +194,20 @@ ARDUPILOT_RULES = (
         _one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.GROUND_STATION, _KEEPS_HEADING),
         _within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.GROUND_STATION, _LANDS),
         _within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.GROUND_STATION, "until it is over it drifts"),
+        _bit("FS_OPTIONS", 3, _E, When.GROUND_STATION, "one that lands already must go on, not fly off to its pad"),
     ),
+    _one_of(
+        "FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio it must land or go on, not climb to return"
+    ),
+    _one_of(
+        "BATT_FS_LOW_ACT",
+        (1, 0),
+        _W,
+        When.ALWAYS,
+        "on a low battery it must land or warn, not climb to return",
+        optional=True,
+    ),
+    _one_of("BATT_FS_CRT_ACT", (1, 0), _W, When.ALWAYS, "as above", optional=True),
     _one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
     _equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),
     _equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),

@@ -24,7 +24,8 @@ from doorman.hardware.pixhawk.thrust import ThrustCurve
 from doorman.hardware.pixhawk.units import seconds_to_boot_ms
 
 LONGEST_BLIND_HOLD = 1.0
-"""A position older than this [s] is no place to hold: the stream ends and the autopilot's own failsafe acts."""
+"""A position older than this [s] is no place to hold: the stream ends. PX4's own failsafe acts then; ArduPilot, which would
+level and drift as long as heartbeats come, is told to land."""
 
 
 LEVELLING = 0.25
@@ -81,6 +82,7 @@ class SetpointStream:
         self._last_sent: float | None = None
         self._leans, self._yaw = False, 0.0
         self._level_since: float | None = None
+        self._nowhere = False
 
     @property
     def source(self) -> Source:
@@ -111,6 +113,11 @@ class SetpointStream:
         with self._lock:
             self._climb = _Climb(start, height, self._config.climb_rate, now)
             self._source, self._latched = Source.CLIMB, False
+
+    @property
+    def stranded(self) -> bool:
+        """Whether the controller is silent, and there is no place to hold."""
+        return self._source is Source.CONTROLLER and self._latest is not None and self._nowhere
 
     def release(self) -> None:
         """Let the controller in again."""
@@ -153,9 +160,11 @@ class SetpointStream:
             EventKind.SETPOINT_STALE, stale, now, "the controller sends no setpoints", silent=silent
         )
         if not stale:
+            self._nowhere = False
             return setpoint, False
         if changed:
             self._hold = here(sample) if now - sample.position_time < LONGEST_BLIND_HOLD else None
+            self._nowhere = self._hold is None
         return self._hold, True
 
     def _levelled(self, setpoint: Setpoint | None, hold: bool, now: float) -> Setpoint | None:

@@ -220,7 +220,7 @@ class Tracker:
             self.sample = replace(
                 self.sample,
                 thrust_target=float(message.thrust),
-                thrust_target_time=now,
+                thrust_target_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
                 attitude_target=_frozen(target),
             )
 

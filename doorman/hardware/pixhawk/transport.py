@@ -258,5 +258,5 @@ def open_line(endpoint: Endpoint, timeout: float) -> Line:
         return _UdpLine(endpoint)
     except ImportError as error:
         raise BackendError("serial ports need pyserial", allowed="pip install 'doorman[hardware]'") from error
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
         raise BackendError(f"cannot be opened: {error}", field="connection", given=str(endpoint)) from error

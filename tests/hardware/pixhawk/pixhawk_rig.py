@@ -35,7 +35,13 @@ QUICK = Timeouts(
 )
 SAFE = {
     "px4": {"COM_OF_LOSS_T": 1.0, "COM_OBL_RC_ACT": 4, "NAV_RCL_ACT": 3, "COM_DISARM_LAND": 0.2},
-    "ardupilot": {"GUID_OPTIONS": 8, "GUID_TIMEOUT": 0.5, "FS_GCS_ENABLE": 5, "FS_GCS_TIMEOUT": 4.0},
+    "ardupilot": {
+        "GUID_OPTIONS": 8,
+        "GUID_TIMEOUT": 0.5,
+        "FS_GCS_ENABLE": 5,
+        "FS_GCS_TIMEOUT": 4.0,
+        "FS_THR_ENABLE": 3,
+    },
 }
 """Parameters as the check wants them."""
 

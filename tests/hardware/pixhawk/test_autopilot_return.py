@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from autopilot_sandbox import Sandbox, offboard
 
+from doorman.hardware.emulators import autopilot_ardupilot as ardupilot
 from doorman.hardware.emulators import autopilot_px4 as px4
 from doorman.hardware.emulators.autopilot_control import Task
 
@@ -133,3 +134,14 @@ def test_the_sticks_move_a_vehicle_whose_pilot_holds_it(request, fixture):
     sandbox.brain.sticks = np.zeros(3)
     demand = sandbox.step(0.1)
     assert demand.task is Task.POSITION and demand.position[0] == 0.3, "where the sticks were let go of"
+
+
+@pytest.mark.parametrize(("options", "mode"), [(16, ardupilot.RETURN), (24, ardupilot.LAND)])
+def test_a_landing_of_ardupilot_without_its_station_goes_on_only_if_told_to(vehicle_ardupilot, options, mode):
+    brain = vehicle_ardupilot.brain
+    brain.parameters["FS_GCS_ENABLE"], brain.parameters["FS_OPTIONS"] = 1, options
+    away(vehicle_ardupilot)
+    assert brain.request_land() == 0
+    vehicle_ardupilot.station_age = 30.0
+    vehicle_ardupilot.step(0.02)
+    assert brain.mode == mode

@@ -67,7 +67,9 @@ def test_landing_is_not_asked_for_again_before_a_heartbeat_can_show_it(keeper, s
     assert not keeper.requests(14.0, PX4, TARGET)
 
 
-@pytest.mark.parametrize(("dialect", "mode"), [(PX4, LAND), (ARDUPILOT, ardupilot_mode(9))])
+@pytest.mark.parametrize(
+    ("dialect", "mode"), [(PX4, LAND), (PX4, px4_mode(px4_number(4, 20))), (ARDUPILOT, ardupilot_mode(9))]
+)
 def test_landing_is_asked_for_until_it_is_seen(keeper, stream, dialect, mode):
     stream.hold(PositionSetpoint(NO, 0.0))
     keeper.prepare()
@@ -111,6 +113,32 @@ def test_the_pilot_may_interrupt_a_landing(keeper, stream):
     assert keeper.state is Authority.LOST and keeper.requests(99.0, PX4, TARGET) == []
 
 
+def test_a_landing_may_become_a_descent(keeper, stream):
+    """PX4 without a height or place lands in a mode of another name."""
+    engaged(keeper, stream)
+    keeper.request_landing(None)
+    beat(keeper, LAND)
+    beat(keeper, px4_mode(px4_number(4, 20)))
+    assert keeper.state is Authority.LANDING
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_kill_switch_ends_all_commanding(keeper, stream, events, asked):
+    """PX4 is armed, and in the mode that it had, for 5 s more."""
+    engaged(keeper, stream)
+    if asked:
+        keeper.request_landing(None)
+        beat(keeper, LAND)
+    beat(keeper, LAND if asked else OFFBOARD, status=8)
+    assert keeper.state is Authority.LOST and stream.source is Source.OFF
+    assert events.conditions >= {EventKind.CONTROL_LOST, EventKind.AUTOPILOT_FAILSAFE}
+    beat(keeper, OFFBOARD)
+    assert keeper.state is Authority.LOST, "switched back, it may lie on the floor"
+    keeper.prepare()
+    beat(keeper, OFFBOARD, status=8)
+    assert keeper.state is Authority.LOST
+
+
 def test_a_landed_vehicle_that_disarms_and_goes_back_to_its_mode_is_not_lost(keeper, stream, events):
     engaged(keeper, stream)
     keeper.request_landing(None)
@@ -138,7 +166,7 @@ def test_disarming_that_nobody_asked_for_is_a_loss_of_control(keeper, stream, ev
 
 
 def test_a_critical_state_is_a_failsafe(keeper, events):
-    for status, expected in ((4, False), (5, True), (6, True), (3, False)):
+    for status, expected in ((4, False), (5, True), (6, True), (8, True), (3, False)):
         beat(keeper, MANUAL, status=status)
         assert (EventKind.AUTOPILOT_FAILSAFE in events.conditions) is expected
 

@@ -34,6 +34,16 @@ def test_pilot_changes_the_mode(hovering, flavour):
 def test_pilot_kills_the_motors(rigs):
     rig = rigs("px4").fly()
     rig.emulator.kill_switch()
+    assert "kill switch" in rig.happens(EventKind.CONTROL_LOST).message
+    assert rig.emulator.brain.armed and not rig.pilot.setpoint(HOVER)
+    rig.emulator.kill_switch(stop=False)
+    rig.happens(EventKind.AUTOPILOT_FAILSAFE, begins=False)
+    assert not rig.pilot.setpoint(HOVER), "it may lie on the floor"
+
+
+def test_pilot_disarms(rigs):
+    rig = rigs("px4").fly()
+    rig.emulator.pilot_disarms()
     assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
     assert not rig.pilot.setpoint(HOVER)
 

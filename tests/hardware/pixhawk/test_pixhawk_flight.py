@@ -289,7 +289,7 @@ def test_why_it_would_not_arm_is_told_when_asked(rigs, flavour):
 def test_a_disarming_that_was_refused_is_forgotten(rigs):
     rig = rigs("px4").fly()
     assert rig.pilot.disarm().status is OutcomeStatus.REFUSED
-    rig.emulator.kill_switch()
+    rig.emulator.pilot_disarms()
     assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
 
 

@@ -6,6 +6,7 @@ import contextlib
 import os
 import select
 import socket
+import termios
 import tty
 
 import pytest
@@ -153,3 +154,19 @@ def test_a_stream_is_busy_while_the_device_takes_no_more(opened):
                 return not line.busy
 
             assert wait_until(drained)
+
+
+def test_a_device_that_goes_again_while_it_is_opened(monkeypatch):
+    """Pyserial lets through what the terminal says."""
+    master, slave = os.openpty()
+
+    def gone(*_: object) -> None:
+        raise termios.error(5, "Input/output error")
+
+    monkeypatch.setattr(termios, "tcsetattr", gone)
+    try:
+        with pytest.raises(BackendError, match="cannot be opened"):
+            open_line(parse_connection(f"serial:{os.ttyname(slave)}:57600"), 0.2)
+    finally:
+        os.close(master)
+        os.close(slave)
