@@ -17,7 +17,7 @@ from flight_rig import AUTOPILOT, SCENARIO, Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flight import End
-from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD
+from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD
 from doorman.hardware.safety import Action
 
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
@@ -122,6 +122,7 @@ FAULTS: dict[str, Injection] = {
     "battery empty": put("rig.autopilot.battery.remaining", 0.05),
     "servo overloaded": call("set_register", 2, "hardware error status", OVERLOAD),
     "gripper overloaded": call("set_register", 5, "hardware error status", OVERLOAD),
+    "servo without its encoder": call("set_register", 2, "hardware error status", ENCODER),
     "servo too hot": call("set_register", 3, "hardware error status", OVERHEATING),
     "servo of another model": call("set_register", 1, "model number", 1060),
     "servo missing": lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2),
