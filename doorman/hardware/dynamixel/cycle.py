@@ -230,7 +230,7 @@ class ServoCycle:
     def _loosen_one(self) -> None:
         """Take the torque of one servo that does not know its angle: as delivered it does not itself, nor stops when told."""
         for joint, monitor in enumerate(self.monitors):
-            lost = monitor.fault & ServoFault.ENCODER and not monitor.fault & (ServoFault.TORQUE_OFF | _UNHEARD)
+            lost = monitor.latched & ServoFault.ENCODER and not monitor.fault & (ServoFault.TORQUE_OFF | _UNHEARD)
             if lost and joint != self.reader.excluded:
                 self._link.write(self._config.ids[joint], TORQUE_ENABLE.address, TORQUE_ENABLE.encode(TORQUE_OFF))
                 return

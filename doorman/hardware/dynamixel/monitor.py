@@ -74,6 +74,11 @@ class ServoMonitor:
         self.fault = fault | self._latched
         return telemetry
 
+    @property
+    def latched(self) -> ServoFault:
+        """Faults that two answers in a row have told, until the servo is set up again."""
+        return self._latched
+
     def recovered(self) -> None:
         """Forget latched faults: the servo was set up again. What was measured before is as old as it is."""
         self._latched = self._suspected = self.fault = ServoFault.NONE
