@@ -242,9 +242,8 @@ class EmulatedServo:
         if not self.memory.get("torque enable") or not 1 <= allowed <= 127:
             return
         if time - self._heard > allowed * WATCHDOG_UNIT:
-            self.memory.set(
-                "bus watchdog", WATCHDOG_ERROR
-            )  # it stops; that its goal becomes zero, the manual does not say
+            # It stops; that its goal becomes zero, the manual does not say.
+            self.memory.set("bus watchdog", WATCHDOG_ERROR)
 
     def _protect(self) -> None:
         memory = self.memory

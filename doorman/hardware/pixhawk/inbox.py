@@ -129,9 +129,8 @@ class Inbox:
         self.last_message = now
         ordered = self._owner.tracker.in_order(message.get_seq(), now)
         if ordered or kind in _UNORDERED:
-            if (
-                kind != mavlink.MAVLINK_MSG_ID_TIMESYNC or message.tc1 == 0
-            ):  # an answer to ours says nothing of its requests
+            # A TIMESYNC that answers one of ours says nothing of the autopilot's own.
+            if kind != mavlink.MAVLINK_MSG_ID_TIMESYNC or message.tc1 == 0:
                 self._owner.rates.heard(kind)
             try:
                 self._handle(kind, message, now)
