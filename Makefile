@@ -24,14 +24,14 @@ demo: $(VENV)/.installed-for-demo
 rig-demo: $(VENV)/.installed-for-rig
 	$(BIN)/doorman rig $(SCENARIO) --fly
 
-# First what runs in real time or takes signals, alone, with kernels compiled ahead; then everything else, two processes at a time.
+# First what runs in real time or takes signals, with kernels compiled ahead; then everything else, which takes all of two cores.
 # What a busy machine held up in real time gets a second chance; what fails twice fails.
 ALONE := tests/hardware tests/test_recording_signals.py
 CHOSEN := -m "not slow"
 
 test: lint
 	$(BIN)/doorman warmup paper & other=$$!; $(BIN)/doorman warmup push && wait $$other
-	$(BIN)/python -m pytest $(ALONE) || $(BIN)/python -m pytest --last-failed $(ALONE)
+	$(BIN)/python -m pytest -n 2 $(ALONE) || $(BIN)/python -m pytest --last-failed $(ALONE)
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
 
 # With the slow ones: rare faults, and kernels compiled for further arms and problems: 20 minutes more.
@@ -75,10 +75,10 @@ $(VENV)/.installed-for-rig: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware]'
 	touch $(VENV)/.installed-for-demo $@
 
-# Includes what the demos need: their stamps are set too, so that they do not install again.
+# Includes what the demos need: their stamps are set too, so that they do not install again. Python compiles what is imported.
 $(VENV)/.installed-for-test: pyproject.toml | $(BIN)/python
 	@echo 'Installing into $(VENV): a few minutes the first time'
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,viz,hardware,campaign,test]'
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check -e '.[sim,viz,hardware,campaign,test]'
 	touch $(VENV)/.installed-for-demo $(VENV)/.installed-for-rig $@
 
 clean:

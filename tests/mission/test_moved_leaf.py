@@ -81,6 +81,7 @@ def test_who_aborts_wants_no_other_attempt() -> None:
     assert phases(recording) == [*ATTEMPT, "retreat", "done", "end"]
 
 
+@pytest.mark.slow
 def test_a_door_that_a_person_holds_for_three_seconds_is_opened_and_not_thrown() -> None:
     """The push grows meanwhile; once they let go, the door must stop at the goal by its own friction all the same."""
     recording, mission = flown(hand(30.0, 3.0, lambda off, rate: -60.0 * off - 30.0 * rate))
@@ -102,9 +103,10 @@ def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there() -> None:
     assert verdict(summary)[0], verdict(summary)[1]
 
 
-@pytest.mark.parametrize(
-    ("angle", "found"), [pytest.param(19.8, True, marks=pytest.mark.slow), (19.0, True), (16.0, False)]
-)
+ALREADY_OPEN = [pytest.param(19.8, True, marks=pytest.mark.slow), pytest.param(19.0, True, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize(("angle", "found"), [*ALREADY_OPEN, (16.0, False)])
 def test_a_leaf_that_stands_at_the_goal_already_is_found_there(angle: float, found: bool) -> None:
     """Wind, or an attempt before, may have opened it; farther beyond the goal it is not open as asked."""
     recording, mission = flown(
@@ -143,6 +145,7 @@ def test_a_door_that_cannot_be_held_at_the_goal_is_given_up() -> None:
     assert not verdict(summary)[0]
 
 
+@pytest.mark.slow
 def test_a_leaf_that_is_blown_past_the_goal_is_not_chased() -> None:
     recording, mission = flown(hand(50.0, 6.0, lambda off, rate: -3.0 - 5.0 * rate))
     opened, reason = mission.outcome
@@ -165,7 +168,9 @@ def test_a_blocked_door_is_given_up_with_numbers() -> None:
     assert recording.summary is not None and recording.summary["collisions"] == 0
 
 
-@pytest.mark.parametrize("stop", [89.9, pytest.param(70.0, marks=pytest.mark.slow), 45.0])
+@pytest.mark.parametrize(
+    "stop", [89.9, pytest.param(70.0, marks=pytest.mark.slow), pytest.param(45.0, marks=pytest.mark.slow)]
+)
 def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(stop: float) -> None:
     """What leans on a door that does not give way is turned about its tip, and plans turn with a door that should move."""
 

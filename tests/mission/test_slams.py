@@ -11,7 +11,13 @@ from hands import flown, phases, touched
 from doorman.mission import Mission, Phase
 
 SHUTTING = [
-    ("push", 30.0, 0.0, {"door__width": 1.1, "simulation__door_width": 1.1, "simulation__door_stiffness": 2.0}),
+    pytest.param(
+        "push",
+        30.0,
+        0.0,
+        {"door__width": 1.1, "simulation__door_width": 1.1, "simulation__door_stiffness": 2.0},
+        marks=pytest.mark.slow,
+    ),
     pytest.param("push", 25.0, 3.0, {}, marks=pytest.mark.slow),
     ("paper", 45.0, 0.0, {"simulation__door_stiffness": 2.0}),
     ("paper", 40.0, 3.0, {"simulation__door_stiffness": 1.0}),

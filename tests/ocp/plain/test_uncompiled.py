@@ -64,6 +64,7 @@ def compare(plain: Any, compiled: Any, tolerance: float) -> None:
             np.testing.assert_allclose(plan[field], other[field], rtol=0.0, atol=tolerance, err_msg=name)
 
 
+@pytest.mark.slow
 def test_door_plans_are_those_of_plain_python(run: Callable[[str, str], Any]) -> None:
     plain = run("uncompiled", "doors")
     compare(plain, run("compiled", "doors"), 1e-11)
