@@ -287,7 +287,8 @@ class GuardedFlight:
     def _look(self) -> Observation:
         seen = self._observer.look()
         heard = seen.conditions.isdisjoint({EventKind.STATE_STALE, EventKind.LINK_LOST, EventKind.DEVICE_LOST})
-        self._fall.note(seen.now, seen.speed, seen.armed, heard)
+        runs = seen.armed and not self.links.autopilot.state().terminated
+        self._fall.note(seen.now, seen.speed, runs, heard)
         return seen
 
     def _end(self) -> End:

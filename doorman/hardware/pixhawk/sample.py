@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.modes import Mode
 
 Array = NDArray[np.float64]
@@ -93,6 +94,11 @@ class VehicleSample:
     """Φ that the autopilot steers by, shape (3,), world frame [rad]."""
     thrust_target_time: float = -math.inf
     """When both were received [s]."""
+
+    @property
+    def terminated(self) -> bool:
+        """Whether motors are stopped by a kill switch, or flight termination: armed it still is."""
+        return bool(self.system_status == mavlink.MAV_STATE_FLIGHT_TERMINATION)
 
     def age(self, now: float) -> float:
         """Time since the older of attitude and position was true [s].
