@@ -26,13 +26,13 @@ rig-demo: $(VENV)/.installed-for-rig
 
 # First what runs in real time or takes signals, with kernels compiled ahead; then everything else, which takes all of two cores.
 # What a busy machine held up in real time gets a second chance; what fails twice fails.
-ALONE := tests/hardware tests/test_recording_signals.py
+REAL_TIME := tests/hardware tests/test_recording_signals.py
 CHOSEN := -m "not slow"
 
 test: lint
 	$(BIN)/doorman warmup paper & other=$$!; $(BIN)/doorman warmup push && wait $$other
-	$(BIN)/python -m pytest -n 2 $(ALONE) || $(BIN)/python -m pytest --last-failed $(ALONE)
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(ALONE:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest -n 2 $(REAL_TIME) || $(BIN)/python -m pytest --last-failed $(REAL_TIME)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(REAL_TIME:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
 
 # With the slow ones: rare faults, and kernels compiled for further arms and problems: 20 minutes more.
 test-all: CHOSEN :=

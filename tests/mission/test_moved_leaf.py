@@ -13,6 +13,10 @@ from doorman.mission import Mission, Phase
 from doorman.summary import verdict
 
 
+def pulled_away() -> Torque:
+    return hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
+
+
 def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
     """A hand swings the leaf away from the tip by some 10° in mid-swing, and stops it there."""
     recording, mission = flown(hand(60.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate))
@@ -26,8 +30,7 @@ def test_a_door_that_a_person_pushes_on_is_found_again_and_opened() -> None:
 @pytest.mark.slow
 def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed() -> None:
     """A hand takes the leaf away; with no recovery allowed, the vehicle leaves, and says why."""
-    away = hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
-    recording, mission = flown(away)
+    recording, mission = flown(pulled_away())
     assert mission.outcome == (True, "") and "recover" in phases(recording)
     truth = recording["truth"]
     touching = truth["touching"].astype(bool)
@@ -41,17 +44,12 @@ def test_the_leaf_is_touched_gently_again_and_only_as_often_as_allowed() -> None
             assert along + lever * float(truth["door_rate"][before]) < 0.1
             again += 1
     assert again >= 1
-    away = hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
-    recording, mission = flown(away, mission__recoveries=0, mission__attempts=1)
+    recording, mission = flown(pulled_away(), mission__recoveries=0, mission__attempts=1)
     assert mission.outcome == (False, "contact was lost 1 times")
     assert phases(recording)[-2:] == ["done", "end"]
 
 
 ATTEMPT = ["hover", "approach", "touch", "open"]
-
-
-def pulled_away() -> Torque:
-    return hand(50.0, 2.0, lambda off, rate: 30.0 * (-math.radians(10.0) - off) - 25.0 * rate)
 
 
 @pytest.mark.slow

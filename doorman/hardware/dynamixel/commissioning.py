@@ -33,7 +33,7 @@ from doorman.hardware.dynamixel.registers import (
 from doorman.hardware.dynamixel.settings import SettingFinding, check_settings, write_settings
 from doorman.hardware.dynamixel.talk import Servo
 from doorman.hardware.dynamixel.telemetry import MAPPING
-from doorman.hardware.dynamixel.units import joint_angle, whole_turns
+from doorman.hardware.dynamixel.units import CURRENT_UNITS, joint_angle, whole_turns
 
 VOLTAGE_ONLY = int(HardwareError.VOLTAGE)
 
@@ -53,6 +53,11 @@ class ReadyServo:
     """To add to its angle so that it lies between the joint's limits [rad]."""
     findings: tuple[SettingFinding, ...]
     """Settings that differ and were not changed."""
+
+    @property
+    def current_unit(self) -> float:
+        """One count of a current [A]."""
+        return CURRENT_UNITS[self.model]
 
 
 def inspect(servo: Servo, index: int, config: ServoConfig) -> list[SettingFinding]:

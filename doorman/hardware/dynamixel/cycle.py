@@ -23,7 +23,7 @@ from doorman.hardware.dynamixel.registers import (
 )
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
 from doorman.hardware.dynamixel.telemetry import Telemetry
-from doorman.hardware.dynamixel.units import CURRENT_UNITS, VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+from doorman.hardware.dynamixel.units import VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
 
 _ILL = STOPPING | LATCHED
 _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED
@@ -163,7 +163,7 @@ class ServoCycle:
         times = np.array([monitor.time for monitor in self.monitors])
         angles = np.array(self._angles())
         rates = np.array([sign * row.velocity * VELOCITY_UNIT for sign, row in zip(signs, rows, strict=True)])
-        units = [CURRENT_UNITS[servo.model] for servo in self._ready]
+        units = [servo.current_unit for servo in self._ready]
         currents = np.array([sign * row.current * unit for sign, row, unit in zip(signs, rows, units, strict=True)])
         temperatures = np.array([float(row.temperature) for row in rows])
         voltages = np.array([row.voltage * VOLTAGE_UNIT for row in rows])
@@ -215,8 +215,9 @@ class ServoCycle:
         self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs[:n], counts, strict=True)]
 
     def _grip(self, current: float) -> None:
-        limit = self._ready[-1].current_limit
-        counts = self._config.signs[-1] * round(current / CURRENT_UNITS[self._ready[-1].model])
+        servo = self._ready[-1]
+        limit = servo.current_limit
+        counts = self._config.signs[-1] * round(current / servo.current_unit)
         self._link.sync_write(GOAL_CURRENT, {self._config.ids[-1]: min(max(counts, -limit), limit)})
 
     def _welcome_back(self, joint: int) -> None:

@@ -117,7 +117,7 @@ class SetpointStream:
     @property
     def stranded(self) -> bool:
         """Whether the controller is silent, and there is no place to hold."""
-        return self._source is Source.CONTROLLER and self._latest is not None and self._nowhere
+        return self._source is Source.CONTROLLER and self._nowhere
 
     def release(self) -> None:
         """Let the controller in again."""
