@@ -9,8 +9,9 @@ with the rotors' and gravity's force F and the innovation e of the position: thr
 gains are those of the sampled observer with three poles at :math:`\theta = e^{-\omega T}`: :math:`1 - \theta^3`,
 :math:`\tfrac32(1 - \theta^2)(1 - \theta)/T` and :math:`(1 - \theta)^3/T^2`. Gains in proportion to T would overshoot
 after a gap. A position that is t old is compared with :math:`\hat p - t\hat v`, which slows the poles: to 0.94 from 0.89, at
-T = 8 ms and t = 20 ms. (To carry what it corrects on to now keeps them, and is noisier: fewer doors were opened.) One that
-has been seen before is not compared at all, so a gap is bridged by the model.
+T = 8 ms and t = 20 ms. (To carry what it corrects on to now keeps them, and is noisier: fewer doors were opened.) For
+:math:`\omega t > 0.85` it would be unstable, so older positions are taken in with a smaller ω, and the model counts for more.
+One that has been seen before is not compared at all, so a gap is bridged by the model.
 """
 
 from __future__ import annotations
@@ -22,13 +23,16 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+_LATEST = 0.5
+"""Largest ω t; for older positions ω is less."""
+
 
 class VehicleObserver:
     """Position, velocity and outer force of the vehicle.
 
     Args:
         mass: m_A [kg].
-        rate: ω [rad/s].
+        rate: ω of new positions [rad/s].
     """
 
     def __init__(self, mass: float, rate: float) -> None:
@@ -61,8 +65,10 @@ class VehicleObserver:
         if measured_at <= self._seen:
             return
         apart, self._seen = measured_at - self._seen, measured_at
-        innovation = position - (self.position - (now - measured_at) * self.velocity)
-        kept = math.exp(-self.rate * apart)
+        age = now - measured_at
+        innovation = position - (self.position - age * self.velocity)
+        rate = min(self.rate, _LATEST / age) if age > 0.0 else self.rate
+        kept = math.exp(-rate * apart)
         lost = 1.0 - kept
         self.position = self.position + (1.0 - kept**3) * innovation
         self.velocity = self.velocity + 1.5 * (1.0 - kept**2) * lost / apart * innovation

@@ -96,6 +96,22 @@ def test_late_positions_do_not_shift_the_estimate() -> None:
     np.testing.assert_allclose(observer.outer_force, [0.8, -0.4, 0.2], atol=0.05)
 
 
+@pytest.mark.parametrize("apart", [0.005, 0.01, 0.05])
+@pytest.mark.parametrize("age", [0.04, 0.06, 0.1, 0.2, 0.4])
+def test_an_error_fades_however_late_positions_are(age: float, apart: float) -> None:
+    """Of a vehicle that stands: what is wrong about it is forgotten, with old positions as with new ones, only later."""
+    observer = VehicleObserver(3.0, 15.0)
+    observer.update(np.zeros(3), 0.0, age, np.zeros(3), 0.0)
+    observer.velocity, observer.outer_force = np.array([1.0, 0.0, 0.0]), np.array([3.0, 0.0, 0.0])
+    worst, patience = 0.0, 0.5 + 30.0 * age
+    for k in range(1, round(patience / apart)):
+        observer.update(np.zeros(3), k * apart, k * apart + age, np.zeros(3), apart)
+        worst = max(worst, abs(observer.position[0]))
+    assert worst < 10.0 * age
+    assert abs(observer.velocity[0]) < 0.02
+    assert abs(observer.position[0]) < 0.02 * age + 0.002
+
+
 def test_a_gap_is_bridged_by_the_model() -> None:
     observer, position, velocity = observe(0.0, (5.75, 6.0))
     np.testing.assert_allclose(observer.position, position, atol=5e-3)
