@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.pixhawk import Authority
-from doorman.hardware.pixhawk.straight_way import StraightWay
+from doorman.hardware.pixhawk.straight_way import SPEED, StraightWay
 from doorman.hardware.vehicle import VehicleLinks
 
 Array = NDArray[np.float64]
@@ -28,6 +28,7 @@ def fly_to(
     timeout: float = 20.0,
     go_on: Callable[[], bool] = lambda: True,
     begin: Array | None = None,
+    speed: float = SPEED,
 ) -> bool:
     """Stream position setpoints along a `StraightWay` until the vehicle has arrived.
 
@@ -38,13 +39,14 @@ def fly_to(
         timeout: For arriving after the setpoint has [s].
         go_on: Asked at every step whether to.
         begin: Where the vehicle should be if nobody says where it is, shape (3,), world frame [m].
+        speed: Of the setpoint [m/s].
 
     Returns:
         Whether it arrived; False too if the vehicle is not ours any more, is landing, or is not to go on.
     """
     autopilot, where = links.autopilot, links.whereabouts()
     here = where.position if where.known or begin is None else begin
-    way = StraightWay(time.monotonic(), here, place, where.yaw, yaw)
+    way = StraightWay(time.monotonic(), here, place, where.yaw, yaw, speed)
     end = way.since + way.duration
     while (now := time.monotonic()) < end + timeout:
         if not go_on() or not autopilot.setpoint(way.setpoint(now)):

@@ -13,7 +13,7 @@ from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 Array = NDArray[np.float64]
 
 SPEED = 0.4
-"""Of the setpoint [m/s]."""
+"""Of the setpoint, unless told otherwise [m/s]."""
 _TURN_RATE = 0.5
 """Of the setpoint [rad/s]."""
 _SHORTEST = 0.02
@@ -34,12 +34,14 @@ class StraightWay:
     """At the beginning [rad]."""
     end_yaw: float
     """At the end, by the shorter turn [rad]."""
+    speed: float = SPEED
+    """Of the setpoint [m/s]."""
 
     @property
     def duration(self) -> float:
         """[s]."""
         length = float(np.linalg.norm(self.end - self.begin))
-        return max(length / SPEED, abs(self._turn) / _TURN_RATE, _SHORTEST)
+        return max(length / self.speed, abs(self._turn) / _TURN_RATE, _SHORTEST)
 
     @property
     def _turn(self) -> float:

@@ -12,15 +12,16 @@ from doorman.hardware.pixhawk.straight_way import SPEED, StraightWay
 BEGIN, END = np.array([0.2, -0.4, 1.0]), np.array([-1.0, 0.5, 1.5])
 
 
-def test_it_leads_from_one_place_to_the_other_and_rests_there() -> None:
-    way = StraightWay(5.0, BEGIN, END, 0.3, 0.3)
+@pytest.mark.parametrize("speed", [SPEED, 0.6])
+def test_it_leads_from_one_place_to_the_other_and_rests_there(speed: float) -> None:
+    way = StraightWay(5.0, BEGIN, END, 0.3, 0.3, speed)
     length = float(np.linalg.norm(END - BEGIN))
-    assert way.duration == pytest.approx(length / SPEED)
+    assert way.duration == pytest.approx(length / speed)
     first, middle, last = (way.setpoint(5.0 + share * way.duration) for share in (0.0, 0.5, 1.5))
     np.testing.assert_allclose(first.position, BEGIN)
     np.testing.assert_allclose(middle.position, 0.5 * (BEGIN + END))
     np.testing.assert_allclose(last.position, END)
-    np.testing.assert_allclose(middle.velocity, (END - BEGIN) / length * SPEED)
+    np.testing.assert_allclose(middle.velocity, (END - BEGIN) / length * speed)
     np.testing.assert_allclose(last.velocity, 0.0)
     np.testing.assert_allclose(way.setpoint(4.0).position, BEGIN)
 
