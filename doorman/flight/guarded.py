@@ -58,7 +58,7 @@ _ON_THE_WAY = 3.0
 """For places on the way back, which need not be reached exactly [s];"""
 _LOST_ON_THE_WAY = 0.5
 """the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
-_LOST_SPEED = 0.6
+LOST_SPEED = 0.6
 """On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
 _HOLDING_PATIENCE = 30.0
 """For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
@@ -376,7 +376,7 @@ class GuardedFlight:
             return self._may_fly_back() and not stopped
 
         for _ in range(_STOPS):
-            if fly_to(self.links, place, yaw, timeout, go_on, begin, _LOST_SPEED if self._lost else SPEED):
+            if fly_to(self.links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED):
                 return True
             if not stopped or not self._may_fly_back():
                 return False

@@ -6,6 +6,7 @@ import ast
 import re
 from pathlib import Path
 
+from doorman.flight.guarded import LOST_SPEED
 from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import RULES, Action
 from doorman.hardware.safety.observer import FORCE_LAG
@@ -56,6 +57,7 @@ def test_numbers_are_those_of_the_code():
     assert f"has not ended after {ABORT_WITHIN:g} s, RETREAT" in PAGE
     assert f"does not do so within {ACKNOWLEDGE_WITHIN:g} s" in PAGE
     assert f"out of the doorway at {SPEED:g} m/s" in PAGE
+    assert f"out of the doorway, at {SPEED:g} m/s, by dead reckoning at {LOST_SPEED:g} m/s" in PAGE
     assert f"silent for\n{GUARD_TIMEOUT:g} s" in PAGE
     assert f"low-pass of\n{FORCE_LAG:g} s" in PAGE
     assert f"tilt {limits.tilt:g} rad, speed {limits.speed:g} m/s" in PAGE
