@@ -83,7 +83,8 @@ def free_port() -> int:
 def _rig(arguments: Sequence[str]) -> Iterator[Wiring]:
     """The rig in a process of its own; yields how to fly it."""
     command = [sys.executable, "-c", _ENTRY, "rig", *arguments]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    # not in our group: Ctrl-C is the operator's word to the flight, which needs its vehicle until it has landed
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, process_group=0) as process:
         try:
             yield _wiring(process)
         finally:

@@ -10,6 +10,8 @@ import math
 
 from doorman.scenario import ContactStateSection
 
+_LONGEST_STEP = 0.02
+"""Of a longer period, as of a controller that was held up, so much counts as watched [s]."""
 _NOISE_AT_FIRST = 0.3
 """Deviation of the force that is assumed before it has been seen [N]."""
 _NOISE_TIME = 0.7
@@ -61,7 +63,8 @@ class ContactMonitor:
                 certain = min(certain, max(settings.arrived_above, settings.arrived_deviations * noise))
             disagrees = normal_force > min(settings.touched_above, certain)
             needed = 0.0 if normal_force > certain else settings.touched_after
-        self._for = self._for + time_step if disagrees else max(0.0, self._for - time_step)
+        lasted = min(time_step, _LONGEST_STEP)
+        self._for = self._for + lasted if disagrees else max(0.0, self._for - lasted)
         if disagrees and self._for >= needed - 1e-9:
             self.declare(not self.touching)
         return self.touching

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 _UNWINDING = 10.0
-"""How much faster than the observer its inner state follows at the bound."""
+"""How much faster than the observer its inner state follows at the bound; not by more than all of it in one period."""
 
 
 class DisturbanceObserver:
@@ -63,7 +63,7 @@ class DisturbanceObserver:
         self.estimate = np.clip(raw, -self.limit, self.limit)
         excess = self.estimate - raw  # anti-windup: both states stay where the bound is reached, not beyond
         self._outer += excess
-        self._inner += _UNWINDING * self.rate * excess
+        self._inner += _UNWINDING * self.rate / max(_UNWINDING * self.rate * time_step, 1.0) * excess
         return self.estimate
 
     def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:

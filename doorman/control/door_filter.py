@@ -32,6 +32,8 @@ ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = ran
 _STATES = 9
 _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
+_LONGEST_STEP = 0.02
+"""A longer period, of a controller that was held up, is followed in parts [s]."""
 _STUCK_RATE = 8.0
 """Bandwidth with which a standing door's angle is followed [rad/s]."""
 _STUCK_DEVIATIONS = (0.002, 0.01)
@@ -210,9 +212,11 @@ class DoorFilter:
         Where the door comes loose, angle and rate lag behind, and as much as they lag they are uncertain together; to take
         the rate's lag for motion would make the leaf light. The tip's angle is that of `age` ago besides.
         """
-        off = tip_angle - self.state[ANGLE]
-        self.state[ANGLE] += time_step * (self.state[RATE] + 2.0 * _STUCK_RATE * off)
-        self.state[RATE] += time_step * _STUCK_RATE**2 * off
+        parts = math.ceil(time_step / _LONGEST_STEP)
+        for _ in range(parts):
+            off = tip_angle - self.state[ANGLE]
+            self.state[ANGLE] += time_step / parts * (self.state[RATE] + 2.0 * _STUCK_RATE * off)
+            self.state[RATE] += time_step / parts * _STUCK_RATE**2 * off
         lag, p = abs(off), self.covariance
         rate = np.array([2.0 * _STUCK_RATE * lag, 0.0, _STUCK_DEVIATIONS[1]])
         angle = np.array([lag, _STUCK_DEVIATIONS[0], 0.0]) + age * rate

@@ -62,7 +62,8 @@ class TurningAid:
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N
         most = self._most * abs(lever)
         share = min(max((_SLOW - attitude_lag) / (_SLOW - _QUICK), 0.0), 1.0)
-        self._integral += time_step * (_INTEGRAL * self._inertia * missing - self._integral / _FADING)
+        wanting = missing if share > 0.0 else 0.0  # nothing is wound up meanwhile
+        self._integral += time_step * (_INTEGRAL * self._inertia * wanting - self._integral / _FADING)
         self._integral = min(max(self._integral, -most), most)
         if abs(lever) < _LEAST_LEVER:
             return np.zeros(3)

@@ -10,8 +10,9 @@ gains are those of the sampled observer with three poles at :math:`\theta = e^{-
 :math:`\tfrac32(1 - \theta^2)(1 - \theta)/T` and :math:`(1 - \theta)^3/T^2`. Gains in proportion to T would overshoot
 after a gap. A position that is t old is compared with :math:`\hat p - t\hat v`, which slows the poles: to 0.94 from 0.89, at
 T = 8 ms and t = 20 ms. (To carry what it corrects on to now keeps them, and is noisier: fewer doors were opened.) For
-:math:`\omega t > 0.85` it would be unstable, so older positions are taken in with a smaller ω, and the model counts for more.
-One that has been seen before is not compared at all, so a gap is bridged by the model.
+:math:`\omega t > 0.85` it would be unstable, so older positions are taken in with a smaller ω, and the model counts for more;
+so are new ones soon after old ones, or delays that come and go would excite it. One that has been seen before is not compared
+at all, so a gap is bridged by the model.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 
 _LATEST = 0.5
 """Largest ω t; for older positions ω is less."""
+_FORGETS = 0.2
+"""By so much a second the age that ω is chosen for falls, where positions are new again [s/s]."""
 
 
 class VehicleObserver:
@@ -39,6 +42,7 @@ class VehicleObserver:
         self.mass = mass
         self.rate = rate
         self._seen: float | None = None
+        self._late = 0.0
         self.position = np.zeros(3)
         """p̂, shape (3,), world frame [m]."""
         self.velocity = np.zeros(3)
@@ -67,7 +71,8 @@ class VehicleObserver:
         apart, self._seen = measured_at - self._seen, measured_at
         age = now - measured_at
         innovation = position - (self.position - age * self.velocity)
-        rate = min(self.rate, _LATEST / age) if age > 0.0 else self.rate
+        self._late = max(age, self._late - _FORGETS * apart)
+        rate = min(self.rate, _LATEST / self._late) if self._late > 0.0 else self.rate
         kept = math.exp(-rate * apart)
         lost = 1.0 - kept
         self.position = self.position + (1.0 - kept**3) * innovation

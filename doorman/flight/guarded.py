@@ -39,7 +39,7 @@ _LANDING_PATIENCE = 60.0
 _BLIND_PATIENCE = 3.0
 """In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
 _STOPS = 5
-"""On one leg of the way back, because the state was old."""
+"""On one leg of the way back, because the state was old, before the rest of it is flown without."""
 _STARVED = 2.0
 """For links to become fresh before the autopilot is engaged [s]."""
 _HOVER_TIME = 2.0
@@ -133,9 +133,9 @@ class GuardedFlight:
         for name, step in steps:
             if self.supervisor.action is not None:
                 return f"{name}: not begun: {self.supervisor.reason}"
+            self._note()  # not in the air, where nobody watches yet whether the disk answers
             self.say(name)
             outcome = step()
-            self._note()
             self._armed_once = self._armed_once or autopilot.state().armed
             if not outcome.done:
                 return f"{name}: {outcome}"
@@ -212,7 +212,6 @@ class GuardedFlight:
             Where it ended.
         """
         try:
-            self._note()
             end = self._come_down()
         except BaseException as error:  # whatever it is: it lands, and has the cameras' poses until it has
             mistake = isinstance(error, Exception)
@@ -310,12 +309,14 @@ class GuardedFlight:
         ours = autopilot.status().authority is Authority.ENGAGED and autopilot.state().armed
         if ours:
             self.supervisor.acknowledge()
-        return ours and self.supervisor.action not in (Action.LAND, Action.RELEASE)
+        if not ours or self.supervisor.action in (Action.LAND, Action.RELEASE):
+            return False
+        autopilot.resume()  # the supervisor may have latched a hold, while nobody flew
+        return True
 
     def _back_off(self) -> None:
         """Let go of the door, fly out of the doorway and to the hover point without turning, and turn there."""
         places = self.places
-        self.links.autopilot.resume()
         self.links.hold()
         if not self._let_go() or not self._heard():
             return
@@ -375,15 +376,17 @@ class GuardedFlight:
             stopped = not self._blind and not self._seen
             return self._may_fly_back() and not stopped
 
-        for _ in range(_STOPS):
-            if fly_to(self.links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED):
-                return True
+        stops = 0
+        while not fly_to(self.links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED):
             if not stopped or not self._may_fly_back():
                 return False
+            stops, begin = stops + 1, None  # it goes on from where it stops
             self.links.hold()
+            if stops > _STOPS:
+                self._fly_blindly("gets old again and again")
             if not self._heard():
                 return False
-        return False
+        return True
 
     def _heard(self) -> bool:
         """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
@@ -392,10 +395,13 @@ class GuardedFlight:
             self.say("the autopilot's state is old: hover until it is fresh")
         while self._may_fly_back() and not self._seen and not self._blind:
             if time.monotonic() - begin > _BLIND_PATIENCE:
-                self.say("the autopilot's state stays old: fly back by its own position control")
-                self._blind = True
+                self._fly_blindly("stays old")
             time.sleep(0.02)
         return self._may_fly_back()
+
+    def _fly_blindly(self, why: str) -> None:
+        self.say(f"the autopilot's state {why}: fly back by its own position control")
+        self._blind = True
 
     @property
     def _lost(self) -> bool:

@@ -112,10 +112,40 @@ def test_an_error_fades_however_late_positions_are(age: float, apart: float) -> 
     assert abs(observer.position[0]) < 0.02 * age + 0.002
 
 
+@pytest.mark.parametrize(("delay", "on", "off"), [(0.15, 0.15, 0.15), (0.1, 0.32, 0.08), (0.18, 0.2, 0.2)])
+def test_delays_that_come_and_go_do_not_excite_the_observer(delay: float, on: float, off: float) -> None:
+    observer, tick, seen = VehicleObserver(3.0, 15.0), 0.01, -1.0
+    observer.update(np.zeros(3), seen, 0.0, np.zeros(3), 0.0)
+    observer.velocity, errors = np.array([0.1, 0.0, 0.0]), []
+    for k in range(1, round(6.0 / tick)):
+        now = k * tick
+        seen = max(seen, now - (delay if now % (on + off) < on else 0.005))
+        observer.update(np.zeros(3), seen, now, np.zeros(3), tick)
+        errors.append(abs(observer.velocity[0]))
+    assert max(errors) < 0.5
+    assert max(errors[-50:]) < 0.02
+
+
 def test_a_gap_is_bridged_by_the_model() -> None:
     observer, position, velocity = observe(0.0, (5.75, 6.0))
     np.testing.assert_allclose(observer.position, position, atol=5e-3)
     np.testing.assert_allclose(observer.velocity, velocity, atol=1e-2)
+
+
+def test_one_look_after_a_long_pause_is_not_lasting_evidence() -> None:
+    monitor = ContactMonitor(ContactStateSection())
+    monitor.declare(True)
+    assert monitor.update(0.0, 0.2), "it has not been watched meanwhile"
+
+
+def test_a_standing_leaf_is_followed_through_a_long_pause(model: Model) -> None:
+    tracked = DoorFilter(model, model.scenario.estimation)
+    start = tracked.angle
+    for k in range(50):
+        tracked.update(1.0, True, start, k * TICK, k * TICK, TICK)
+    tracked.update(1.0, True, start - 0.006, 0.4, 0.4, 0.2)
+    assert -0.002 < start - 0.006 - tracked.angle < 0.006 - 0.003, "nearer, and not past it"
+    assert abs(tracked.rate) < 0.03
 
 
 def test_contact_state_has_hysteresis_in_force_and_time() -> None:

@@ -313,6 +313,24 @@ def test_telemetry_stays_late(rig):
     assert_before_the_door(rig)
 
 
+def test_telemetry_has_gaps_on_the_way_back_without_cameras(rig, monkeypatch):
+    """Every gap stops it, and it must not come down where the last one did: it flies on without knowing its place."""
+    monkeypatch.setattr(guarded, "_STOPS", 1)
+    flight = swinging(rig)
+    rig.far.set("rig.mocap.faults.silent", True)
+    until(lambda: flight.session.supervisor.action is Action.RETREAT, "a retreat", flight.told)
+    while rig.links.engaged:
+        rig.far.set("rig.autopilot.outgoing.cut", True)
+        time.sleep(0.45)
+        rig.far.set("rig.autopilot.outgoing.cut", False)
+        time.sleep(0.05)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert any("again and again" in words for words in flight.said), flight.told()
+    assert_down(rig)
+    assert_before_the_door(rig)
+
+
 def test_battery_low(rig):
     flight = at_hover(rig)
     rig.far.set("rig.autopilot.battery.remaining", 0.17)
@@ -490,6 +508,29 @@ def test_a_session_that_stands_still_on_its_way_back(rig, monkeypatch):
     assert not rig.collided
     assert_down(rig)
     assert_before_the_door(rig)
+
+
+def test_a_session_that_stood_still_flies_on(rig, monkeypatch):
+    """The hold that the supervisor latched meanwhile does not keep it from the rest of its way."""
+    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.0)
+    flight = swinging(rig)
+    guarded_flight, looks = flight.session.flight, []
+    real = guarded_flight._note
+
+    def stands_still() -> None:
+        looks.append(None)
+        if len(looks) == 20:
+            until(
+                lambda: any(finding.fault is Fault.SESSION_SILENT for finding in flight.session.supervisor.findings),
+                "told",
+            )
+            time.sleep(supervisor_module.ACKNOWLEDGE_WITHIN + 0.5)
+        real()
+
+    monkeypatch.setattr(guarded_flight, "_note", stands_still)
+    flight.session.terminate()
+    report = lands_on_the_pad(rig, flight)
+    assert found(report) == {Fault.TERMINATED, Fault.SESSION_SILENT}
 
 
 def test_autopilot_reboots(rig):

@@ -148,7 +148,8 @@ class Supervisor:
     def acknowledge(self) -> None:
         """Say that the vehicle is being flown back, again and again: a retreat that nobody flies ends in a landing."""
         self._heed()
-        self._acknowledged, self._alive_at = True, time.monotonic()
+        with self._lock:  # after this, no hold is latched any more that was decided before
+            self._acknowledged, self._alive_at = True, time.monotonic()
 
     @property
     def reason(self) -> str:
@@ -222,6 +223,7 @@ class Supervisor:
         flies = seen.armed and seen.authority is Authority.ENGAGED
         if flies and self._alive_at is not None and seen.now - self._alive_at > SILENT_WITHIN:
             self._acknowledged, self._alive_at = False, None
+            self._ordered_at, self._leaving = seen.now, None
             self.report(Fault.SESSION_SILENT)
         if self.action in (Action.LAND, Action.RELEASE):
             self._links.let_go()  # a vehicle that holds on to the door cannot come down
