@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_LATEST = 0.5
+_LATEST = 0.6
 """Largest ω t; for older positions ω is less."""
 _FORGETS = 0.2
 """By so much a second the age that ω is chosen for falls, where positions are new again [s/s]."""

@@ -103,7 +103,7 @@ def test_an_error_fades_however_late_positions_are(age: float, apart: float) -> 
     observer = VehicleObserver(3.0, 15.0)
     observer.update(np.zeros(3), 0.0, age, np.zeros(3), 0.0)
     observer.velocity, observer.outer_force = np.array([1.0, 0.0, 0.0]), np.array([3.0, 0.0, 0.0])
-    worst, patience = 0.0, 0.5 + 30.0 * age
+    worst, patience = 0.0, 1.0 + 40.0 * age
     for k in range(1, round(patience / apart)):
         observer.update(np.zeros(3), k * apart, k * apart + age, np.zeros(3), apart)
         worst = max(worst, abs(observer.position[0]))
