@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -487,21 +487,30 @@ def test_somebody_arms_it_after_the_checklist(rig):
     assert not rig.snapshot.motors, "it stands, and is ours"
 
 
-def test_a_session_that_stands_still_on_its_way_back(rig, monkeypatch):
-    """As with a file on a disk that does not answer: the supervisor flies the rest."""
-    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.5)
-    flight = swinging(rig)
+def give_up_and_stand_still(flight: Flight, monkeypatch: pytest.MonkeyPatch, meanwhile: Callable[[], None]) -> None:
+    """On the way back, as with a file on a disk that does not answer."""
     guarded_flight, looks = flight.session.flight, []
     real = guarded_flight._note
 
     def stands_still() -> None:
         looks.append(None)
         if len(looks) == 20:
-            until(lambda: not rig.links.autopilot.state().armed, "landed by the supervisor", flight.told)
+            meanwhile()
         real()
 
     monkeypatch.setattr(guarded_flight, "_note", stands_still)
     flight.session.terminate()
+
+
+def test_a_session_that_stands_still_on_its_way_back(rig, monkeypatch):
+    """The supervisor flies the rest."""
+    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.5)
+    flight = swinging(rig)
+
+    def until_landed() -> None:
+        until(lambda: not rig.links.autopilot.state().armed, "landed by the supervisor", flight.told)
+
+    give_up_and_stand_still(flight, monkeypatch, until_landed)
     report = flight.end()
     assert report.end is End.LANDED
     assert found(report) == {Fault.TERMINATED, Fault.SESSION_SILENT, Fault.SESSION}
@@ -514,21 +523,13 @@ def test_a_session_that_stood_still_flies_on(rig, monkeypatch):
     """The hold that the supervisor latched meanwhile does not keep it from the rest of its way."""
     monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.0)
     flight = swinging(rig)
-    guarded_flight, looks = flight.session.flight, []
-    real = guarded_flight._note
+    findings = flight.session.supervisor.findings
 
-    def stands_still() -> None:
-        looks.append(None)
-        if len(looks) == 20:
-            until(
-                lambda: any(finding.fault is Fault.SESSION_SILENT for finding in flight.session.supervisor.findings),
-                "told",
-            )
-            time.sleep(supervisor_module.ACKNOWLEDGE_WITHIN + 0.5)
-        real()
+    def until_flown() -> None:
+        until(lambda: any(finding.fault is Fault.SESSION_SILENT for finding in findings), "silence", flight.told)
+        time.sleep(supervisor_module.ACKNOWLEDGE_WITHIN + 0.5)
 
-    monkeypatch.setattr(guarded_flight, "_note", stands_still)
-    flight.session.terminate()
+    give_up_and_stand_still(flight, monkeypatch, until_flown)
     report = lands_on_the_pad(rig, flight)
     assert found(report) == {Fault.TERMINATED, Fault.SESSION_SILENT}
 
