@@ -45,6 +45,20 @@ def test_bound_and_recovery() -> None:
     assert leaves < 1.0  # it does not have to unwind what it gathered at the bound
 
 
+@pytest.mark.parametrize("step", [0.005, 0.1, 0.2])
+def test_the_bound_is_left_as_it_was_reached_however_long_the_ticks(step: float) -> None:
+    rate, load = 3.0, np.array([12.0, 0.0, 0.0])
+    observer = DisturbanceObserver(MASS, rate, limit=10.0)
+    fixed, found = np.zeros(3), []
+    for _ in range(round(10.0 / step)):  # it hovers against the load
+        found.append(observer.update(fixed, -load, step)[0])
+    assert max(found) == 10.0 and found[-1] == 10.0
+    for _ in range(round(3.0 / step)):
+        found.append(observer.update(fixed, np.zeros(3), step)[0])
+    assert min(found) > -1.0
+    assert abs(found[-1]) < 0.1
+
+
 def test_door_observer_finds_friction_of_a_moving_and_of_a_stuck_door(model) -> None:
     lever = model.coupling.distance_from_hinge
     inertia = model.door.inertia + model.vehicle.mass * lever**2

@@ -79,6 +79,14 @@ def test_it_leaves_a_vehicle_alone_whose_attitude_is_slow(model) -> None:
     assert sizes == pytest.approx([sizes[0], sizes[0], 0.5 * sizes[0], 0.0, 0.0], abs=1e-9)
 
 
+def test_what_was_missing_while_the_attitude_was_slow_is_not_wound_up(model) -> None:
+    state, aid = swung(model), TurningAid(model)
+    for _ in range(2000):
+        aid.force(state, STILL, -0.2, 0.005, 0.3)
+    at_rest = aid.force(state, STILL, 0.0, 0.005, QUICK)
+    np.testing.assert_allclose(at_rest, 0.0, atol=1e-9)
+
+
 def test_a_heavy_door_with_much_friction_is_open_in_time() -> None:
     hinge = {"simulation.door_mass": 20.0, "simulation.door_damping": 0.0, "simulation.door_friction": 2.0}
     summary = doorman.simulate(Scenario.load("paper", hinge), seed=0).summary
