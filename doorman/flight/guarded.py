@@ -14,6 +14,7 @@ from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
+from doorman.flight.way_back import WayBack, out_of_the_doorway
 from doorman.hardware.pixhawk import (
     Authority,
     EventKind,
@@ -24,11 +25,9 @@ from doorman.hardware.pixhawk import (
     SampleStatus,
 )
 from doorman.hardware.pixhawk.autopilot import LEAST_HEIGHT, MOST_HEIGHT
-from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import Action, Fault, Observation, Observer, Supervisor
 from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
-from doorman.mission.motion import way_out
 from doorman.model import Model
 from doorman.recording import Recorder
 
@@ -36,32 +35,14 @@ Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else flies or lands: until then it gets the cameras' poses [s]."""
-_BLIND_PATIENCE = 3.0
-"""In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
-_STOPS = 5
-"""On one leg of the way back, because the state was old, before the rest of it is flown without."""
 _STARVED = 2.0
 """For links to become fresh before the autopilot is engaged [s]."""
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""
 _ON_GROUND = 4.0
 """On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
-_RELEASE_TIME = 0.6
-"""For the gripper to open before the vehicle backs off [s]."""
-OPERATOR_PATIENCE = 30.0
-"""In the hover after the operator has given the mission up [s]."""
 _LAST_LOOK = 1.0
 """After the motors are told to have stopped: a vehicle that falls is on the ground then [s]."""
-_RECOVERY = 3.0
-"""For a gripper that has shut down to be set up again [s]."""
-_ON_THE_WAY = 3.0
-"""For places on the way back, which need not be reached exactly [s];"""
-_LOST_ON_THE_WAY = 0.5
-"""the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
-LOST_SPEED = 0.6
-"""On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
-_HOLDING_PATIENCE = 30.0
-"""For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
 
 
 class End(Enum):
@@ -100,9 +81,12 @@ class GuardedFlight:
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer, self._fall = Observer(model, self.backend), FallWatch()
-        self.supervisor = Supervisor(links, self._look, model.scenario.safety, refuge=self._refuge)
+        self.supervisor = Supervisor(
+            links, self._look, model.scenario.safety, refuge=lambda position: out_of_the_doorway(model, position)[-1]
+        )
         self.journal = Journal(links, self.supervisor, recorder)
-        self._armed_once = self._blind = False
+        self.way_back = WayBack(model, links, self.supervisor, self.say, self._note)
+        self._armed_once = False
 
     def say(self, words: str) -> None:
         """Tell of a step; a listener that fails, as a terminal that is gone, does not concern the flight."""
@@ -243,15 +227,15 @@ class GuardedFlight:
     def _come_down(self) -> End:
         """Whatever happened: the vehicle ends on the ground, or with somebody else."""
         autopilot = self.links.autopilot
-        if self.supervisor.rising and self._may_fly_back() and autopilot.state().landed is LandedState.ON_GROUND:
+        if self.supervisor.rising and self.way_back.may_go_on() and autopilot.state().landed is LandedState.ON_GROUND:
             self.say("it has not taken off: disarm")
             if not autopilot.disarm().done:
                 autopilot.land()
-        elif self._may_fly_back():
+        elif self.way_back.may_go_on():
             self.say("back to the hover point")
-            self._back_off()
-            self._await_operator()
-            if self._may_fly_back():
+            self.way_back.fly()
+            self.way_back.await_operator()
+            if self.way_back.may_go_on():
                 self.say("land")
                 if autopilot.state().status is SampleStatus.FRESH:
                     autopilot.land()
@@ -302,120 +286,3 @@ class GuardedFlight:
         if not state.armed:
             return End.LANDED if self._armed_once else End.NOT_FLOWN
         return End.TAKEN_OVER if status.authority is Authority.LOST else End.STILL_ARMED
-
-    def _may_fly_back(self) -> bool:
-        """Whether the vehicle is ours, armed, and nobody has told it to land; who asks that flies it, and is alive."""
-        autopilot = self.links.autopilot
-        ours = autopilot.status().authority is Authority.ENGAGED and autopilot.state().armed
-        if ours:
-            self.supervisor.acknowledge()
-        if not ours or self.supervisor.action in (Action.LAND, Action.RELEASE):
-            return False
-        autopilot.resume()  # the supervisor may have latched a hold, while nobody flew
-        return True
-
-    def _back_off(self) -> None:
-        """Let go of the door, fly out of the doorway and to the hover point without turning, and turn there."""
-        places = self.places
-        self.links.hold()
-        if not self._let_go() or not self._heard():
-            return
-        where = self.links.whereabouts()
-        begin = where.position
-        for place in self._way_out(where.position):
-            patience = _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY
-            if not self._travel(place, where.yaw, patience, begin) and not self._may_fly_back():
-                return
-            begin = place
-        if not self._lost and self._travel(places.hover, where.yaw):
-            self._travel(places.hover, places.yaw)
-
-    def _await_operator(self) -> None:
-        """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle."""
-        gave_up = any(finding.fault is Fault.OPERATOR_ABORT for finding in self.supervisor.findings)
-        if not gave_up or not self._may_fly_back():
-            return
-        self.say(f"hover: Ctrl-C again lands, or take over by radio; it lands by itself after {OPERATOR_PATIENCE:g} s")
-        self.links.hold()
-        begin = time.monotonic()
-        while self._may_fly_back() and self.supervisor.action is Action.ABORT:
-            if time.monotonic() - begin > OPERATOR_PATIENCE:
-                break
-            self._note()
-            time.sleep(0.02)
-
-    def _let_go(self) -> bool:
-        """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
-        begin = held = time.monotonic()
-        tried = False
-        while (now := time.monotonic()) - begin < _HOLDING_PATIENCE and self._may_fly_back():
-            self.links.let_go()
-            if not self.links.holding:
-                if now - held >= _RELEASE_TIME:
-                    return True
-            else:
-                held = now
-                if now - begin > 2.0 * _RELEASE_TIME and not tried:
-                    tried = True
-                    self.say(
-                        f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; take over by radio, or mend it"
-                    )
-                    with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
-                        self.links.servos.recover(_RECOVERY)
-            self._note()
-            time.sleep(0.02)
-        return False
-
-    def _travel(self, place: Array, yaw: float, timeout: float = 20.0, begin: Array | None = None) -> bool:
-        """Fly to a place, and hover on the way where the state is old; blindly where it stays so. Whether it arrived."""
-        stopped = False
-
-        def go_on() -> bool:
-            nonlocal stopped
-            self._note()
-            stopped = not self._blind and not self._seen
-            return self._may_fly_back() and not stopped
-
-        stops = 0
-        while not fly_to(self.links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED):
-            if not stopped or not self._may_fly_back():
-                return False
-            stops, begin = stops + 1, None  # it goes on from where it stops
-            self.links.hold()
-            if stops > _STOPS:
-                self._fly_blindly("gets old again and again")
-            if not self._heard():
-                return False
-        return True
-
-    def _heard(self) -> bool:
-        """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
-        begin = time.monotonic()
-        if not self._seen and not self._blind:
-            self.say("the autopilot's state is old: hover until it is fresh")
-        while self._may_fly_back() and not self._seen and not self._blind:
-            if time.monotonic() - begin > _BLIND_PATIENCE:
-                self._fly_blindly("stays old")
-            time.sleep(0.02)
-        return self._may_fly_back()
-
-    def _fly_blindly(self, why: str) -> None:
-        self.say(f"the autopilot's state {why}: fly back by its own position control")
-        self._blind = True
-
-    @property
-    def _lost(self) -> bool:
-        """Whether the way back is flown by dead reckoning, the autopilot's or ours."""
-        found = {finding.fault for finding in self.supervisor.findings}
-        return not self._seen or not found.isdisjoint({Fault.POSE, Fault.DIVERGENCE})
-
-    @property
-    def _seen(self) -> bool:
-        return self.links.whereabouts().known
-
-    def _way_out(self, position: Array) -> list[Array]:
-        """Out of the doorway, square to its frame."""
-        return way_out(self.model, position, float(self.model.start_state[3]))
-
-    def _refuge(self, position: Array) -> Array:
-        return self._way_out(position)[-1]

@@ -59,7 +59,7 @@ def test_the_backend_takes_off_and_lands(rig: FlightRig, monkeypatch: pytest.Mon
             def interrupted() -> None:
                 raise KeyboardInterrupt
 
-            monkeypatch.setattr(backend.flight, "_back_off", interrupted)
+            monkeypatch.setattr(backend.flight.way_back, "fly", interrupted)
         until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, "landed, by Ctrl-C on the way back")
         assert backend.flight.supervisor.action is Action.LAND
     finally:

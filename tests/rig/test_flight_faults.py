@@ -12,7 +12,7 @@ import pytest
 from flight_rig import AUTOPILOT, Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError
-from doorman.flight import End, FlightReport, guarded
+from doorman.flight import End, FlightReport, way_back
 from doorman.hardware.emulators.servos_unit import OVERLOAD
 from doorman.hardware.pixhawk import Authority, Outcome, OutcomeStatus
 from doorman.hardware.safety import Action, Fault
@@ -56,7 +56,7 @@ def give_up_and_hover(flight: Flight) -> None:
 
 
 def test_operator_gives_up(rig, monkeypatch):
-    monkeypatch.setattr(guarded, "OPERATOR_PATIENCE", 4.0)
+    monkeypatch.setattr(way_back, "OPERATOR_PATIENCE", 4.0)
     flight = at_hover(rig)
     give_up_and_hover(flight)
     time.sleep(3.0)
@@ -76,7 +76,7 @@ def test_operator_lands_out_of_the_hover_after_giving_up(rig):
     flight.session.interrupt()
     began = time.monotonic()
     assert Fault.OPERATOR_LAND in found(flight.end())
-    assert time.monotonic() - began < 0.7 * guarded.OPERATOR_PATIENCE
+    assert time.monotonic() - began < 0.7 * way_back.OPERATOR_PATIENCE
     assert_down(rig)
     assert_at_the_pad(rig)
 
@@ -161,7 +161,7 @@ def test_the_way_back_fails(rig, monkeypatch):
     def broken() -> None:
         raise RuntimeError("made up")
 
-    monkeypatch.setattr(flight.session.flight, "_back_off", broken)
+    monkeypatch.setattr(flight.session.flight.way_back, "fly", broken)
     flight.session.terminate()
     report = flight.end()
     assert report.end is End.LANDED
@@ -315,7 +315,7 @@ def test_telemetry_stays_late(rig):
 
 def test_telemetry_has_gaps_on_the_way_back_without_cameras(rig, monkeypatch):
     """Every gap stops it, and it must not come down where the last one did: it flies on without knowing its place."""
-    monkeypatch.setattr(guarded, "_STOPS", 1)
+    monkeypatch.setattr(way_back, "_STOPS", 1)
     flight = swinging(rig)
     rig.far.set("rig.mocap.faults.silent", True)
     until(lambda: flight.session.supervisor.action is Action.RETREAT, "a retreat", flight.told)
@@ -327,6 +327,25 @@ def test_telemetry_has_gaps_on_the_way_back_without_cameras(rig, monkeypatch):
     report = flight.end()
     assert report.end is End.LANDED
     assert any("again and again" in words for words in flight.said), flight.told()
+    assert_down(rig)
+    assert_before_the_door(rig)
+
+
+def test_neither_heard_nor_seen_in_the_middle_of_the_way_back(rig):
+    """It flies on from where it hovers, and not from where it began, in the doorway."""
+    flight = swinging(rig)
+    flight.session.terminate()
+    until(lambda: rig.snapshot.truth.velocity[0] < -0.25, "on its way", flight.told)
+    rig.far.set("rig.mocap.faults.silent", True)
+    rig.far.set("rig.autopilot.outgoing.delay", 0.8)
+    until(lambda: any("stays old" in words for words in flight.said), "blind", flight.told)
+    hovered = deepest = rig.snapshot.truth.position[0]
+    while rig.links.engaged:
+        deepest = max(deepest, rig.snapshot.truth.position[0])
+        time.sleep(0.02)
+    assert deepest < hovered + 0.1
+    report = flight.end()
+    assert report.end is End.LANDED
     assert_down(rig)
     assert_before_the_door(rig)
 
@@ -489,8 +508,8 @@ def test_somebody_arms_it_after_the_checklist(rig):
 
 def give_up_and_stand_still(flight: Flight, monkeypatch: pytest.MonkeyPatch, meanwhile: Callable[[], None]) -> None:
     """On the way back, as with a file on a disk that does not answer."""
-    guarded_flight, looks = flight.session.flight, []
-    real = guarded_flight._note
+    way, looks = flight.session.flight.way_back, []
+    real = way._note
 
     def stands_still() -> None:
         looks.append(None)
@@ -498,7 +517,7 @@ def give_up_and_stand_still(flight: Flight, monkeypatch: pytest.MonkeyPatch, mea
             meanwhile()
         real()
 
-    monkeypatch.setattr(guarded_flight, "_note", stands_still)
+    monkeypatch.setattr(way, "_note", stands_still)
     flight.session.terminate()
 
 

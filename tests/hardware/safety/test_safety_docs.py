@@ -6,7 +6,7 @@ import ast
 import re
 from pathlib import Path
 
-from doorman.flight.guarded import LOST_SPEED
+from doorman.flight.way_back import LOST_SPEED
 from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import RULES, Action
 from doorman.hardware.safety.observer import FORCE_LAG

@@ -1,0 +1,185 @@
+"""The way back after a mission: out of the doorway and to the hover point, with what links and autopilot still tell."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.flight.travel import fly_to
+from doorman.hardware.pixhawk import Authority
+from doorman.hardware.pixhawk.straight_way import SPEED
+from doorman.hardware.safety import Action, Fault, Supervisor
+from doorman.hardware.vehicle import Places, VehicleLinks
+from doorman.mission.motion import way_out
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_BLIND_PATIENCE = 3.0
+"""In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
+_STOPS = 5
+"""On one leg of the way back, because the state was old, before the rest of it is flown without."""
+_RELEASE_TIME = 0.6
+"""For the gripper to open before the vehicle backs off [s]."""
+OPERATOR_PATIENCE = 30.0
+"""In the hover after the operator has given the mission up [s]."""
+_RECOVERY = 3.0
+"""For a gripper that has shut down to be set up again [s]."""
+_ON_THE_WAY = 3.0
+"""For places on the way back, which need not be reached exactly [s];"""
+_LOST_ON_THE_WAY = 0.5
+"""the same where nobody says whether they are, and where waiting adds to the error of dead reckoning [s]."""
+LOST_SPEED = 0.6
+"""On the way back by dead reckoning, whose error grows with the time, and which PX4 gives up 5 s after the last pose [m/s]."""
+_HOLDING_PATIENCE = 30.0
+"""For a gripper that does not open, as it cannot without its bus, before the vehicle lands with the door in its hand [s]."""
+
+
+def out_of_the_doorway(model: Model, position: Array) -> list[Array]:
+    """Places of O_B, one after the other, square to the frame, shape (3,) each, world frame [m].
+
+    Args:
+        model: Model of the scenario.
+        position: Of O_B now, shape (3,), world frame [m].
+    """
+    return way_out(model, position, float(model.start_state[3]))
+
+
+class WayBack:
+    """Flies a vehicle back as far as it is ours, once for a flight.
+
+    Args:
+        model: Model of the scenario.
+        links: Of the vehicle.
+        supervisor: Told that somebody flies the vehicle back; what it has decided goes before.
+        say: Told of every step.
+        note: Called all the way, to write down what the links tell.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        links: VehicleLinks,
+        supervisor: Supervisor,
+        say: Callable[[str], None],
+        note: Callable[[], None],
+    ) -> None:
+        self._model, self._links, self._supervisor = model, links, supervisor
+        self._say, self._note = say, note
+        self._places = Places.of(model)
+        self._blind = False
+
+    def may_go_on(self) -> bool:
+        """Whether the vehicle is ours, armed, and nobody has told it to land; who asks that flies it, and is alive."""
+        autopilot = self._links.autopilot
+        ours = autopilot.status().authority is Authority.ENGAGED and autopilot.state().armed
+        if ours:
+            self._supervisor.acknowledge()
+        if not ours or self._supervisor.action in (Action.LAND, Action.RELEASE):
+            return False
+        autopilot.resume()  # the supervisor may have latched a hold, while nobody flew
+        return True
+
+    def fly(self) -> None:
+        """Let go of the door, fly out of the doorway and to the hover point without turning, and turn there."""
+        places = self._places
+        self._links.hold()
+        if not self._let_go() or not self._heard():
+            return
+        where = self._links.whereabouts()
+        begin = where.position
+        for place in out_of_the_doorway(self._model, where.position):
+            patience = _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY
+            if not self._travel(place, where.yaw, patience, begin) and not self.may_go_on():
+                return
+            begin = place
+        if not self._lost and self._travel(places.hover, where.yaw):
+            self._travel(places.hover, places.yaw)
+
+    def await_operator(self) -> None:
+        """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle."""
+        gave_up = any(finding.fault is Fault.OPERATOR_ABORT for finding in self._supervisor.findings)
+        if not gave_up or not self.may_go_on():
+            return
+        self._say(f"hover: Ctrl-C again lands, or take over by radio; it lands by itself after {OPERATOR_PATIENCE:g} s")
+        self._links.hold()
+        begin = time.monotonic()
+        while self.may_go_on() and self._supervisor.action is Action.ABORT:
+            if time.monotonic() - begin > OPERATOR_PATIENCE:
+                break
+            self._note()
+            time.sleep(0.02)
+
+    def _let_go(self) -> bool:
+        """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""
+        begin = held = time.monotonic()
+        tried = False
+        while (now := time.monotonic()) - begin < _HOLDING_PATIENCE and self.may_go_on():
+            self._links.let_go()
+            if not self._links.holding:
+                if now - held >= _RELEASE_TIME:
+                    return True
+            else:
+                held = now
+                if now - begin > 2.0 * _RELEASE_TIME and not tried:
+                    tried = True
+                    self._say(
+                        f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; take over by radio, or mend it"
+                    )
+                    with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
+                        self._links.servos.recover(_RECOVERY)
+            self._note()
+            time.sleep(0.02)
+        return False
+
+    def _travel(self, place: Array, yaw: float, timeout: float = 20.0, begin: Array | None = None) -> bool:
+        """Fly to a place, and hover on the way where the state is old; blindly where it stays so. Whether it arrived."""
+        stopped = False
+
+        def go_on() -> bool:
+            nonlocal stopped
+            self._note()
+            stopped = not self._blind and not self._seen
+            return self.may_go_on() and not stopped
+
+        stops = 0
+        while not fly_to(self._links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED):
+            if not stopped or not self.may_go_on():
+                return False
+            stops, begin = stops + 1, None  # it goes on from where it stops
+            self._links.hold()
+            if stops > _STOPS:
+                self._fly_blindly("gets old again and again")
+            if not self._heard():
+                return False
+        return True
+
+    def _heard(self) -> bool:
+        """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
+        begin = time.monotonic()
+        if not self._seen and not self._blind:
+            self._say("the autopilot's state is old: hover until it is fresh")
+        while self.may_go_on() and not self._seen and not self._blind:
+            if time.monotonic() - begin > _BLIND_PATIENCE:
+                self._fly_blindly("stays old")
+            time.sleep(0.02)
+        return self.may_go_on()
+
+    def _fly_blindly(self, why: str) -> None:
+        self._say(f"the autopilot's state {why}: fly back by its own position control")
+        self._blind = True
+
+    @property
+    def _lost(self) -> bool:
+        """Whether the way back is flown by dead reckoning, the autopilot's or ours."""
+        found = {finding.fault for finding in self._supervisor.findings}
+        return not self._seen or not found.isdisjoint({Fault.POSE, Fault.DIVERGENCE})
+
+    @property
+    def _seen(self) -> bool:
+        return self._links.whereabouts().known
