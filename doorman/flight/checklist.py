@@ -12,7 +12,9 @@ from typing import TypeVar
 import numpy as np
 
 from doorman.feasibility import Report, Severity
+from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import SampleStatus
+from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.doubted_mocap import BELIEVED_TURN
@@ -29,7 +31,9 @@ _PLACE = 0.5
 _MOST_LATENCY = 0.03
 _SETTLED = 0.5
 Sample = TypeVar("Sample")
-_MOST_ROUND_TRIP = 0.05
+_FLOWN_WITH = ServoFault.VOLTAGE | ServoFault.WARM
+"""Of the servos' faults: they are as likely to go in the air."""
+_MOST_ROUND_TRIP, _MOST_FOR_STAMPS = 0.05, 0.01
 
 
 class Verdict(Enum):
@@ -102,9 +106,14 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     yield _row("disarmed", not state.armed, f"{state.mode}, {'armed' if state.armed else 'disarmed'}",
                "land and disarm it first")  # fmt: skip
     yield _telemetry(links)
-    yield _row("clock", status.synchronised and status.round_trip < _MOST_ROUND_TRIP,
+    stamps = status.dialect == PX4.name and links.mocap is not None
+    most, why = (
+        (_MOST_FOR_STAMPS, ": PX4 does not use the poses' stamps beyond 10 ms") if stamps else (_MOST_ROUND_TRIP, "")
+    )
+    yield _row("clock", status.synchronised and status.round_trip < most,
                f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
-               "wait, or find what slows the line down", Verdict.WARNING if status.synchronised else Verdict.BAD)  # fmt: skip
+               "wait, or find what slows the line down" + why,
+               Verdict.WARNING if status.synchronised else Verdict.BAD)  # fmt: skip
     charge = state.battery.remaining
     known = math.isfinite(charge)
     words = f"{state.battery.voltage:.1f} V, {charge:.0%}" if known else "not reported"
@@ -166,7 +175,8 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
     sample = _settled(links.servos.read, lambda sample: sample.fresh and not sample.fault)
     names = ", ".join(str(servo.servo_id) for servo in links.servos.servos)
     yield _row("servos", sample.fresh and not sample.fault, f"{names}: {sample.state.value}, age {sample.age * 1e3:.0f} ms"
-               + (f", {sample.fault}" if sample.fault else ""), "see docs/hardware/servos.md")  # fmt: skip
+               + (f", {sample.fault}" if sample.fault else ""), "see docs/hardware/servos.md",
+               Verdict.WARNING if sample.fresh and not sample.fault & ~_FLOWN_WITH else Verdict.BAD)  # fmt: skip
     hottest = float(np.max(sample.temperatures))
     yield _row("servos' temperature", hottest < links.config.servos.warm_temperature, f"up to {hottest:.0f} °C",
                "let them cool down", Verdict.WARNING)  # fmt: skip

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
@@ -12,7 +14,7 @@ from typing import Any
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
 from doorman.flight.checklist import Verdict, preflight
-from doorman.flight.guarded import GuardedFlight
+from doorman.flight.guarded import SAME_INTERRUPT, GuardedFlight
 from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import Fault
@@ -107,11 +109,11 @@ class FlyingBackend(Backend):
 
 @contextmanager
 def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
-    """Let signals that would kill the process raise SystemExit, once and only while they may."""
+    """Let signals that would kill the process raise SystemExit, once and only while they may; two Ctrl-C at once are one."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    asked = False
+    asked, interrupted_at = False, -math.inf
 
     def end(number: int, _: FrameType | None) -> None:
         nonlocal asked
@@ -119,11 +121,23 @@ def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
             asked = True
             raise SystemExit(128 + number)
 
-    taken = [one for one in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(one) is signal.SIG_DFL]
-    for number in taken:
-        signal.signal(number, end)
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted_at
+        before, interrupted_at = interrupted_at, time.monotonic()
+        if interrupted_at - before > SAME_INTERRUPT:
+            signal.default_int_handler(number, frame)
+
+    taken: dict[signal.Signals, Any] = {}
+    for number, own, handler in (
+        (signal.SIGTERM, signal.SIG_DFL, end),
+        (signal.SIGHUP, signal.SIG_DFL, end),
+        (signal.SIGINT, signal.default_int_handler, interrupt),
+    ):
+        if signal.getsignal(number) is own:
+            taken[number] = own
+            signal.signal(number, handler)
     try:
         yield
     finally:
-        for number in taken:
-            signal.signal(number, signal.SIG_DFL)
+        for number, own in taken.items():
+            signal.signal(number, own)

@@ -44,6 +44,9 @@ _ON_GROUND = 4.0
 _LAST_LOOK = 1.0
 """After the motors are told to have stopped: a vehicle that falls is on the ground then [s]."""
 
+SAME_INTERRUPT = 0.1
+"""Two Ctrl-C within this are one, as what a process group and a parent both send [s]."""
+
 
 class End(Enum):
     """How a flight ended."""
@@ -86,7 +89,7 @@ class GuardedFlight:
         )
         self.journal = Journal(links, self.supervisor, recorder)
         self.way_back = WayBack(model, links, self.supervisor, self.say, self._note)
-        self._armed_once = False
+        self._armed_once = self._told_to_arm = False
 
     def say(self, words: str) -> None:
         """Tell of a step; a listener that fails, as a terminal that is gone, does not concern the flight."""
@@ -95,6 +98,7 @@ class GuardedFlight:
 
     def begin(self) -> None:
         """Let the supervisor watch from now on."""
+        self._armed_once = self._told_to_arm = False
         self.links.release()
         self.supervisor.start()
 
@@ -119,6 +123,7 @@ class GuardedFlight:
                 return f"{name}: not begun: {self.supervisor.reason}"
             self._note()  # not in the air, where nobody watches yet whether the disk answers
             self.say(name)
+            self._told_to_arm = self._told_to_arm or name == "arm"
             outcome = step()
             self._armed_once = self._armed_once or autopilot.state().armed
             if not outcome.done:
@@ -128,7 +133,7 @@ class GuardedFlight:
             return self.supervisor.reason or "the hover point was not reached"
         if reason := self._measure_hover():
             return reason
-        self.supervisor.rising = False
+        self.supervisor.hand_over()
         return ""
 
     def _engage(self) -> Outcome:
@@ -198,21 +203,21 @@ class GuardedFlight:
         try:
             end = self._come_down()
         except BaseException as error:  # whatever it is: it lands, and has the cameras' poses until it has
-            mistake = isinstance(error, Exception)
-            self.say(f"land: {type(error).__name__}: {error}" if mistake else "land")
-            self.supervisor.report(Fault.SESSION if mistake else Fault.OPERATOR_LAND)
-            end = self._land_here()
-            if not mistake:
+            end = self._land_here(error)
+            if not isinstance(error, Exception):
                 raise
         finally:
             self.supervisor.stop()
             self._note()
         return end
 
-    def _land_here(self) -> End:
-        """Wait for the landing that the supervisor asks for; nothing can be done about it by further interrupts."""
+    def _land_here(self, error: BaseException) -> End:
+        """Have the supervisor land it, and wait; nothing can be done about it by further interrupts."""
         while True:
             with contextlib.suppress(KeyboardInterrupt, SystemExit):
+                mistake = isinstance(error, Exception)
+                self.supervisor.report(Fault.SESSION if mistake else Fault.OPERATOR_LAND)
+                self.say(f"land: {type(error).__name__}: {error}" if mistake else "land")
                 return self._await_motors()
 
     def _note(self) -> None:
@@ -281,7 +286,7 @@ class GuardedFlight:
         """How the flight has ended, or `STILL_ARMED` while it has not."""
         autopilot = self.links.autopilot
         state, status = autopilot.state(), autopilot.status()
-        if EventKind.LINK_LOST in status.conditions:
+        if EventKind.LINK_LOST in status.conditions and (state.armed or self._told_to_arm):
             return End.UNHEARD
         if not state.armed:
             return End.LANDED if self._armed_once else End.NOT_FLOWN

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from doorman.exceptions import DoormanError
-from doorman.flight.guarded import End, GuardedFlight
+from doorman.flight.guarded import SAME_INTERRUPT, End, GuardedFlight
 from doorman.hardware.safety import Fault, Finding
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.mission import Mission, OnProgress
@@ -16,8 +16,8 @@ from doorman.model import Model
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder
 
-_SAME_SIGNAL, _SAME_INTERRUPT = 1.0, 0.1
-"""Two signals within this are one, as what a process group and a parent both send [s]; two of a key, which are quicker [s]."""
+_SAME_SIGNAL = 1.0
+"""Two signals within this are one, as what a process group and a parent both send [s]."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class FlightSession:
     def interrupt(self) -> None:
         """The operator's Ctrl-C: the first one gives the mission up and retreats, the second one lands."""
         now, before = time.monotonic(), self._interrupted_at
-        if before is not None and now - before < _SAME_INTERRUPT:
+        if before is not None and now - before < SAME_INTERRUPT:
             return
         self._interrupted_at = now
         first = before is None and self._flying_mission

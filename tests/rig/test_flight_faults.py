@@ -14,7 +14,7 @@ from flight_rig import AUTOPILOT, Flight, FlightRig, until
 from doorman.exceptions import DoormanError
 from doorman.flight import End, FlightReport, way_back
 from doorman.hardware.emulators.servos_unit import OVERLOAD
-from doorman.hardware.pixhawk import Authority, Outcome, OutcomeStatus
+from doorman.hardware.pixhawk import Authority, EventKind, Outcome, OutcomeStatus
 from doorman.hardware.safety import Action, Fault
 from doorman.hardware.safety import supervisor as supervisor_module
 from doorman.rig.emulated import SPRING
@@ -259,6 +259,17 @@ def test_link_cut(rig):
         assert report.end is End.UNHEARD
         assert Fault.LINK in found(report)
         assert_down(rig)  # by the autopilot's own failsafe
+
+
+def test_link_cut_on_the_ground(rig):
+    """A vehicle that was never told to arm has not flown, and nobody waits for its landing."""
+    with link_cut(rig):
+        until(lambda: EventKind.LINK_LOST in rig.links.autopilot.status().conditions, "a lost link")
+        began = time.monotonic()
+        report = rig.flight().begin().end()
+        assert time.monotonic() - began < 20.0
+    assert report.end is End.NOT_FLOWN
+    assert "engage" in report.message
 
 
 @pytest.mark.parametrize("angle", [60.0, 24.0])

@@ -126,12 +126,15 @@ class Servo:
         Raises:
             BackendError: if it does not come back.
         """
-        self._link.reboot(self.id)
+        heard = self._link.reboot(self.id).ok
         end = min(time.monotonic() + boot_timeout, self.deadline)
         while True:
             self._between()
-            if self._link.ping(self.id).ok:
+            answers = self._link.ping(self.id).ok
+            if answers and heard:
                 return
+            # one that restarts is silent for a while; one that goes on answering has not heard of it
+            heard = self._link.reboot(self.id).ok if answers else True
             if time.monotonic() > end:
                 raise BackendError("the servo did not come back after a reboot", field=f"servo {self.id}",
                                    given=f"{boot_timeout:g} s", allowed="an answer to ping")  # fmt: skip

@@ -66,6 +66,8 @@ class PoseSample:
     quality: PoseQuality
     origin: PoseSample | None = None
     """Of a predicted pose, the measurement that it was carried on from."""
+    track: int = 0
+    """Grows by one whenever the body, out of sight for longer than `prediction_limit`, is found again."""
 
     @property
     def usable(self) -> bool:
@@ -116,6 +118,7 @@ def measured(
     body_rates: Vector,
     frame_number: int,
     count: int,
+    track: int = 0,
 ) -> PoseSample:
     """Sample of a new measurement.
 
@@ -127,10 +130,11 @@ def measured(
         body_rates: Body frame [rad/s].
         frame_number: Vicon's.
         count: Poses up to this one.
+        track: How often the body was found before.
     """
     return PoseSample(
         time, read_only(position), read_only(to_attitude(quaternion)), read_only(quaternion), read_only(velocity),
-        read_only(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED,
+        read_only(body_rates), frame_number, count, MocapFault.NONE, 0.0, True, PoseQuality.MEASURED, track=track,
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ class PoseTracker:
         self._gate = config.gate()
         self._filter = VelocityFilter(config.velocity_window)
         self._run: list[TimedPose] = []
-        self._era = 0
+        self._era = self._track = 0
 
     def take(self, reading: Reading) -> PoseSample | None:
         """Take in a measurement.
@@ -86,6 +86,7 @@ class PoseTracker:
                 self._book.strike(MocapFault.JUMPED, now, f"object acquired {moved}")
             else:
                 self._book.note(now, f"object acquired again, {moved}")
+        self._track += 1
         self._filter.clear()
         for pose in self._run:
             self._filter.add(pose)
@@ -94,4 +95,4 @@ class PoseTracker:
     def _sample(self, reading: Reading, pose: TimedPose) -> PoseSample:
         self._figures.pose(self._filter.lag)
         return measured(reading.time, pose.position, pose.quaternion, self._filter.velocity, self._filter.body_rates,
-                        reading.frame_number, self._figures.poses)  # fmt: skip
+                        reading.frame_number, self._figures.poses, self._track)  # fmt: skip

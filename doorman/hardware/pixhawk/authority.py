@@ -94,6 +94,14 @@ class AuthorityKeeper:
             self._stream.hold(place, latch=latch)
             return True
 
+    def climb(self, place: PositionSetpoint, height: float, now: float) -> bool:
+        """Climb by a height [m] from a point; refused unless the vehicle is ours."""
+        with self._lock:
+            if self._state is not Authority.ENGAGED:
+                return False
+            self._stream.climb(place, height, now)
+            return True
+
     def request_landing(self, place: PositionSetpoint | None) -> bool:
         """Ask to land at every chance until the heartbeat shows it; refused unless the vehicle is ours.
 

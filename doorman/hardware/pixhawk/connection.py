@@ -10,7 +10,9 @@ from doorman.exceptions import BackendError
 
 LOOPBACK = "127.0.0.1"
 DEFAULT_BAUD = 921_600
-ALLOWED = "udp:[HOST:]PORT (listen), udpout:HOST:PORT, tcp:HOST:PORT, serial:DEVICE[:BAUD] or /dev/...[:BAUD]"
+ALLOWED = (
+    "udp:[HOST:]PORT (listen), udpout:HOST:PORT[:OURS], tcp:HOST:PORT, serial:DEVICE[:BAUD] or /dev/...[:BAUD]"
+)
 
 
 class Transport(Enum):
@@ -31,18 +33,22 @@ class Endpoint:
     port: int = 0
     device: str = ""
     baud: int = DEFAULT_BAUD
+    own_port: int = 0
+    """To send from; 0 leaves it to the system."""
 
     def __str__(self) -> str:
         if self.transport is Transport.SERIAL:
             return f"serial:{self.device}:{self.baud}"
-        return f"{self.transport.value}:{self.host}:{self.port}"
+        own = f":{self.own_port}" if self.own_port else ""
+        return f"{self.transport.value}:{self.host}:{self.port}{own}"
 
 
 def parse_connection(text: str) -> Endpoint:
     """Endpoint of a connection string.
 
     `udp:` listens, on loopback unless a host is written: `udp:14540`, `udp:0.0.0.0:14540`. `udpout:` and `tcp:` call an
-    autopilot that listens. `://` may stand for the first colon. A serial device is a path or a COM port.
+    autopilot that listens; `udpout:` may name the port to send from, since PX4 answers nobody but the first until it is rebooted.
+    `://` may stand for the first colon. A serial device is a path or a COM port.
 
     Args:
         text: The string.
@@ -71,14 +77,23 @@ def parse_connection(text: str) -> Endpoint:
 
 
 def _network(kind: Transport, rest: str, text: str) -> Endpoint:
+    own_port = 0
+    if kind is Transport.UDP_SEND and rest.count(":") == 2:
+        rest, _, own_text = rest.rpartition(":")
+        own_port = _port(own_text, text)
     host, _, port_text = rest.rpartition(":")
-    if not port_text.isascii() or not port_text.isdigit() or not 0 < int(port_text) < 65536:
-        raise _malformed("no valid port", text)
+    port = _port(port_text, text)
     if host and not re.fullmatch(r"[A-Za-z0-9.-]+", host):
         raise _malformed("no valid host", text)
     if not host and kind is not Transport.UDP_LISTEN:
         raise _malformed("no host to call", text)
-    return Endpoint(kind, host or LOOPBACK, int(port_text))
+    return Endpoint(kind, host or LOOPBACK, port, own_port=own_port)
+
+
+def _port(digits: str, text: str) -> int:
+    if not digits.isascii() or not digits.isdigit() or not 0 < int(digits) < 65536:
+        raise _malformed("no valid port", text)
+    return int(digits)
 
 
 def _serial(rest: str, text: str) -> Endpoint:

@@ -9,13 +9,14 @@ from typing import Protocol
 from doorman.hardware.pixhawk.authority import AuthorityKeeper
 from doorman.hardware.pixhawk.codec import Codec
 from doorman.hardware.pixhawk.config import PixhawkConfig
-from doorman.hardware.pixhawk.dialect import MULTIROTORS, Dialect, dialect_of
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
 from doorman.hardware.pixhawk.events import EventKind, EventLog
 from doorman.hardware.pixhawk.exchange import Exchange, StatusText
 from doorman.hardware.pixhawk.messages import Message, mavlink
 from doorman.hardware.pixhawk.origin import Origin
 from doorman.hardware.pixhawk.rates import RateKeeper
 from doorman.hardware.pixhawk.stream import SetpointStream
+from doorman.hardware.pixhawk.texts import TextParts
 from doorman.hardware.pixhawk.timesync import ClockMap, SyncResult
 from doorman.hardware.pixhawk.tracker import Tracker
 from doorman.hardware.pixhawk.transport import Address, Line
@@ -24,7 +25,6 @@ _NOTE_PERIOD = 1.0
 """Between two notes of the same flood [s]."""
 _PEER_SILENCE = 3.0
 """After which the autopilot may speak from another address [s]."""
-_MAX_TEXT = 400
 _ESTIMATOR_RATE = 5.0
 """Of what PX4's estimator says of itself, where no camera contradicts it [1/s]."""
 
@@ -98,7 +98,7 @@ class Inbox:
         """When somebody else's heartbeat with our system id came [s]."""
         self._owner = owner
         self._noted = (0, 0, 0, 0)
-        self._parts: dict[int, str] = {}
+        self._texts = TextParts()
 
     @property
     def _asks_estimator(self) -> bool:
@@ -114,6 +114,7 @@ class Inbox:
             self._sort(message, address, line, now)
         if owner.codec.outdated and line.peer is None:
             line.peer = self.peer = address  # without a clock of its own it takes the time from us
+        self._tell(self._texts.late(now))
         self._note_damage(now)
 
     def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
@@ -140,7 +141,9 @@ class Inbox:
     def _note_stranger(self, message: Message, sender: tuple[int, int], now: float) -> None:
         owner = self._owner
         if sender[0] == owner.config.system_id:
-            if message.get_type() == "HEARTBEAT" and message.type == mavlink.MAV_TYPE_GCS:
+            if message.get_type() == "HEARTBEAT" and (
+                message.type == mavlink.MAV_TYPE_GCS or self.dialect is ARDUPILOT  # which heeds any with that id
+            ):
                 self.namesake = now
                 words = f"a heartbeat with our system id {sender[0]}: it hides from the autopilot when we are gone"
                 owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
@@ -194,7 +197,7 @@ class Inbox:
             value = dialect.decode_parameter(message.param_value, message.param_type)
             owner.exchange.post_parameter(message.param_id, value, message.param_type)
         elif kind == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
-            self._text(message, now)
+            self._tell(self._texts.take(message, now))
         elif kind == mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
             if owner.origin is not None:
                 owner.origin.heard(now)
@@ -226,19 +229,10 @@ class Inbox:
                 owner.origin.reset()
             owner.authority.rebooted(now)
 
-    def _text(self, message: Message, now: float) -> None:
-        """Put a text together that comes in parts of 50 characters, and pass it on when it is complete."""
-        text = message.text
-        if message.id:
-            if len(self._parts) > 8:
-                self._parts.clear()
-            text = (self._parts.pop(message.id, "") + text)[:_MAX_TEXT]
-            if len(message.text) == 50:
-                self._parts[message.id] = text
-                return
-        text = "".join(character if character.isprintable() else "?" for character in text)
-        self._owner.exchange.post_text(StatusText(now, message.severity, text))
-        self._owner.events.happen(EventKind.STATUS_TEXT, now, text, severity=message.severity)
+    def _tell(self, texts: list[StatusText]) -> None:
+        for one in texts:
+            self._owner.exchange.post_text(one)
+            self._owner.events.happen(EventKind.STATUS_TEXT, one.time, one.text, severity=one.severity)
 
     def _note_damage(self, now: float) -> None:
         owner = self._owner

@@ -31,6 +31,8 @@ from doorman.hardware.pixhawk.watchdog import Watchdog
 _LONGEST_SLEEP = 0.003
 _WATCH_PERIOD = 0.01
 _REOPEN_PERIOD = 0.2
+_BUSY_RETRY = 0.001
+"""After which a setpoint that a busy line did not take is due again: it is made anew then [s]."""
 _FAST_SYNC_PERIOD = 0.02
 """Between TIMESYNC requests until the clock is mapped [s]."""
 
@@ -124,6 +126,7 @@ class Link:
         key = None if config.signing_key is None else load_key(config.signing_key)
         self.codec = Codec(config.system_id, config.component_id, key, WANTED)
         self._line = open_line(self._endpoint, config.timeouts.open)
+        self._endpoint = self._line.endpoint
         self._stop.clear()
         self._thread = threading.Thread(target=self._run, name="pixhawk", daemon=True)
         self._thread.start()
@@ -190,7 +193,9 @@ class Link:
         if identity is None or dialect is None:
             self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
             return
-        if self._setpoint.due(now) and not line.busy:
+        if self._setpoint.next <= now and line.busy:
+            self._setpoint.next = now + _BUSY_RETRY
+        elif self._setpoint.due(now):
             setpoint = self.stream.message(now, self.tracker.sample, identity)
             if setpoint is not None:
                 self._transmit(line, setpoint)
@@ -255,6 +260,9 @@ class Link:
         try:
             line = open_line(self._endpoint, 0.2)
         except BackendError:
+            return
+        if self._stop.is_set():  # nobody would close it
+            line.close()
             return
         line.peer = line.peer or self.inbox.peer
         self._queue.clear()

@@ -26,7 +26,6 @@ class When(Enum):
     MOCAP = "mocap"
     ATTITUDE = "attitude setpoints"
     OWN_COMPENSATION = "thrust curve with battery voltage"
-    GROUND_STATION = "own heartbeat as ground station"
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,6 @@ class Rule:
             When.MOCAP: config.mocap,
             When.ATTITUDE: config.setpoints == "attitude",
             When.OWN_COMPENSATION: curve is not None and curve.hover_voltage is not None,
-            When.GROUND_STATION: config.ground_station,
         }[self.when]
 
 
@@ -181,20 +179,20 @@ ARDUPILOT_RULES = (
         "FS_GCS_ENABLE",
         (5, 1),
         _E,
-        When.GROUND_STATION,
+        When.ALWAYS,
         "position setpoints are held for ever: without us it must land, in place (5) or on its pad (1)",
     ),
     *_where(
         "FS_GCS_ENABLE",
         1,
-        replace(_within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.GROUND_STATION, _NO_CLIMB), optional=True),
-        replace(_within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.GROUND_STATION, _NO_CLIMB), optional=True),
-        _equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.GROUND_STATION, _NO_CLIMB),
-        _equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.GROUND_STATION, "it must land"),
-        _one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.GROUND_STATION, _KEEPS_HEADING),
-        _within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.GROUND_STATION, _LANDS),
-        _within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.GROUND_STATION, "until it is over it drifts"),
-        _bit("FS_OPTIONS", 3, _E, When.GROUND_STATION, "one that lands already must go on, not fly off to its pad"),
+        replace(_within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.ALWAYS, _NO_CLIMB), optional=True),
+        replace(_within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.ALWAYS, _NO_CLIMB), optional=True),
+        _equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.ALWAYS, _NO_CLIMB),
+        _equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "it must land"),
+        _one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.ALWAYS, _KEEPS_HEADING),
+        _within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.ALWAYS, _LANDS),
+        _within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "until it is over it drifts"),
+        _bit("FS_OPTIONS", 3, _E, When.ALWAYS, "one that lands already must go on, not fly off to its pad"),
     ),
     _one_of(
         "FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio it must land or go on, not climb to return"
@@ -253,7 +251,7 @@ def station_rule(system_id: int) -> Rule:
         "MAV_GCS_SYSID SYSID_MYGCS",
         system_id,
         _E,
-        When.GROUND_STATION,
+        When.ALWAYS,
         "otherwise our loss is not noticed: it is our system id",
     )
 

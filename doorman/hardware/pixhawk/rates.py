@@ -15,13 +15,6 @@ _TRIES_BEFORE_LESS = 2
 """Unheard requests before half the rate is asked for: ArduPilot refuses one above 0.8 of its loop's."""
 _LEAST_SHARE = 0.25
 """Of the wanted rate that is asked for."""
-_TRIES_BEFORE_STREAMS = 3
-"""Unheard requests before the older REQUEST_DATA_STREAM is tried too."""
-_DATA_STREAMS = {
-    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: mavlink.MAV_DATA_STREAM_EXTRA1,
-    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: mavlink.MAV_DATA_STREAM_POSITION,
-    mavlink.MAVLINK_MSG_ID_SYS_STATUS: mavlink.MAV_DATA_STREAM_EXTENDED_STATUS,
-}
 
 
 @dataclass
@@ -87,6 +80,7 @@ class RateKeeper:
         for stream in self._streams.values():
             stream.tries, stream.wait, stream.next_request = 0, 0.0, 0.0
             stream.share, stream.known, stream.again = 1.0, False, 0
+            stream.measured, stream.heard = 0.0, 0
         self._next_check, self._last_check = 0.0, None
 
     def requests(self, now: float, system: int, component: int) -> list[Message]:
@@ -110,23 +104,16 @@ class RateKeeper:
                     stream.again -= 1
                     messages.append(_interval_request(identifier, stream.rate, system, component))
             elif now >= stream.next_request:
-                messages += self._request(identifier, stream, now, system, component)
+                messages.append(self._request(identifier, stream, now, system, component))
         return messages
 
-    def _request(self, identifier: int, stream: _Stream, now: float, system: int, component: int) -> list[Message]:
+    def _request(self, identifier: int, stream: _Stream, now: float, system: int, component: int) -> Message:
         stream.tries += 1
         stream.wait = min(_LONGEST_WAIT, max(_CHECK_PERIOD, 2.0 * stream.wait)) if stream.tries > 2 else 0.0
         stream.next_request = now + stream.wait
         if not stream.known and stream.tries > _TRIES_BEFORE_LESS:
             stream.share = max(0.5 * stream.share, _LEAST_SHARE)
-        messages = [_interval_request(identifier, stream.rate * stream.share, system, component)]
-        if stream.tries > _TRIES_BEFORE_STREAMS and stream.measured == 0.0 and identifier in _DATA_STREAMS:
-            messages.append(
-                mavlink.MAVLink_request_data_stream_message(
-                    system, component, _DATA_STREAMS[identifier], round(stream.rate), 1
-                )
-            )
-        return messages
+        return _interval_request(identifier, stream.rate * stream.share, system, component)
 
 
 def _interval_request(identifier: int, rate: float, system: int, component: int) -> Message:

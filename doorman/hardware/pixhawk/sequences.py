@@ -134,8 +134,8 @@ def take_off(link: Link, height: float) -> Outcome:
         outcome = _take_off_by_command(link, height)
         if not outcome.done:
             return outcome
-    else:
-        link.stream.climb(place, height, time.monotonic())
+    elif not link.authority.climb(place, height, time.monotonic()):
+        return Outcome(OutcomeStatus.CONTROL_LOST, "before take-off")
 
     def arrived() -> bool:
         now = link.tracker.sample
@@ -145,7 +145,8 @@ def take_off(link: Link, height: float) -> Outcome:
     if _lost(link):
         return Outcome(OutcomeStatus.CONTROL_LOST, "during take-off")
     top = PositionSetpoint(np.array([*place.position[:2], target]), place.yaw)
-    link.stream.hold(top if reached else here(link.tracker.sample) or top)
+    if not link.authority.hold(top if reached else here(link.tracker.sample) or top, latch=False):
+        return Outcome(OutcomeStatus.CONTROL_LOST, "at the end of take-off")
     return _DONE if reached else Outcome(OutcomeStatus.TIMED_OUT, f"height {height:g} m was not reached")
 
 

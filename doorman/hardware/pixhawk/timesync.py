@@ -103,21 +103,25 @@ class ClockMap:
     @property
     def skew(self) -> float:
         """One minus the rate of the autopilot's clock over ours."""
-        return 0.0 if self._line is None else self._line.slope
+        line = self._line  # the thread of the link may forget it meanwhile
+        return 0.0 if line is None else line.slope
 
     def offset(self, local: float) -> float:
         """Ours minus the autopilot's clock at our time [s]; NaN before the first samples."""
-        return float("nan") if self._line is None else self._line.at(local)
+        line = self._line
+        return float("nan") if line is None else line.at(local)
 
     def to_local(self, remote: float, now: float) -> float:
         """A stamp of the autopilot [s] on our clock [s]; never later than `now`, and `now` while not synchronised."""
-        if self._line is None:
+        line = self._line
+        if line is None:
             return now
-        return min(now, remote + self._line.at(min(now, remote + self._line.at(now))))
+        return min(now, remote + line.at(min(now, remote + line.at(now))))
 
     def ahead(self, remote: float, now: float) -> float:
         """How far a stamp of the autopilot [s] lies after `now` [s]; −∞ while not synchronised."""
-        return float("-inf") if self._line is None else remote + self._line.at(now) - now
+        line = self._line
+        return float("-inf") if line is None else remote + line.at(now) - now
 
     def ask(self, now_ns: int) -> int:
         """Value for a request's `ts1`, to be recognised in its answer."""

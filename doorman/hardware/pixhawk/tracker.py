@@ -33,6 +33,8 @@ _MAX_AHEAD = 0.25
 _LOW_CHARGE_STATES = frozenset({2, 3, 4, 5, 6})
 """MAV_BATTERY_CHARGE_STATE low, critical, emergency, failed, unhealthy."""
 _LOCATED = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_VELOCITY_HORIZ
+_BATTERY_SILENT = 5.0
+"""After which the first battery counts as not told of: another one may be, and what SYS_STATUS says of all of them [s]."""
 _DOUBTS = 5
 """Words of the estimator in a row, 0.2 s apart, after which its position is not used."""
 _UNSAID = 1.5
@@ -69,6 +71,7 @@ class Tracker:
         self._behind: dict[int, tuple[int, int]] = {}
         self._last_sequence: tuple[int, float] | None = None
         self._doubts, self._unsaid_until = 0, -math.inf
+        self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
         self._handlers: dict[int, Callable[[Message, float], None]] = {
             mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: self._attitude,
             mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self._position,
@@ -85,6 +88,7 @@ class Tracker:
         self._behind.clear()
         self._last_sequence = None
         self._doubts = 0
+        self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
 
     def in_order(self, sequence: int, now: float) -> bool:
         """Whether a message is neither a copy of the last one nor overtaken by it, by its 8 bit sequence number."""
@@ -179,23 +183,28 @@ class Tracker:
         )
 
     def _system(self, message: Message, now: float) -> None:
-        old = self.sample.battery
-        battery = replace(
-            old,
-            voltage=millivolts_to_volts(message.voltage_battery),
-            current=centiamperes_to_amperes(message.current_battery),
-            remaining=percent_to_share(message.battery_remaining),
-            time=now,
-        )
+        battery = self.sample.battery
+        if now - self._battery_time > _BATTERY_SILENT:
+            battery = replace(
+                battery,
+                voltage=millivolts_to_volts(message.voltage_battery),
+                current=centiamperes_to_amperes(message.current_battery),
+                remaining=percent_to_share(message.battery_remaining),
+                time=now,
+            )
+        elif not self._cells:
+            battery = replace(battery, voltage=millivolts_to_volts(message.voltage_battery))
         enabled = bool(message.onboard_control_sensors_enabled & _PREARM_BIT)
         ready = bool(message.onboard_control_sensors_health & _PREARM_BIT) if enabled else None
         self.sample = replace(self.sample, battery=battery, ready_to_arm=ready)
 
     def _battery(self, message: Message, now: float) -> None:
-        if message.id != 0:
-            return  # the first battery flies the vehicle
+        if message.id > self._battery_id and now - self._battery_time < _BATTERY_SILENT:
+            return  # the first battery flies the vehicle, whatever its number
+        self._battery_id, self._battery_time = message.id, now
         old = self.sample.battery
         voltage = cells_to_volts([*message.voltages, *(cell for cell in message.voltages_ext if cell)])
+        self._cells = not math.isnan(voltage)
         self.sample = replace(
             self.sample,
             battery=Battery(

@@ -12,6 +12,7 @@ import select
 import socket
 import termios
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from typing import Any
 
 from doorman.exceptions import BackendError
@@ -40,6 +41,8 @@ class Line(ABC):
 
     peer: Address = None
     """Where to send on a line with several senders; set once the autopilot is known."""
+    endpoint: Endpoint
+    """To be opened where this line is lost: the same host without asking for its address again, from the same port."""
 
     @property
     def busy(self) -> bool:
@@ -75,6 +78,7 @@ class _UdpLine(Line):
     """Datagrams; only `peer` is answered."""
 
     def __init__(self, endpoint: Endpoint) -> None:
+        self.endpoint = endpoint
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
@@ -84,7 +88,8 @@ class _UdpLine(Line):
                 found = socket.getaddrinfo(endpoint.host, endpoint.port, socket.AF_INET, socket.SOCK_DGRAM)
                 host, port = found[0][4][:2]
                 self.peer = (str(host), int(port))
-                self._socket.bind(("127.0.0.1" if str(host).startswith("127.") else "0.0.0.0", 0))
+                self._socket.bind(("127.0.0.1" if str(host).startswith("127.") else "0.0.0.0", endpoint.own_port))
+                self.endpoint = replace(endpoint, host=str(host), own_port=self._socket.getsockname()[1])
         except BaseException:
             self._socket.close()
             raise
@@ -187,6 +192,7 @@ class _TcpLine(_StreamLine):
     def __init__(self, endpoint: Endpoint, timeout: float) -> None:
         super().__init__()
         self._socket = socket.create_connection((endpoint.host, endpoint.port), timeout)
+        self.endpoint = replace(endpoint, host=str(self._socket.getpeername()[0]))
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.setblocking(False)
 
@@ -213,6 +219,7 @@ class _SerialLine(_StreamLine):
 
     def __init__(self, endpoint: Endpoint) -> None:
         super().__init__()
+        self.endpoint = endpoint
         serial = importlib.import_module("serial")  # needs the extra `hardware`
         self._port: Any = serial.Serial(endpoint.device, endpoint.baud, timeout=0, write_timeout=0, exclusive=True)
         os.set_blocking(self._port.fileno(), False)

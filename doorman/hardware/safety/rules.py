@@ -57,7 +57,7 @@ class Fault(Enum):
     OPERATOR_LAND = "the operator wants to land"
     TERMINATED = "the process is asked to end"
     SESSION = "nobody flies the vehicle back"
-    SESSION_SILENT = "whoever flies the vehicle back is silent"
+    SESSION_SILENT = "whoever flies the vehicle is silent"
     MISSION_STUCK = "the mission does not end"
 
 

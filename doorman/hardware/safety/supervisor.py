@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 ACKNOWLEDGE_WITHIN = 1.5
 """Somebody must fly the vehicle back within this after a retreat was ordered, else it lands [s]."""
 SILENT_WITHIN = 8.0
-"""Whoever flies it back must give a sign of life within this, else the supervisor does it; a gripper is set up in less [s]."""
+"""Whoever flies it must give a sign of life within this, else the supervisor flies it back; a gripper is set up in less [s]."""
 ABORT_WITHIN = 20.0
 """A mission that was asked to give up must have ended after this [s]."""
 
@@ -150,6 +150,11 @@ class Supervisor:
         self._heed()
         with self._lock:  # after this, no hold is latched any more that was decided before
             self._acknowledged, self._alive_at = True, time.monotonic()
+
+    def hand_over(self) -> None:
+        """Say that the vehicle is at its hover point, for whoever flies it next: that nobody does is noticed from now on."""
+        with self._lock:
+            self.rising, self._alive_at = False, time.monotonic()
 
     @property
     def reason(self) -> str:

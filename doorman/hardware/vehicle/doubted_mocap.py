@@ -3,7 +3,8 @@
 Where a body is found again after a gap, cameras cannot know whether it has flown there: another body may be taken for it, its
 markers may have moved, or one arm of a hexarotor is taken for the next. The autopilot's estimate drifts by centimetres and
 fractions of a degree in such a gap. Poses far from it are lost ones, for controller, supervisor and for the autopilot itself,
-which they would drag along.
+which they would drag along. Where the cameras have followed the body without a gap since both agreed, it is the autopilot that
+errs, and only their poses can bring it back.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ BELIEVED_TURN = 0.3
 class DoubtedMocap(MocapReceiver):
     """Mocap receiver whose poses count as lost in flight while they are far from where the autopilot is.
 
+    Far away are positions of a body that was found again since both agreed, and attitudes of any.
+
     Args:
         config: Of the receiver.
         autopilot: Who contradicts; need not be open.
@@ -38,11 +41,11 @@ class DoubtedMocap(MocapReceiver):
     def __init__(self, config: MocapConfig, autopilot: Autopilot) -> None:
         super().__init__(config)
         self._autopilot = autopilot
-        self._doubted = False
+        self._doubted, self._agreed = False, 0
 
     @property
     def doubted(self) -> bool:
-        """Whether the last pose was far from where the autopilot is."""
+        """Whether the last pose was far from where the autopilot is, and is not to be believed."""
         return self._doubted
 
     def read(self) -> PoseSample:
@@ -56,12 +59,14 @@ class DoubtedMocap(MocapReceiver):
     def _judged(self, pose: PoseSample) -> PoseSample:
         state = self._autopilot.state()
         if not state.armed:
-            self._doubted = False  # on the ground it learns from the cameras where it is
+            self._doubted, self._agreed = False, pose.track  # on the ground it learns from the cameras where it is
         elif pose.usable and state.status is SampleStatus.FRESH:
             apart = float(np.linalg.norm(pose.position - state.position))
             turned = between(pose.quaternion, state.quaternion)
             far, turn = (BELIEVED, BELIEVED_TURN) if self._doubted else (DOUBTED, DOUBTED_TURN)
-            self._doubted = apart > far or turned > turn
+            self._doubted = turned > turn or (apart > far and pose.track != self._agreed)
+            if apart < BELIEVED and not self._doubted:
+                self._agreed = pose.track
         return replace(pose, quality=PoseQuality.LOST, fresh=False) if self._doubted and pose.usable else pose
 
 

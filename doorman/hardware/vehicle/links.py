@@ -19,7 +19,7 @@ from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetp
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap
-from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, OPENS_WITHIN, gripper_current
+from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current
 
 Array = NDArray[np.float64]
 
@@ -185,13 +185,17 @@ class VehicleLinks:
 
     @property
     def holding(self) -> bool:
-        """Whether the gripper holds what is between its fingers; one that has not been seen for long has opened by itself."""
+        """Whether the gripper holds what is between its fingers; one that has not been seen for long has opened by itself.
+
+        One that was told to open holds until its fingers are open for certain.
+        """
         if not self.config.gripper:
             return False
         with contextlib.suppress(BackendError):  # closed
             sample = self.servos.read()
             seen = time.monotonic() - sample.times[-1] < OPENS_WITHIN
-            return bool(seen and sample.angles[-1] > CLOSED)
+            opens = self._grip_told is not None and not self._grip_told[0]
+            return bool(seen and sample.angles[-1] > (HALF_OPEN if opens else CLOSED))
         return False
 
     @property

@@ -154,6 +154,28 @@ def test_a_servo_that_shut_down_is_rebooted_at_open(make_rig):
     assert rig.bus.read().fault is ServoFault.NONE
 
 
+@pytest.mark.parametrize("lost", [1, 2])
+def test_a_reboot_that_the_servo_does_not_hear_is_asked_for_again(make_rig, monkeypatch, lost):
+    """It goes on answering then."""
+    rig = make_rig()
+    servo = rig.servo(2)
+    real, asked = servo.execute, []
+
+    def deaf(at, instruction):
+        if instruction.code == 0x08:
+            asked.append(instruction)
+            if len(asked) <= lost:
+                return None
+        return real(at, instruction)
+
+    with rig.emulator.lock:
+        servo.trip(OVERLOAD)
+        monkeypatch.setattr(servo, "execute", deaf)
+    rig.bus.open()
+    assert len(asked) == lost + 1
+    assert rig.row(2, "hardware error status") == 0
+
+
 def test_a_servo_that_shut_down_is_left_alone_if_told_so(make_rig):
     rig = make_rig(reboot_at_open=False)
     with rig.emulator.lock:

@@ -59,8 +59,17 @@ def test_a_vehicle_found_elsewhere_is_lost_until_it_is_found_where_it_is(seen: R
     seen.until_fresh()
 
 
+def lose_and_find(seen: Rig) -> None:
+    """The body is out of sight until it counts as lost, and then found where it is."""
+    seen.emulator.faults.silent = True
+    seen.until_lost()
+    seen.heal()
+
+
 def test_the_error_of_dead_reckoning_is_no_reason_to_doubt(seen: Rig, autopilot: Inertial) -> None:
+    seen.until_fresh()
     autopilot.error = 0.8 * DOUBTED
+    lose_and_find(seen)
     for _ in range(20):
         assert seen.until(lambda sample: sample.usable).usable
     autopilot.error = 1.3 * DOUBTED
@@ -70,6 +79,24 @@ def test_the_error_of_dead_reckoning_is_no_reason_to_doubt(seen: Rig, autopilot:
     assert not seen.receiver.read().usable
     autopilot.error = 0.5 * BELIEVED
     seen.until_fresh()
+
+
+def test_an_autopilot_that_goes_astray_while_the_cameras_follow_gets_their_poses(
+    seen: Rig, autopilot: Inertial
+) -> None:
+    """They are all that can bring it back; that both disagree is told to the supervisor by their distance."""
+    seen.until_fresh()
+    autopilot.error = 2.0 * DOUBTED
+    for _ in range(20):
+        assert seen.until(lambda sample: sample.usable).usable
+    lose_and_find(seen)
+    seen.until(lambda sample: seen.receiver.doubted)
+    assert not seen.receiver.read().usable
+    autopilot.error = 0.0
+    seen.until_fresh()
+    autopilot.error = 2.0 * DOUBTED  # both have agreed since
+    for _ in range(20):
+        assert seen.until(lambda sample: sample.usable).usable
 
 
 def test_a_vehicle_whose_markers_are_taken_for_each_other_is_lost(seen: Rig, autopilot: Inertial) -> None:

@@ -40,6 +40,16 @@ def test_the_heartbeat_alone_engages(keeper, stream):
     assert keeper.state is Authority.ENGAGED
 
 
+def test_nobody_climbs_or_holds_whose_command_is_lost(keeper, stream):
+    place = PositionSetpoint(NO, 0.0)
+    engaged(keeper, stream)
+    assert keeper.climb(place, 1.0, 10.0) and stream.source is Source.CLIMB
+    beat(keeper, MANUAL)
+    assert not keeper.climb(place, 1.0, 10.1)
+    assert not keeper.hold(place, latch=False)
+    assert stream.source is Source.OFF
+
+
 def test_another_mode_ends_all_commanding_until_it_is_asked_for_again(keeper, stream, events):
     engaged(keeper, stream)
     beat(keeper, MANUAL)

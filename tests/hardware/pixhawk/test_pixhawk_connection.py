@@ -18,6 +18,7 @@ from doorman.hardware.pixhawk.connection import DEFAULT_BAUD, Endpoint, Transpor
         ("udp:127.0.0.1:14550", Endpoint(Transport.UDP_LISTEN, "127.0.0.1", 14550)),
         ("udpin:0.0.0.0:14550", Endpoint(Transport.UDP_LISTEN, "0.0.0.0", 14550)),
         ("udpout:192.168.1.7:14550", Endpoint(Transport.UDP_SEND, "192.168.1.7", 14550)),
+        ("udpout:pixhawk.lan:14550:14555", Endpoint(Transport.UDP_SEND, "pixhawk.lan", 14550, own_port=14555)),
         ("tcp:localhost:5760", Endpoint(Transport.TCP, "localhost", 5760)),
         ("tcp://127.0.0.1:5760", Endpoint(Transport.TCP, "127.0.0.1", 5760)),
         ("/dev/ttyACM0", Endpoint(Transport.SERIAL, device="/dev/ttyACM0", baud=DEFAULT_BAUD)),
@@ -32,14 +33,20 @@ def test_connection_strings(text, expected):
 
 
 def test_an_endpoint_reads_like_a_connection_string():
-    for text in ("udpin:127.0.0.1:14540", "tcp:localhost:5760", "serial:/dev/ttyACM0:57600"):
+    for text in (
+        "udpin:127.0.0.1:14540",
+        "udpout:10.0.0.1:14550:14555",
+        "tcp:localhost:5760",
+        "serial:/dev/ttyACM0:57600",
+    ):
         assert str(parse_connection(text)) == text
         assert parse_connection(str(parse_connection(text))) == parse_connection(text)
 
 
 @pytest.mark.parametrize(
     "text",
-    ["", "udp", "udp:", "udp:x", "udp:0", "udp:70000", "udp:a b:1", "tcp::5760", "udpout:5760", "http://x:1",
+    ["", "udp", "udp:", "udp:x", "udp:0", "udp:70000", "udp:a b:1", "tcp::5760", "udpout:5760", "udpout:10.0.0.1:1:0",
+     "tcp:10.0.0.1:1:2", "http://x:1",
      "serial:", "/dev/ttyACM0:100", "udp:١٢٣", "tcp:host:-1"],
 )  # fmt: skip
 def test_malformed_connection_strings_are_refused_with_what_is_allowed(text):

@@ -39,7 +39,7 @@ def test_the_program_runs():
 def test_connection_strings_of_the_table_are_understood():
     for strings, _ in table("## Connection"):
         for text in re.findall(r"`([^`]+)`", strings):
-            parse_connection(text.replace("HOST", "localhost").replace("PORT", "5760"))
+            parse_connection(text.replace("HOST", "localhost").replace("PORT", "5760").replace("OURS", "5761"))
 
 
 def test_the_table_of_parameters_is_that_of_the_check():

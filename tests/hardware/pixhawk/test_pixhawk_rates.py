@@ -22,21 +22,29 @@ def test_streams_are_asked_for_until_they_run():
     keeper.heard(12345)
 
 
-def test_an_autopilot_that_cannot_is_asked_ever_more_rarely_and_in_the_older_way():
+def test_an_autopilot_that_cannot_is_asked_ever_more_rarely():
     keeper = RateKeeper({31: 100.0})
     asked = [(10.0 + k, keeper.requests(10.0 + k, *TARGET)) for k in range(60)]
     times = [now for now, messages in asked if messages]
     assert len(times) < 12 and times[-1] - times[-2] >= 8.0
-    kinds = {message.get_type() for _, messages in asked for message in messages}
-    assert kinds == {"COMMAND_LONG", "REQUEST_DATA_STREAM"}
     keeper.restart()
     assert keeper.requests(70.0, *TARGET), "after a reboot, at once"
+
+
+def test_a_stream_that_ran_before_a_reboot_is_asked_for_at_once_after_it():
+    keeper = RateKeeper({31: 100.0})
+    for second in range(4):
+        keeper.requests(10.0 + second, *TARGET)
+        for _ in range(100):
+            keeper.heard(31)
+    keeper.restart()
+    assert keeper.requests(13.1, *TARGET)
 
 
 def test_a_rate_that_the_autopilot_refuses_is_asked_for_by_half():
     keeper = RateKeeper({31: 200.0})
     asked = [message for k in range(12) for message in keeper.requests(10.0 + k, *TARGET)]
-    intervals = [message.param2 for message in asked if message.get_type() == "COMMAND_LONG"]
+    intervals = [message.param2 for message in asked]
     assert intervals[:2] == [5000.0, 5000.0], "a request may get lost"
     assert intervals[2:] == [10000.0, *[20000.0] * (len(intervals) - 3)], "and no less than a quarter"
     assert keeper.asked[31] == 50.0
@@ -55,7 +63,7 @@ def test_a_rate_that_was_granted_is_kept_through_a_silence():
     assert [message.param2 for message in asked] == [5000.0] * 2, "it may have been silent for another reason"
     assert keeper.asked[31] == 100.0, "but it was refused"
     asked = [message for k in range(1, 11) for message in keeper.requests(now + k, *TARGET)]
-    assert {message.param2 for message in asked if message.get_type() == "COMMAND_LONG"} == {10000.0}
+    assert {message.param2 for message in asked} == {10000.0}
     keeper.restart()
     assert keeper.asked[31] == 200.0
 
@@ -64,8 +72,7 @@ def test_a_stream_that_begins_late_runs_at_its_whole_rate():
     keeper, now, rate = RateKeeper({32: 100.0}), 10.0, 0.0
     for k in range(40):
         for message in keeper.requests(now + k, *TARGET):
-            if message.get_type() == "COMMAND_LONG":
-                rate = 1e6 / message.param2
+            rate = 1e6 / message.param2
         for _ in range(round(rate) if k > 12 else 0):  # without a position there is none to send
             keeper.heard(32)
     assert keeper.asked[32] == 100.0 and keeper.measured[32] == pytest.approx(100.0)

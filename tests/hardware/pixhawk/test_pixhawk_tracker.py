@@ -123,6 +123,39 @@ def test_battery_by_cells_charge_and_alarm(tracker):
     assert tracker.sample.battery is battery, "the second battery is another one"
 
 
+def battery_status(number: int, remaining: int, cell: int = 3900):
+    return mavlink.MAVLink_battery_status_message(
+        number, 0, 1, 0, [cell] * 4 + [0xFFFF] * 6, 100, 0, 0, remaining, 0, 1
+    )
+
+
+def system_status(voltage: int, remaining: int):
+    return mavlink.MAVLink_sys_status_message(0, 0, 0, 0, voltage, 100, remaining, 0, 0, 0, 0, 0, 0)
+
+
+def test_the_first_battery_need_not_have_the_number_zero(tracker):
+    tracker.take(battery_status(123, 60), NOW)
+    assert tracker.sample.battery.remaining == 0.6
+    tracker.take(battery_status(1, 50), NOW)
+    tracker.take(battery_status(123, 60), NOW + 1.0)
+    assert tracker.sample.battery.remaining == 0.5
+    tracker.take(battery_status(123, 60), NOW + 6.0)
+    assert tracker.sample.battery.remaining == 0.6, "the other one is not told of any more"
+
+
+def test_what_is_said_of_all_batteries_does_not_mix_with_what_is_said_of_the_first(tracker):
+    tracker.take(system_status(15000, 40), NOW)
+    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.0, 0.4)
+    tracker.take(battery_status(0, 60), NOW)
+    tracker.take(system_status(15000, 40), NOW + 0.1)
+    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.6, 0.6)
+    tracker.take(battery_status(0, 60, 0xFFFF), NOW + 0.2)
+    tracker.take(system_status(15000, 40), NOW + 0.3)
+    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.0, 0.6), "it has no voltage"
+    tracker.take(system_status(14000, 30), NOW + 9.0)
+    assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (14.0, 0.3)
+
+
 def test_a_battery_of_twelve_cells(tracker):
     message = mavlink.MAVLink_battery_status_message(0, 0, 1, 0, [3900] * 10, 1250, 0, 0, 44, 0, 2)
     message.voltages_ext = [3900, 3900, 0, 0]

@@ -71,6 +71,25 @@ def test_udp_calls_a_listener_and_survives_that_nobody_is_there(opened):
         assert line.receive() == []
 
 
+def test_udp_calls_from_the_same_port_again(opened):
+    """PX4 answers whoever called it first."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.settimeout(5.0)
+        own = free_port()
+        first = opened(f"udpout:localhost:{listener.getsockname()[1]}:{own}")
+        first.send(b"first")
+        assert listener.recvfrom(100) == (b"first", ("127.0.0.1", own))
+        any_port = opened(f"udpout:localhost:{listener.getsockname()[1]}")
+        any_port.send(b"any")
+        _, sender = listener.recvfrom(100)
+        any_port.close()
+        again = open_line(any_port.endpoint, 1.0)
+        again.send(b"again")
+        assert listener.recvfrom(100) == (b"again", sender)
+        again.close()
+
+
 def test_tcp_sends_receives_and_notices_the_end(opened):
     with socket.create_server(("127.0.0.1", 0)) as server:
         line = opened(f"tcp:127.0.0.1:{server.getsockname()[1]}")

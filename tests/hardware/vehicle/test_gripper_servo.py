@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import time
+from types import SimpleNamespace
+
 import pytest
 
+from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.emulators.servos_unit import DAMPING
+from doorman.hardware.vehicle import VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPEN, OPENS_WITHIN, RATE, SHUT
 from doorman.hardware.vehicle.gripper import gripper_current as current
 from doorman.rig.emulated import SPRING
@@ -23,6 +28,27 @@ def test_it_arrives_in_time(begin, closed, end):
 
 def test_the_spring_alone_opens_it():
     assert (SHUT - HALF_OPEN) / (SPRING / DAMPING) < OPENS_WITHIN
+
+
+@pytest.mark.parametrize(
+    ("told", "angle", "holds"),
+    [
+        (True, SHUT, True),
+        (True, CLOSED - 0.01, False),
+        (False, HALF_OPEN + 0.01, True),
+        (False, HALF_OPEN - 0.01, False),
+    ],
+)
+def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: bool) -> None:
+    now = time.monotonic()
+    links = object.__new__(VehicleLinks)
+    servos = SimpleNamespace(
+        read=lambda: SimpleNamespace(times=[now], angles=[0.0, angle], faults=[ServoFault.NONE] * 2)
+    )
+    long_ago = now - 2.0 * OPENS_WITHIN
+    links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_told=(told, long_ago))
+    assert links.holding is holds
+    assert links.grip_failed is (holds is not told)
 
 
 def test_an_open_gripper_draws_no_current():
