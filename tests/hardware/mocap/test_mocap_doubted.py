@@ -60,9 +60,10 @@ def test_a_vehicle_found_elsewhere_is_lost_until_it_is_found_where_it_is(seen: R
 
 
 def lose_and_find(seen: Rig) -> None:
-    """The body is out of sight until it counts as lost, and then found where it is."""
+    """The body is out of sight until its track is over, and then found where it is."""
     seen.emulator.faults.silent = True
     seen.until_lost()
+    time.sleep(seen.config.prediction_limit)
     seen.heal()
 
 

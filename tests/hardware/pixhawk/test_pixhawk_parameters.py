@@ -115,7 +115,7 @@ def test_rules_depend_on_the_set_up():
     assert "GUID_OPTIONS" in names(ARDUPILOT) and "GUID_OPTIONS" not in names(ARDUPILOT, setpoints="position")
     assert "MC_BAT_SCALE_EN" not in names(PX4) and "MC_BAT_SCALE_EN" in names(PX4, thrust_curve=COMPENSATED)
     assert "MOT_BAT_VOLT_MAX" in names(ARDUPILOT, thrust_curve=COMPENSATED)
-    assert "FS_GCS_ENABLE" not in names(ARDUPILOT, ground_station=False)
+    assert "FS_GCS_ENABLE" in names(ARDUPILOT, ground_station=False), "it heeds our id, whatever we call ourselves"
     assert "VISO_DELAY_MS" not in names(ARDUPILOT, mocap=True)
 
 
