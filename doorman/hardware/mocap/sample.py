@@ -67,7 +67,7 @@ class PoseSample:
     origin: PoseSample | None = None
     """Of a predicted pose, the measurement that it was carried on from."""
     track: int = 0
-    """Grows by one whenever the body, out of sight for longer than `prediction_limit`, is found again."""
+    """Grows by one whenever the body is found again after a gap longer than `stale_after`: it may be another body then."""
 
     @property
     def usable(self) -> bool:
@@ -130,7 +130,7 @@ def measured(
         body_rates: Body frame [rad/s].
         frame_number: Vicon's.
         count: Poses up to this one.
-        track: How often the body was found before.
+        track: How often the body was found, after gaps.
     """
     return PoseSample(
         time, read_only(position), read_only(to_attitude(quaternion)), read_only(quaternion), read_only(velocity),

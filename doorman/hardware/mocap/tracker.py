@@ -54,6 +54,7 @@ class PoseTracker:
         if newest is not None and not over:
             too_much = self._gate.beyond_limits(newest, pose, self._filter.velocity, self._filter.lag)
             if not too_much:
+                self._track += pose.time - newest.time > self._config.stale_after
                 self._filter.add(pose)
                 return self._sample(reading, pose)
             self._book.strike(MocapFault.OUTLIER, reading.arrival, too_much)

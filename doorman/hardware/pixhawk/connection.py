@@ -10,9 +10,7 @@ from doorman.exceptions import BackendError
 
 LOOPBACK = "127.0.0.1"
 DEFAULT_BAUD = 921_600
-ALLOWED = (
-    "udp:[HOST:]PORT (listen), udpout:HOST:PORT[:OURS], tcp:HOST:PORT, serial:DEVICE[:BAUD] or /dev/...[:BAUD]"
-)
+ALLOWED = "udp:[HOST:]PORT (listen), udpout:HOST:PORT[:OURS], tcp:HOST:PORT, serial:DEVICE[:BAUD] or /dev/...[:BAUD]"
 
 
 class Transport(Enum):

@@ -60,10 +60,9 @@ def test_a_vehicle_found_elsewhere_is_lost_until_it_is_found_where_it_is(seen: R
 
 
 def lose_and_find(seen: Rig) -> None:
-    """The body is out of sight until its track is over, and then found where it is."""
+    """The body is out of sight for a moment, and then found where it is."""
     seen.emulator.faults.silent = True
     seen.until_lost()
-    time.sleep(seen.config.prediction_limit)
     seen.heal()
 
 
@@ -98,6 +97,16 @@ def test_an_autopilot_that_goes_astray_while_the_cameras_follow_gets_their_poses
     autopilot.error = 2.0 * DOUBTED  # both have agreed since
     for _ in range(20):
         assert seen.until(lambda sample: sample.usable).usable
+
+
+def test_a_body_within_reach_that_is_taken_for_it_after_a_moment_is_doubted(seen: Rig) -> None:
+    """The longer the vehicle is out of sight, the farther it may have flown."""
+    seen.until_fresh()
+    before = seen.receiver.read().track
+    seen.emulator.faults.jump = (0.3, 0.3, 0.0)
+    seen.until(lambda sample: sample.track > before)
+    seen.until_lost()
+    assert seen.receiver.doubted
 
 
 def test_a_vehicle_whose_markers_are_taken_for_each_other_is_lost(seen: Rig, autopilot: Inertial) -> None:
