@@ -18,6 +18,8 @@ _NEAR = 0.06
 """Distance that counts as arrived [m]."""
 _CALM = 0.1
 """Speed that counts as arrived [m/s]."""
+_UNKNOWN = 0.5
+"""After the setpoint's arrival, the vehicle counts as arrived, too, if nobody has said for so long where it is [s]."""
 _PERIOD = 0.02
 
 
@@ -42,12 +44,12 @@ def fly_to(
         speed: Of the setpoint [m/s].
 
     Returns:
-        Whether it arrived; False too if the vehicle is not ours any more, is landing, or is not to go on.
+        Whether it arrived, as far as that is known; False too if the vehicle is not ours any more, is landing, or is not to go on.
     """
     autopilot, where = links.autopilot, links.whereabouts()
     here = where.position if where.known or begin is None else begin
     way = StraightWay(time.monotonic(), here, place, where.yaw, yaw, speed)
-    end = way.since + way.duration
+    end = known = way.since + way.duration
     while (now := time.monotonic()) < end + timeout:
         if not go_on() or not autopilot.setpoint(way.setpoint(now)):
             return False
@@ -55,7 +57,8 @@ def fly_to(
             return False
         where = links.whereabouts()
         near = np.linalg.norm(where.position - place) < _NEAR and np.linalg.norm(where.velocity) < _CALM
-        if now >= end and near:
+        known = max(known, now) if where.known else known
+        if now >= end and (near if where.known else now - known > _UNKNOWN):
             return True
         time.sleep(_PERIOD)
     return False

@@ -20,10 +20,8 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_BLIND_PATIENCE = 3.0
-"""In a hold, for the autopilot's state to become fresh, before the vehicle flies back without [s]."""
-_STOPS = 5
-"""On one leg of the way back, because the state was old, before the rest of it is flown without."""
+_UNHEARD = 0.4
+"""In a hold, for it to become known where the vehicle is, before it flies back without: it drifts as it waits [s]."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
 OPERATOR_PATIENCE = 30.0
@@ -72,7 +70,6 @@ class WayBack:
         self._model, self._links, self._supervisor = model, links, supervisor
         self._say, self._note = say, note
         self._places = Places.of(model)
-        self._blind = False
 
     def may_go_on(self) -> bool:
         """Whether the vehicle is ours, armed, and nobody has told it to land; who asks that flies it, and is alive."""
@@ -138,41 +135,23 @@ class WayBack:
         return False
 
     def _travel(self, place: Array, yaw: float, timeout: float = 20.0, begin: Array | None = None) -> bool:
-        """Fly to a place, and hover on the way where the state is old; blindly where it stays so. Whether it arrived."""
-        stopped = False
+        """Fly to a place, also while nobody says where the vehicle is; returns whether it arrived, as far as that is known."""
 
         def go_on() -> bool:
-            nonlocal stopped
             self._note()
-            stopped = not self._blind and not self._seen
-            return self.may_go_on() and not stopped
+            return self.may_go_on()
 
-        stops = 0
-        while not fly_to(self._links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED):
-            if not stopped or not self.may_go_on():
-                return False
-            stops, begin = stops + 1, None  # it goes on from where it stops
-            self._links.hold()
-            if stops > _STOPS:
-                self._fly_blindly("gets old again and again")
-            if not self._heard():
-                return False
-        return True
+        return fly_to(self._links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED)
 
     def _heard(self) -> bool:
         """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""
         begin = time.monotonic()
-        if not self._seen and not self._blind:
-            self._say("the autopilot's state is old: hover until it is fresh")
-        while self.may_go_on() and not self._seen and not self._blind:
-            if time.monotonic() - begin > _BLIND_PATIENCE:
-                self._fly_blindly("stays old")
+        while self.may_go_on() and not self._seen:
+            if time.monotonic() - begin > _UNHEARD:
+                self._say("the autopilot's state is old: fly back by its own position control")
+                break
             time.sleep(0.02)
         return self.may_go_on()
-
-    def _fly_blindly(self, why: str) -> None:
-        self._say(f"the autopilot's state {why}: fly back by its own position control")
-        self._blind = True
 
     @property
     def _lost(self) -> bool:

@@ -32,8 +32,8 @@ ABORT_WITHIN = 20.0
 
 _LETTING_GO = 5.0
 """Longest time for the gripper to open before that [s]."""
-_HOVERING = 3.0
-"""Longest time to wait for somebody to say where the vehicle is before that [s]."""
+_HOVERING = 0.5
+"""Longest time to wait for somebody to say where the vehicle is before that, as it drifts [s]."""
 _SETTLING = 1.0
 """At the end of that way [s]."""
 OnAbort = Callable[[str], None]
