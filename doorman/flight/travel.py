@@ -44,7 +44,7 @@ def fly_to(
         speed: Of the setpoint [m/s].
 
     Returns:
-        Whether it arrived, as far as that is known; False too if the vehicle is not ours any more, is landing, or is not to go on.
+        Whether it arrived, as far as that is known; False too if the vehicle is not ours any more, lands, or is not to go on.
     """
     autopilot, where = links.autopilot, links.whereabouts()
     here = where.position if where.known or begin is None else begin
