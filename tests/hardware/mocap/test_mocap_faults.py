@@ -111,6 +111,7 @@ def test_jump_that_lasts(rig):
 def test_found_again_where_it_may_be(rig):
     rig.emulator.faults.absent = True
     lost = rig.until_lost()
+    time.sleep(0.05)  # counted from pose to pose, and not to when it is looked at, the track is over later
     rig.emulator.faults.absent = False
     rig.until_fresh(after=lost.time)
     assert any("acquired again" in event.text for event in rig.events())
