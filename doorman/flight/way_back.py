@@ -15,6 +15,7 @@ from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import Action, Fault, Supervisor
 from doorman.hardware.vehicle import Places, VehicleLinks
+from doorman.hardware.vehicle.links import Whereabouts
 from doorman.mission.motion import way_out
 from doorman.model import Model
 
@@ -22,6 +23,10 @@ Array = NDArray[np.float64]
 
 _UNHEARD = 0.4
 """In a hold, for it to become known where the vehicle is, before it flies back without: it drifts as it waits [s]."""
+_JUMP, _FASTEST = 0.1, 2.0
+"""Its position jumps where it moves from one look to the next by more than this [m], and faster than that [m/s]."""
+_PLANS = 5
+"""Of a way out, each from where the vehicle is then."""
 _RELEASE_TIME = 0.6
 """For the gripper to open before the vehicle backs off [s]."""
 OPERATOR_PATIENCE = 30.0
@@ -70,6 +75,7 @@ class WayBack:
         self._model, self._links, self._supervisor = model, links, supervisor
         self._say, self._note = say, note
         self._places = Places.of(model)
+        self._last: Whereabouts | None = None
 
     def may_go_on(self) -> bool:
         """Whether the vehicle is ours, armed, and nobody has told it to land; who asks that flies it, and is alive."""
@@ -88,14 +94,12 @@ class WayBack:
         self._links.hold()
         if not self._let_go() or not self._heard():
             return
-        where = self._links.whereabouts()
-        begin = where.position
-        for place in out_of_the_doorway(self._model, where.position):
-            patience = _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY
-            if not self._travel(place, where.yaw, patience, begin) and not self.may_go_on():
-                return
-            begin = place
-        if not self._lost and self._travel(places.hover, where.yaw):
+        yaw = self._links.whereabouts().yaw
+        for _ in range(_PLANS):
+            if self._fly_out(yaw):
+                break
+            self._say("the autopilot's position jumps: the way out is planned anew")
+        if self.may_go_on() and not self._lost and self._travel(places.hover, yaw):
             self._travel(places.hover, places.yaw)
 
     def await_operator(self) -> None:
@@ -118,6 +122,8 @@ class WayBack:
         tried = False
         while (now := time.monotonic()) - begin < _HOLDING_PATIENCE and self.may_go_on():
             self._links.let_go()
+            if self._jumps():
+                self._links.hold()
             if not self._links.holding:
                 if now - held >= _RELEASE_TIME:
                     return True
@@ -134,14 +140,46 @@ class WayBack:
             time.sleep(0.02)
         return False
 
-    def _travel(self, place: Array, yaw: float, timeout: float = 20.0, begin: Array | None = None) -> bool:
-        """Fly to a place, also while nobody says where the vehicle is; returns whether it arrived, as far as that is known."""
+    def _fly_out(self, yaw: float) -> bool:
+        """Fly out of the doorway from here; returns False where the way is to be planned anew, since the position jumped."""
+        begin = self._links.whereabouts().position
+        jumped = False
 
         def go_on() -> bool:
-            self._note()
-            return self.may_go_on()
+            nonlocal jumped
+            jumped = jumped or self._jumps()
+            return not jumped
 
-        return fly_to(self._links, place, yaw, timeout, go_on, begin, LOST_SPEED if self._lost else SPEED)
+        for place in out_of_the_doorway(self._model, begin):
+            patience = _LOST_ON_THE_WAY if self._lost else _ON_THE_WAY
+            if not self._travel(place, yaw, patience, begin, go_on) and (jumped or not self.may_go_on()):
+                return not jumped
+            begin = place
+        return True
+
+    def _jumps(self) -> bool:
+        """Whether where the vehicle is said to be has jumped since the last look, as when an estimate is put right."""
+        before, self._last = self._last, self._links.whereabouts()
+        if before is None or not (before.known and self._last.known):
+            return False
+        most = _JUMP + _FASTEST * max(self._last.time - before.time, 0.0)
+        return float(np.linalg.norm(self._last.position - before.position)) > most
+
+    def _travel(
+        self,
+        place: Array,
+        yaw: float,
+        timeout: float = 20.0,
+        begin: Array | None = None,
+        go_on: Callable[[], bool] = lambda: True,
+    ) -> bool:
+        """Fly to a place, also while nobody says where the vehicle is; returns whether it arrived, as far as that is known."""
+
+        def still() -> bool:
+            self._note()
+            return self.may_go_on() and go_on()
+
+        return fly_to(self._links, place, yaw, timeout, still, begin, LOST_SPEED if self._lost else SPEED)
 
     def _heard(self) -> bool:
         """Hover until it is known where the vehicle is, or has not been for long; whether the vehicle is still ours."""

@@ -205,6 +205,18 @@ def test_cameras_find_it_elsewhere(rig):
     assert_before_the_door(rig)
 
 
+@pytest.mark.parametrize("offset", [(0.0, 0.6, 0.0), (0.0, -0.6, 0.0), (0.6, 0.0, 0.0)])
+def test_an_autopilot_that_goes_astray(rig, offset):
+    """Poses put it right a second later: what it was told to hold until then is not where the vehicle is."""
+    flight = swinging(rig)
+    rig.far.call("rig.autopilot.lead_astray", offset)
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.DIVERGENCE}
+    assert_down(rig)
+    assert_before_the_door(rig)
+
+
 def test_controller_hangs_in_the_doorway(rig):
     """For longer than the supervisor waits: it flies the vehicle out by itself."""
     flight = swinging(rig)

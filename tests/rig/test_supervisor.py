@@ -128,20 +128,20 @@ def test_a_retreat_that_somebody_flies_does_not(hovering, monkeypatch):
 
 
 def test_a_vehicle_that_nobody_flies_on_from_its_hover_point_is_flown_back(hovering, monkeypatch):
-    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 0.2)
+    monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.0)
     look = lambda: Observation(  # noqa: E731
         now=time.monotonic(), armed=True, commanding=False, authority=Authority.ENGAGED
     )
     supervisor = Supervisor(hovering.links, look)
     supervisor.rising = True
     supervisor.look_once()
-    time.sleep(0.3)
+    time.sleep(1.1)
     supervisor.look_once()
     assert supervisor.action is None, "on its way up it is in somebody's hands"
     supervisor.hand_over()
     supervisor.look_once()
     assert supervisor.action is None
-    time.sleep(0.3)
+    time.sleep(1.1)
     supervisor.look_once()
     assert [one.fault for one in supervisor.findings] == [Fault.SESSION_SILENT]
     assert supervisor.action is Action.RETREAT

@@ -201,6 +201,11 @@ class EmulatedAutopilot:
         with self._lock:
             self.estimator.failed = failed
 
+    def lead_astray(self, offset: Sequence[float]) -> None:
+        """Let the position estimate be wrong by this much more, shape (3,), world frame [m], until poses put it right."""
+        with self._lock:
+            self.estimator.lead_astray(np.asarray(offset, dtype=np.float64))
+
     def jump_clock(self, seconds: float) -> None:
         """Let the clock jump without a reboot."""
         with self._lock:

@@ -109,6 +109,10 @@ class Estimator:
             valid and self.has_origin,
         )
 
+    def lead_astray(self, offset: Array) -> None:
+        """Be wrong by this much more from now on [m], shape (3,), world frame, until poses put it right."""
+        self._error = self._error + offset
+
     def pose(self, now: float, stamp: float, position: Array) -> None:
         """Fuse a pose that was true at a time of the autopilot's clock [s]."""
         if not self.vision or not self._history:

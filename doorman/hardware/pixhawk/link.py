@@ -193,6 +193,11 @@ class Link:
         if identity is None or dialect is None:
             self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
             return
+        origin, armed = self.origin, self.tracker.sample.armed
+        settled = origin is None or origin.settled(now, armed)
+        pose = self.mocap.message(now) if settled and not line.busy else None
+        if pose is not None:  # first: setpoints, of which there are more, would leave a slow line no room for them
+            self._transmit(line, pose)
         if self._setpoint.next <= now and line.busy:
             self._setpoint.next = now + _BUSY_RETRY
         elif self._setpoint.due(now):
@@ -201,14 +206,9 @@ class Link:
                 self._transmit(line, setpoint)
             elif self.stream.stranded and not dialect.needs_stream:
                 self.authority.request_landing(None)
-        origin, armed = self.origin, self.tracker.sample.armed
         if origin is not None:
             for request in origin.messages(now, *identity, armed):
                 self._transmit(line, request)
-        settled = origin is None or origin.settled(now, armed)
-        pose = self.mocap.message(now) if settled and not line.busy else None
-        if pose is not None:
-            self._transmit(line, pose)
         if self._sync.due(now):
             if not self.clock.synchronised:
                 self._sync.next = now + _FAST_SYNC_PERIOD

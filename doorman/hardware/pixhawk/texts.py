@@ -17,13 +17,16 @@ _PART = 50
 _PARTS = 8
 """Of the longest text: further ones are not read."""
 _LATE = 0.3
-"""After the first part, the text is told as it is; parts of it that come within as long again are copies [s]."""
+"""After its last part so far, a text is told as it is [s]."""
+_COPIES = 1.0
+"""For so long after that, a part with the same numbers is a copy [s]."""
 
 
 @dataclass
 class _Begun:
     identifier: int
     since: float
+    """When the last part so far came [s]."""
     severity: int
     parts: dict[int, str] = field(default_factory=dict)
 
@@ -39,7 +42,7 @@ class TextParts:
 
     def __init__(self) -> None:
         self._begun: _Begun | None = None
-        self._ended = (0, -math.inf)
+        self._told: tuple[int, frozenset[int], float] = (0, frozenset(), -math.inf)
 
     def take(self, message: Message, now: float) -> list[StatusText]:
         """Texts that are told now.
@@ -50,14 +53,15 @@ class TextParts:
         """
         if message.id == 0:
             return [_told(now, message.severity, message.text)]
-        if message.id == self._ended[0] and now - self._ended[1] < _LATE:
+        identifier, numbers, ended = self._told
+        if message.id == identifier and message.chunk_seq in numbers and now - ended < _COPIES:
             return []
         begun, told = self._begun, []
         if begun is None or begun.identifier != message.id:
             told = self._end(now)
             begun = self._begun = _Begun(message.id, now, message.severity)
         if message.chunk_seq < _PARTS:
-            begun.parts[message.chunk_seq] = message.text
+            begun.parts[message.chunk_seq], begun.since = message.text, now
         return told + (self._end(now) if begun.parts and begun.whole else [])
 
     def late(self, now: float) -> list[StatusText]:
@@ -72,7 +76,7 @@ class TextParts:
         begun, self._begun = self._begun, None
         if begun is None or not begun.parts:
             return []
-        self._ended = begun.identifier, now
+        self._told = begun.identifier, frozenset(begun.parts), now
         return [_told(now, begun.severity, "".join(begun.parts[number] for number in sorted(begun.parts)))]
 
 

@@ -201,9 +201,11 @@ class Tracker:
     def _battery(self, message: Message, now: float) -> None:
         if message.id > self._battery_id and now - self._battery_time < _BATTERY_SILENT:
             return  # the first battery flies the vehicle, whatever its number
-        self._battery_id, self._battery_time = message.id, now
         old = self.sample.battery
         voltage = cells_to_volts([*message.voltages, *(cell for cell in message.voltages_ext if cell)])
+        if math.isnan(voltage) and math.isnan(percent_to_share(message.battery_remaining)):
+            return  # a socket that nothing is plugged into
+        self._battery_id, self._battery_time = message.id, now
         self._cells = not math.isnan(voltage)
         self.sample = replace(
             self.sample,

@@ -55,3 +55,11 @@ def test_what_came_is_told_where_the_rest_is_lost():
     assert told(parts("next", 4, ends_empty=False), texts) == [LONG[:50], "next"]
     assert told(parts(LONG, 5, ends_empty=False)[1:], texts) == []
     assert [one.text for one in texts.late(11.0)] == [LONG[50:]]
+
+
+def test_the_rest_is_told_however_late_it_comes():
+    texts, (first, second) = TextParts(), parts(LONG, 3, ends_empty=False)
+    assert told([first], texts, 10.0) == []
+    assert [one.text for one in texts.late(10.4)] == [LONG[:50]]
+    assert told([first, second], texts, 10.5) == []
+    assert [one.text for one in texts.late(10.9)] == [LONG[50:]]

@@ -152,7 +152,8 @@ def test_what_is_said_of_all_batteries_does_not_mix_with_what_is_said_of_the_fir
     tracker.take(battery_status(0, 60, 0xFFFF), NOW + 0.2)
     tracker.take(system_status(15000, 40), NOW + 0.3)
     assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (15.0, 0.6), "it has no voltage"
-    tracker.take(system_status(14000, 30), NOW + 9.0)
+    tracker.take(battery_status(0, -1, 0xFFFF), NOW + 4.0)  # nothing is plugged in there
+    tracker.take(system_status(14000, 30), NOW + 6.0)
     assert (tracker.sample.battery.voltage, tracker.sample.battery.remaining) == (14.0, 0.3)
 
 
