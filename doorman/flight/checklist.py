@@ -34,6 +34,7 @@ Sample = TypeVar("Sample")
 _FLOWN_WITH = ServoFault.VOLTAGE | ServoFault.WARM
 """Of the servos' faults: they are as likely to go in the air."""
 _MOST_ROUND_TRIP, _MOST_FOR_STAMPS = 0.05, 0.01
+"""Of TIMESYNC: for our map of the autopilot's clock, and for PX4's map of ours, by which it takes the poses' stamps [s]."""
 
 
 class Verdict(Enum):
@@ -107,9 +108,8 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
                "land and disarm it first")  # fmt: skip
     yield _telemetry(links)
     stamps = status.dialect == PX4.name and links.mocap is not None
-    most, why = (
-        (_MOST_FOR_STAMPS, ": PX4 does not use the poses' stamps beyond 10 ms") if stamps else (_MOST_ROUND_TRIP, "")
-    )
+    most = _MOST_FOR_STAMPS if stamps else _MOST_ROUND_TRIP
+    why = ": PX4 does not use the poses' stamps beyond 10 ms" if stamps else ""
     yield _row("clock", status.synchronised and status.round_trip < most,
                f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
                "wait, or find what slows the line down" + why,

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.fall import FallWatch
@@ -30,8 +29,6 @@ from doorman.hardware.vehicle import Places, VehicleBackend, VehicleLinks
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN
 from doorman.model import Model
 from doorman.recording import Recorder
-
-Array = NDArray[np.float64]
 
 _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else flies or lands: until then it gets the cameras' poses [s]."""
@@ -123,7 +120,7 @@ class GuardedFlight:
                 return f"{name}: not begun: {self.supervisor.reason}"
             self._note()  # not in the air, where nobody watches yet whether the disk answers
             self.say(name)
-            self._told_to_arm = self._told_to_arm or name == "arm"
+            self._told_to_arm |= name == "arm"
             outcome = step()
             self._armed_once = self._armed_once or autopilot.state().armed
             if not outcome.done:

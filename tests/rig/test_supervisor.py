@@ -129,9 +129,10 @@ def test_a_retreat_that_somebody_flies_does_not(hovering, monkeypatch):
 
 def test_a_vehicle_that_nobody_flies_on_from_its_hover_point_is_flown_back(hovering, monkeypatch):
     monkeypatch.setattr(supervisor_module, "SILENT_WITHIN", 1.0)
-    look = lambda: Observation(  # noqa: E731
-        now=time.monotonic(), armed=True, commanding=False, authority=Authority.ENGAGED
-    )
+
+    def look() -> Observation:
+        return Observation(now=time.monotonic(), armed=True, commanding=False, authority=Authority.ENGAGED)
+
     supervisor = Supervisor(hovering.links, look)
     supervisor.rising = True
     supervisor.look_once()

@@ -63,15 +63,11 @@ class Tracker:
     """
 
     def __init__(self, clock: ClockMap, local_frame: LocalFrame) -> None:
-        self.sample = VehicleSample()
         self.counters = TelemetryCounters()
         self._clock = clock
         self._frame = local_frame
-        self._stamps: dict[int, int] = {}
-        self._behind: dict[int, tuple[int, int]] = {}
-        self._last_sequence: tuple[int, float] | None = None
-        self._doubts, self._unsaid_until = 0, -math.inf
-        self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
+        self._unsaid_until = -math.inf
+        self.reset()
         self._handlers: dict[int, Callable[[Message, float], None]] = {
             mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: self._attitude,
             mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: self._position,
@@ -84,9 +80,9 @@ class Tracker:
     def reset(self) -> None:
         """Forget the state, as after a reboot."""
         self.sample = VehicleSample()
-        self._stamps.clear()
-        self._behind.clear()
-        self._last_sequence = None
+        self._stamps: dict[int, int] = {}
+        self._behind: dict[int, tuple[int, int]] = {}
+        self._last_sequence: tuple[int, float] | None = None
         self._doubts = 0
         self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
 
