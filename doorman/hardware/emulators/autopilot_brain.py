@@ -248,7 +248,7 @@ class Brain(ABC):
     def _watch_ground(self, around: Surroundings) -> None:
         """Landed while on the ground and not about to leave it; long enough while landing, it disarms."""
         idle = self.demand.task in (Task.IDLE, Task.LAND)
-        on_ground = around.on_ground or self._stuck(around)
+        on_ground = (around.on_ground or self._stuck(around)) and (not self.armed or self._feels_ground(around))
         self.landed = on_ground and (idle or not self.armed or self.landed)
         if not (self.armed and self.landed and self.demand.task is Task.LAND):
             self._grounded_since = None
@@ -256,6 +256,10 @@ class Brain(ABC):
         self._grounded_since = around.now if self._grounded_since is None else self._grounded_since
         if around.now - self._grounded_since > self.disarm_delay:
             self._disarm()
+
+    def _feels_ground(self, around: Surroundings) -> bool:
+        """Whether it can find out that it has landed."""
+        return True
 
     def _stuck(self, around: Surroundings) -> bool:
         """Whether a landing has stopped on something, as land detectors find it: told to descend, it does not."""

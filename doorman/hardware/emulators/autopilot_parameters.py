@@ -73,7 +73,7 @@ ARDUPILOT_DEFAULTS: dict[str, tuple[float, int]] = {
 """Value and MAV_PARAM_TYPE by name."""
 
 PX4_MOCAP: dict[str, float] = {
-    "EKF2_EV_CTRL": 11, "EKF2_HGT_REF": 3, "EKF2_GPS_CTRL": 0, "EKF2_BARO_CTRL": 0, "EKF2_RNG_CTRL": 0,
+    "EKF2_EV_CTRL": 11, "EKF2_HGT_REF": 3, "EKF2_GPS_CTRL": 0, "EKF2_RNG_CTRL": 0,
     "EKF2_MAG_TYPE": 5, "EKF2_EVP_NOISE": 0.01, "EKF2_EVA_NOISE": 0.02,
 }  # fmt: skip
 """Set-up for flights by mocap alone."""

@@ -238,6 +238,10 @@ class Px4Brain(Brain):
         self.say(mavlink.MAV_SEVERITY_CRITICAL, text)
         self._enter(mode)
 
+    def _feels_ground(self, around: Surroundings) -> bool:
+        """PX4 looks for a vertical speed of nothing; without poses only the barometer tells it one."""
+        return around.estimate.position_valid or self.parameters["EKF2_BARO_CTRL"] != 0
+
     def _disarm(self) -> None:
         super()._disarm()
         self.failsafe = False

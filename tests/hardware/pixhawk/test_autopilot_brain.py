@@ -77,6 +77,21 @@ def test_px4_lands_from_offboard_when_its_position_is_gone(vehicle_px4):
     assert vehicle_px4.brain.mode == px4.LAND
 
 
+@pytest.mark.parametrize("barometer", [0, 1])
+def test_px4_without_poses_notices_that_it_has_landed_by_its_barometer_only(vehicle_px4, barometer):
+    vehicle_px4.brain.parameters["EKF2_BARO_CTRL"] = barometer
+    offboard(vehicle_px4)
+    vehicle_px4.brain.request_arming(True, False)
+    vehicle_px4.position[2] = 1.0
+    vehicle_px4.step(0.5, vehicle_px4.hold)
+    vehicle_px4.valid = False
+    vehicle_px4.step(1.0, vehicle_px4.hold)
+    assert vehicle_px4.brain.mode == px4.LAND and not vehicle_px4.brain.landed
+    vehicle_px4.position[2] = 0.0
+    vehicle_px4.step(20.0)
+    assert (vehicle_px4.brain.landed, vehicle_px4.brain.armed) == ((True, False) if barometer else (False, True))
+
+
 def test_px4_flies_attitude_without_a_position(vehicle_px4):
     vehicle_px4.valid = False
     vehicle_px4.step(1.0, vehicle_px4.tilt)
