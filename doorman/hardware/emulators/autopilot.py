@@ -201,6 +201,12 @@ class EmulatedAutopilot:
         with self._lock:
             self.estimator.failed = failed
 
+    def forget_origin(self) -> None:
+        """Lose the place on earth, as ArduPilot's filter does that begins after it was told."""
+        with self._lock:
+            self.estimator.has_origin = False
+            self.protocol.forget_origin()
+
     def lead_astray(self, offset: Sequence[float]) -> None:
         """Let the position estimate be wrong by this much more, shape (3,), world frame [m], until poses put it right."""
         with self._lock:

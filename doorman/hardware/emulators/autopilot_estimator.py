@@ -20,6 +20,8 @@ _FAR_AWAY = np.array([5.2e6, -1.1e6, 0.0])
 """From where PX4's map begins to a place in Switzerland [m]."""
 _DATUM_DELAY = 1.0
 """From the origin to the height's new zero [s]."""
+_SAME_ELEVATION = 1.0
+"""Of an origin that changes no zero of the height [m]."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Estimator:
         self._rejected_since: float | None = None
         self.failed = False
         """Whether the position estimate is lost."""
-        self._shift, self._datum_due = np.zeros(3), math.inf
+        self._shift, self._datum_due, self._elevation = np.zeros(3), math.inf, 0.0
         self.has_origin = not vision
 
     @property
@@ -73,15 +75,17 @@ class Estimator:
     def set_origin(self, now: float, armed: bool, altitude: float) -> None:
         """Take an origin, at an altitude [m].
 
-        What ArduPilot believes to be its height soon after becomes zero, unless it is armed: poses that come go on being fused as
-        they are, and what is told of the height is larger by that from then on. What PX4 tells moves by the altitude, and by the
-        way from the equator where it navigates already, as its development version of August 2026 does.
+        What ArduPilot believes to be its height soon after becomes zero, unless it is armed or the altitude is not new: poses
+        that come go on being fused as they are, and what is told of the height is larger by that from then on. What PX4 tells
+        moves by the altitude, and by the way from the equator where it navigates already, as its development version of August
+        2026 does.
         """
         self.has_origin = True
         if self._px4:
             self._shift = np.array([0.0, 0.0, -altitude]) + (_FAR_AWAY if self.navigates else 0.0)
         else:
-            self._datum_due = math.inf if armed else now + _DATUM_DELAY
+            due = not armed and abs(altitude - self._elevation) > _SAME_ELEVATION
+            self._datum_due, self._elevation = (now + _DATUM_DELAY, altitude) if due else (math.inf, self._elevation)
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         """Estimate at a time of the autopilot's clock [s]."""

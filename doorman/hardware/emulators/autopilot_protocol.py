@@ -253,6 +253,10 @@ class Protocol:
         since = now - stamp
         self._estimator.pose(self._uptime(), self._uptime() - since, np.array(values[:3]) * FLIP)
 
+    def forget_origin(self) -> None:
+        """Have none to tell of any more."""
+        self._origin_message = None
+
     def _origin(self, message: Any) -> None:
         if not self._estimator.has_origin or self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
             self._estimator.set_origin(self._uptime(), self._brain.armed, 1e-3 * message.altitude)

@@ -2,7 +2,8 @@
 
 ArduPilot has no position without, and calls the height at which it stands zero in the second after it got its origin
 (`AP_Baro::update_field_elevation`). A pose that came before makes that a step: from then on its heights are larger than
-mocap's by the height of the pose.
+mocap's by the height of the pose. An origin that comes while its filter begins is told of, and forgotten by the filter; without
+one it navigates, but does not arm in GUIDED ("waiting for home"). So it is asked as long as it stands.
 
 PX4 flies without, but has no home then: it neither returns to its pad nor holds when its pilot asks for that. It takes every
 origin that comes, and one that comes late moves its position: by the origin's altitude, and by 5200 km where it navigates
@@ -18,6 +19,8 @@ _SETTLING = 2.0
 """Between the origin and the first pose [s]."""
 _PATIENCE = 20.0
 """For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
+_FORGOTTEN = 5.0
+"""After so long without an answer an autopilot that stands has no origin any more [s]."""
 _CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
 """The same for PX4 [s]."""
 _QUESTIONS = 3
@@ -35,6 +38,8 @@ class Origin:
     patience = _PATIENCE
     period = _PERIOD
     settling = _SETTLING
+    forgetful = True
+    """Whether it may lose an origin that it had, without a reboot."""
 
     def __init__(self, place: tuple[float, float, float]) -> None:
         self._place = round(place[0] * 1e7), round(place[1] * 1e7), round(place[2] * 1e3)
@@ -42,7 +47,7 @@ class Origin:
 
     def reset(self) -> None:
         """Begin anew, as after a reboot."""
-        self._next, self._began, self._heard = 0.0, float("inf"), float("inf")
+        self._next, self._began, self._heard, self._confirmed = 0.0, float("inf"), float("inf"), float("-inf")
 
     @property
     def known(self) -> bool:
@@ -51,7 +56,7 @@ class Origin:
 
     def heard(self, now: float) -> None:
         """The autopilot says that it has an origin."""
-        self._heard = min(self._heard, now)
+        self._heard, self._confirmed = min(self._heard, now), now
 
     def estimator(self, flags: int) -> None:
         """The autopilot says how its estimator is (ESTIMATOR_STATUS_FLAGS)."""
@@ -63,12 +68,19 @@ class Origin:
         return now > (self._heard + self.settling if self._heard <= now else self._began + self.patience)
 
     def messages(self, now: float, system: int, component: int, armed: bool) -> list[Message]:
-        """What is due: the origin, and the question whether it was taken, which right after boot it is not."""
+        """What is due: the origin, and the question whether it has one, which right after boot it has not."""
         self._began = min(self._began, now)
-        if self._heard <= now or now < self._next:
+        if self.known and (armed or not self.forgetful):
+            self._confirmed = now
             return []
+        if now < self._next:
+            return []
+        if self.known and now - self._confirmed > _FORGOTTEN:
+            self.reset()
+            self._began = now
         self._next = now + self.period
-        given = [mavlink.MAVLink_set_gps_global_origin_message(system, *self._place)] if self._may_give(armed) else []
+        gives = not self.known and self._may_give(armed)
+        given = [mavlink.MAVLink_set_gps_global_origin_message(system, *self._place)] if gives else []
         return [*given, *(_question(system, component, identifier) for identifier in self._questions())]
 
     def _may_give(self, armed: bool) -> bool:
@@ -85,6 +97,7 @@ class CautiousOrigin(Origin):
     patience = _CAUTIOUS_PATIENCE
     period = _CAUTIOUS_PERIOD
     settling = 0.0
+    forgetful = False
 
     def __init__(self, place: tuple[float, float, float]) -> None:
         super().__init__((place[0], place[1], 0.0))

@@ -133,6 +133,27 @@ def test_the_height_of_ardupilot_is_that_of_mocap(rigs):
     assert np.nanmax(np.abs(np.array(heights) - 0.4)) < 0.05, "and it stays"
 
 
+def test_an_origin_that_ardupilot_forgets_while_it_boots_is_given_again(rigs):
+    rig = rigs("ardupilot", {"mocap": True}, vision=True, pace=1.0, plant=SimplePlant(ground=0.4)).open()
+
+    def fed(condition) -> bool:
+        def look() -> bool:
+            truth = rig.emulator.truth
+            rig.pilot.mocap(time.monotonic(), truth.position, truth.quaternion)
+            return bool(condition())
+
+        return wait_until(look, 20.0)
+
+    def fresh() -> bool:
+        return rig.pilot.state().status is SampleStatus.FRESH
+
+    assert fed(fresh) and rig.pilot.status().on_earth
+    rig.emulator.forget_origin()
+    assert fed(lambda: not rig.pilot.status().on_earth)
+    assert fed(lambda: rig.pilot.status().on_earth and fresh())
+    assert float(rig.pilot.state().position[2]) == pytest.approx(0.4, abs=0.05)
+
+
 def test_an_autopilot_with_a_slow_loop_is_heard_more_rarely(rigs):
     rig = rigs("ardupilot", pace=1.0)
     rig.emulator.parameters["SCHED_LOOP_RATE"] = 150

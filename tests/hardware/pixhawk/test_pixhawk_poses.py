@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from pixhawk_parts import TARGET
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -21,10 +22,25 @@ def test_the_origin_is_given_until_it_is_heard_and_poses_follow_later():
     assert (asked.command, asked.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, 49.0)
     assert origin.messages(5.5, *TARGET, False) == [] and len(origin.messages(6.1, *TARGET, False)) == 2
     origin.heard(6.2)
-    assert origin.messages(7.5, *TARGET, False) == []
+    (asked,) = origin.messages(7.5, *TARGET, False)
+    assert asked.get_type() == "COMMAND_LONG" and origin.messages(8.6, *TARGET, True) == []
     assert not origin.settled(8.1, armed=False) and origin.settled(8.3, armed=False)
     origin.reset()
     assert not origin.settled(8.4, armed=False) and origin.messages(8.5, *TARGET, False), "after a reboot, anew"
+
+
+def test_an_origin_that_is_told_of_no_more_is_given_again_while_the_vehicle_stands():
+    origin = Origin((47.4, 8.5, 488.0))
+    origin.messages(5.0, *TARGET, False)
+    origin.heard(5.1)
+    for now in np.arange(5.5, 40.0, 0.5):
+        origin.messages(now, *TARGET, now > 10.0)
+        assert origin.known and (now < 7.2 or origin.settled(now, armed=False)), "in flight nobody asks"
+    sent = [len(origin.messages(now, *TARGET, False)) for now in np.arange(40.1, 47.0, 0.5)]
+    assert not origin.known and max(sent[:9]) == 1 and max(sent[9:]) == 2
+    assert not origin.settled(47.0, armed=False), "its poses wait for it"
+    origin.heard(47.0)
+    assert origin.known and origin.settled(49.1, armed=False)
 
 
 def test_poses_are_sent_to_an_autopilot_that_tells_no_origin_too():
