@@ -38,7 +38,7 @@ _SAFE = {
     "px4": {"COM_OF_LOSS_T": 0.2, "COM_OBL_RC_ACT": 3.0, "RTL_RETURN_ALT": 0.0, "RTL_CONE_ANG": 0.0, "RTL_MIN_DIST": 0.5,
             "NAV_ACC_RAD": 0.2, "MPC_YAW_MODE": 5.0, "NAV_RCL_ACT": 3.0},
     "ardupilot": {"GUID_OPTIONS": 8.0, "GUID_TIMEOUT": 0.2, "FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 2.0, "RTL_ALT": 30.0,
-                  "RTL_LOIT_TIME": 0.0, "FS_OPTIONS": 24.0, "FS_THR_ENABLE": 3.0, "VISO_DELAY_MS": 6.0},
+                  "RTL_LOIT_TIME": 0.0, "WPNAV_JERK": 5.0, "FS_OPTIONS": 24.0, "FS_THR_ENABLE": 3.0, "VISO_DELAY_MS": 6.0},
 }  # fmt: skip
 """Parameters as the check of the adapter wants them: without us the vehicle flies back as high as it is, and lands on its pad."""
 

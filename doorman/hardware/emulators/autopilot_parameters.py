@@ -69,6 +69,7 @@ ARDUPILOT_DEFAULTS: dict[str, tuple[float, int]] = {
     "RTL_CLIMB_MIN": (0, _INT16),
     "RTL_ALT_FINAL": (0, _INT16),
     "WP_YAW_BEHAVIOR": (2, _INT8),
+    "WPNAV_JERK": (1.0, _REAL32),
 }
 """Value and MAV_PARAM_TYPE by name."""
 

@@ -42,7 +42,7 @@ def test_a_set_up_as_it_should_be_has_no_findings(rigs, flavour):
 @pytest.mark.parametrize(
     ("flavour", "chosen", "wrong"),
     [("px4", {"COM_OBL_RC_ACT": 3}, {"RTL_RETURN_ALT", "RTL_CONE_ANG", "RTL_MIN_DIST", "NAV_ACC_RAD", "MPC_YAW_MODE"}),
-     ("ardupilot", {"FS_GCS_ENABLE": 1}, {"RTL_ALT", "RTL_LOIT_TIME", "FS_GCS_TIMEOUT", "FS_OPTIONS"})],
+     ("ardupilot", {"FS_GCS_ENABLE": 1}, {"RTL_ALT", "RTL_LOIT_TIME", "WPNAV_JERK", "FS_GCS_TIMEOUT", "FS_OPTIONS"})],
 )  # fmt: skip
 def test_a_return_must_not_climb(rigs, flavour, chosen, wrong):
     """Where the vehicle is to land on its pad without us; where it lands in place nobody asks."""
