@@ -19,10 +19,10 @@ _SETTLING = 2.0
 """Between the origin and the first pose [s]."""
 _PATIENCE = 20.0
 """For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
-_FORGOTTEN = 5.0
-"""After so long without an answer an autopilot that stands has no origin any more [s]."""
 _CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
 """The same for PX4 [s]."""
+_FORGOTTEN = 5.0
+"""After so long without an answer an autopilot that stands has no origin any more [s]."""
 _QUESTIONS = 3
 """That PX4 is asked before it gets an origin: an answer may be lost."""
 _NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
