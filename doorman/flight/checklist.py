@@ -14,7 +14,7 @@ import numpy as np
 from doorman.feasibility import Report, Severity
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import SampleStatus
-from doorman.hardware.pixhawk.dialect import PX4
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.doubted_mocap import BELIEVED_TURN
@@ -125,6 +125,9 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     if status.on_earth is not None:
         yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none, and so no home to return to",
                    "reboot the autopilot: it had a position before it got one", Verdict.WARNING)  # fmt: skip
+    if status.dialect == ARDUPILOT.name and autopilot.config.setpoints == "position":
+        yield Check("setpoints", Verdict.WARNING, "position: ArduPilot's own loops wind up against a door, and fling it off",
+                    "--setpoints attitude")  # fmt: skip
     if status.namesake:
         yield Check("system id", Verdict.WARNING,
                     f"another station has ours, {autopilot.config.system_id}: the autopilot may not notice when we are gone",

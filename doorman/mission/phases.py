@@ -74,6 +74,11 @@ _BRAKING, _MOST_BRAKING = 12.0, 4.0
 """Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
 _LETTING_GO = 0.5
 """[s]."""
+_UNLOADING, _UNLOADED = 0.7, 1.5
+"""A gripper opens when the tip pulls or presses no more than this [N], or so long after that was asked for [s]: a vehicle that
+lets go of a load is flung away from it until its tilt has followed;"""
+_COMES_ALIVE = 0.1
+"""at once where the leaf moves faster [rad/s]."""
 _THROWN_BACK = 0.4
 """A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
 _SURELY = 0.008
@@ -169,6 +174,8 @@ class Sequence:
         """What is known of tip and leaf in this phase."""
         if self.phase in (Phase.OPEN, Phase.HOLD, Phase.RECOVER):
             return Tie.GRIPPED if self._grips else Tie.PUSHING
+        if self._unloads:
+            return Tie.GRIPPED
         if self.phase in (Phase.RELEASE, Phase.RETREAT):
             return Tie.LEAVING if self.failure else Tie.PUSHING
         return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
@@ -204,7 +211,7 @@ class Sequence:
         self._allow_another()
         self.failure, self.opened = self.failure or reason, False
         self._enter(Phase.RELEASE, estimate, reason)
-        self._gives_way = True
+        self._gives_way, self._since = True, estimate.time
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
         """What to do now.
@@ -235,7 +242,12 @@ class Sequence:
     def _closed(self) -> bool:
         """Whether a gripper is to be closed."""
         pressing = self.phase is Phase.TOUCH and self._since is not None
-        return self._grips and (pressing or self.phase in (Phase.OPEN, Phase.HOLD))
+        return self._grips and (pressing or self._unloads or self.phase in (Phase.OPEN, Phase.HOLD))
+
+    @property
+    def _unloads(self) -> bool:
+        """Whether a gripper is about to open, and the load is taken off it."""
+        return self.phase is Phase.RELEASE and self._since is None
 
     def _guard(self, estimate: Estimate) -> None:
         """Give up where a push would do harm or no good."""
@@ -298,7 +310,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        self._gives_way = False
+        self._gives_way, closed = False, self._closed
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
@@ -315,6 +327,8 @@ class Sequence:
         elif phase in (Phase.RECOVER, Phase.RELEASE):
             self._leaf.begin(float(estimate.state[2]), estimate)
             self._let_go_at = self._nearest = estimate.door_angle
+            if phase is Phase.RELEASE and not closed:
+                self._since = estimate.time
         elif phase is Phase.DONE and not self._targets:
             self._targets = [estimate.position]
         self._on_change(estimate.time, phase, reason)
@@ -447,7 +461,12 @@ class Sequence:
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""
         assert self._entered is not None
-        spent, pressed = estimate.time - self._entered, 0.0 if self._push is None else self._push.push
+        if self._since is None:
+            loaded = abs(estimate.normal_force) > _UNLOADED and abs(estimate.door_rate) < _COMES_ALIVE
+            if loaded and estimate.time - self._entered < _UNLOADING:
+                return self._leaf.push(estimate, 0.0)
+            self._since = estimate.time
+        spent, pressed = estimate.time - self._since, 0.0 if self._push is None else self._push.push
         if self._gives_way:
             outside = not in_the_doorway(self._model, estimate.position)
             if spent >= (_LETTING_GO if outside else _GIVING_WAY):

@@ -183,3 +183,19 @@ def test_a_gripped_door_that_is_locked_does_not_turn_the_vehicle_onto_itself(sto
     truth = recording["truth"]
     ahead = -truth["attitude"][:, 2] - (math.pi / 2 - truth["door_angle"])
     assert np.degrees(ahead).max() < 45.0
+
+
+def test_a_gripper_that_pulls_is_unloaded_before_it_opens() -> None:
+    """Somebody has opened the door too far and holds it there: what lets go of a load is flung at the jamb."""
+    held = hand(24.0, math.inf, lambda off, rate: 300.0 * (-math.radians(12.0) - off) - 150.0 * rate)
+    recording, _ = flown(held, "paper", mission__attempts=1)
+    truth, command, release = recording["truth"], recording["command"], phases(recording).index("release")
+    assert "does not move on" in recording["mission"]["message"][release]
+    given_up = recording["mission"].time[release]
+    let_go = command.time[np.flatnonzero(command["grip"])[-1]]
+    pull = np.abs(truth["tip_normal_force"])
+    before, then = np.searchsorted(truth.time, [given_up, let_go])
+    assert pull[before] > 4.0 and pull[then] < 3.0
+    after = (truth.time > given_up) & (truth.time < let_go + 0.5)
+    assert truth["velocity"][after, 1].max() < 0.25, "towards the jamb"
+    assert recording.summary is not None and recording.summary["collisions"] == 0
