@@ -125,9 +125,7 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
     if status.on_earth is not None:
         yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none, and so no home to return to",
                    "reboot the autopilot: it had a position before it got one", Verdict.WARNING)  # fmt: skip
-    if status.dialect == ARDUPILOT.name and autopilot.config.setpoints == "position":
-        yield Check("setpoints", Verdict.WARNING, "position: ArduPilot's own loops wind up against a door, and fling it off",
-                    "--setpoints attitude")  # fmt: skip
+    yield judge_setpoints(status.dialect, autopilot.config.setpoints)
     if status.namesake:
         yield Check("system id", Verdict.WARNING,
                     f"another station has ours, {autopilot.config.system_id}: the autopilot may not notice when we are gone",
@@ -186,6 +184,18 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
     off = float(np.abs(sample.angles[: model.n_arm] - model.start_arm).max())
     yield _row("arm's posture", off < _POSTURE, f"{off:.2f} rad off the start posture",
                "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
+
+
+def judge_setpoints(dialect: str, setpoints: str) -> Check:
+    """Row about what is sent to the autopilot: position control of ArduPilot that is kept from its place winds up.
+
+    Args:
+        dialect: Name of the autopilot's dialect.
+        setpoints: "attitude" or "position".
+    """
+    winds_up = dialect == ARDUPILOT.name and setpoints == "position"
+    found = f"{setpoints}; {dialect} winds up against a door, and is flung off it" if winds_up else setpoints
+    return _row("setpoints", not winds_up, found, "--setpoints attitude", Verdict.WARNING)
 
 
 def judge_limits(model: Model) -> Iterator[Check]:

@@ -1,0 +1,130 @@
+"""What operator and pilot do in flight, and the end that the fault table promises."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from flight_ends import assert_at_the_pad, assert_down, at_hover, found, lands_on_the_pad
+from flight_rig import AUTOPILOT, Flight, until
+
+from doorman.flight import End, way_back
+from doorman.hardware.pixhawk import Authority
+from doorman.hardware.safety import Action, Fault
+
+
+def give_up_and_hover(flight: Flight) -> None:
+    flight.session.interrupt()
+    until(lambda: any(words.startswith("hover: ") for words in flight.said), "a hover after the retreat", flight.told)
+
+
+def test_operator_gives_up(rig, monkeypatch):
+    monkeypatch.setattr(way_back, "OPERATOR_PATIENCE", 4.0)
+    flight = at_hover(rig)
+    give_up_and_hover(flight)
+    time.sleep(3.0)
+    assert np.linalg.norm(rig.snapshot.truth.position - rig.places.hover) < 0.3
+    assert np.linalg.norm(rig.snapshot.truth.velocity) < 0.2
+    report = flight.end()
+    assert (report.end, report.completed) == (End.LANDED, False)
+    assert found(report) == {Fault.OPERATOR_ABORT}
+    assert "retreat" in flight.recording["mission"]["state"], "the mission's own controller flew back"
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_operator_lands_out_of_the_hover_after_giving_up(rig):
+    flight = at_hover(rig)
+    give_up_and_hover(flight)
+    flight.session.interrupt()
+    began = time.monotonic()
+    assert Fault.OPERATOR_LAND in found(flight.end())
+    assert time.monotonic() - began < 0.7 * way_back.OPERATOR_PATIENCE
+    assert_down(rig)
+    assert_at_the_pad(rig)
+
+
+def test_operator_lands(rig):
+    flight = at_hover(rig)
+    flight.session.interrupt()
+    flight.session.interrupt()  # the same, by its group and by its parent
+    time.sleep(0.3)
+    assert flight.session.supervisor.action is Action.ABORT
+    flight.session.interrupt()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert Fault.OPERATOR_LAND in found(report)
+    assert_down(rig)
+
+
+def test_process_is_asked_to_end(rig):
+    flight = at_hover(rig)
+    flight.session.terminate()
+    report = lands_on_the_pad(rig, flight)
+    assert found(report) == {Fault.TERMINATED}
+
+
+def test_process_is_asked_to_end_while_it_rises(rig):
+    flight = rig.flight().begin()
+    until(lambda: rig.snapshot.truth.position[2] > 0.5, "a vehicle that rises", flight.told)
+    flight.session.terminate()
+    until(lambda: flight.session.supervisor.action is Action.LAND, "its way has not begun")
+    assert flight.end().end is End.LANDED
+    assert_down(rig)
+
+
+def test_process_is_asked_to_end_after_the_operator_gave_up(rig):
+    flight = at_hover(rig)
+    flight.session.interrupt()
+    flight.session.terminate()
+    report = lands_on_the_pad(rig, flight)
+    assert found(report) == {Fault.OPERATOR_ABORT, Fault.TERMINATED}
+
+
+def test_process_is_asked_to_end_again(rig):
+    flight = at_hover(rig)
+    flight.session.terminate()
+    flight.session.terminate()
+    time.sleep(1.2)
+    assert flight.session.supervisor.action is Action.RETREAT, "the same signal, by group and parent"
+    flight.session.terminate()
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) == {Fault.TERMINATED, Fault.OPERATOR_LAND}
+    assert_down(rig)
+
+
+def test_a_terminal_that_is_gone(rig):
+    """Whatever is told, nobody hears it, and every attempt fails."""
+    flight = at_hover(rig)
+
+    def broken(words: str) -> None:
+        raise BrokenPipeError(words)
+
+    flight.session.flight._listener = broken
+    flight.session.terminate()
+    assert found(lands_on_the_pad(rig, flight)) == {Fault.TERMINATED}
+
+
+def test_pilot_takes_over(rig):
+    flight = at_hover(rig)
+    rig.far.call("rig.autopilot.pilot_mode", "position")
+    until(lambda: rig.links.autopilot.status().authority is Authority.LOST, "the takeover")
+    time.sleep(3.0)
+    assert rig.links.mocap.read().fresh, "without poses the pilot could not hold a position"
+    assert rig.snapshot.motors
+    rig.far.call("rig.autopilot.pilot_mode", "land")
+    report = flight.end()
+    assert report.end is End.LANDED
+    assert found(report) <= {Fault.PILOT}, "or the backend saw it first"
+    assert_down(rig)
+
+
+def test_motors_are_stopped_by_the_pilot(rig):
+    flight = at_hover(rig)
+    rig.far.call("rig.autopilot.kill_switch")
+    report = flight.end()
+    told = End.FALLEN if AUTOPILOT == "px4" else End.LANDED  # ArduPilot's says nothing until it disarms, 5 s later
+    assert (report.end, report.completed) == (told, False)
+    assert report.message, "whoever sees it first says so"
+    until(lambda: rig.snapshot.on_ground, "on the ground")
