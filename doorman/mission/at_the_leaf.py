@@ -75,7 +75,7 @@ class AtTheLeaf:
         self._was_fast = False
         self._slow_from = 0.0
         self._moved_at: float | None = None
-        self._furthest = 0.0
+        self._stood = 0.0
         self.free_wind = np.zeros(3)
         """Outer force while the tip moved last, shape (3,), world frame [N]."""
 
@@ -215,9 +215,10 @@ class AtTheLeaf:
     def blocked(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped before the place of the leaf, which has come nearer then.
 
-        A wind would not stop it for so long: that is estimated, and leaned into.
+        A wind would not stop it for so long: that is estimated, and leaned into. One that a slam has thrown back, and that comes
+        on again, has met nothing.
         """
         advance = float(door_normal(estimate.door_angle) @ estimate.position)
-        if self._moved_at is None or advance > self._furthest + _ADVANCE:
-            self._furthest, self._moved_at, self.free_wind = advance, estimate.time, estimate.wind.copy()
+        if self._moved_at is None or abs(advance - self._stood) > _ADVANCE:
+            self._stood, self._moved_at, self.free_wind = advance, estimate.time, estimate.wind.copy()
         return not estimate.near and estimate.time - self._moved_at >= _BLOCKED

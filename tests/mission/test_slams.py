@@ -101,6 +101,28 @@ def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle:
     assert touched(recording) <= {"servo_4_0 and leaf"}
 
 
+def test_a_tip_thrown_back_as_it_comes_to_the_leaf_does_not_grip_the_air() -> None:
+    """It stands for no moment: what it was thrown back from is no leaf that has come nearer."""
+    touching: list[float] = []
+    thrown: list[float] = []
+
+    def when_it_comes(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.TOUCH and not touching:
+            touching.append(time + 0.2)
+
+    def hand(time: float, now: float, rate: float) -> float:
+        if touching and rate > 1.0:
+            thrown.append(time)
+        return 150.0 if touching and time > touching[0] and not thrown else 0.0
+
+    recording, mission = flown(hand, "paper", on_progress=when_it_comes)
+    estimate, command = recording["estimate"], recording["command"]
+    assert thrown and recording["truth"]["velocity"][:, 0].min() < -0.4
+    gripped = np.interp(estimate.time, command.time, command["grip"].astype(float)) > 0.5
+    assert np.degrees(estimate["state"][gripped, 3]).max() < 95.0, "it closes at 90°"
+    assert mission.outcome == (True, "")
+
+
 def test_a_vehicle_that_is_pulled_back_in_free_flight_has_still_opened_its_door() -> None:
     """As fast as a slammed door would throw it."""
     begun: list[float] = []
