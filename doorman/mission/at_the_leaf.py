@@ -25,9 +25,9 @@ _LARGEST_PUSH = 2.0
 _CREEP = 0.01
 """With which a resting tip that has left the leaf comes back [m/s]."""
 _BLOCKED = 1.0
-"""A tip that does not get on for so long before it is where the leaf should be has met it there [s];"""
-_ADVANCE = 0.01
-"""by so much it would [m]."""
+"""A tip that stands for so long before it is where the leaf should be has met it there [s];"""
+_MOVES = 0.01
+"""one that gets on, or is thrown back, by more does not stand [m]."""
 _TURN = math.radians(2.0)
 _MOST_TURNS = 20
 """Headings that are tried while the tip looks for the leaf."""
@@ -219,6 +219,6 @@ class AtTheLeaf:
         on again, has met nothing.
         """
         advance = float(door_normal(estimate.door_angle) @ estimate.position)
-        if self._moved_at is None or abs(advance - self._stood) > _ADVANCE:
+        if self._moved_at is None or abs(advance - self._stood) > _MOVES:
             self._stood, self._moved_at, self.free_wind = advance, estimate.time, estimate.wind.copy()
         return not estimate.near and estimate.time - self._moved_at >= _BLOCKED

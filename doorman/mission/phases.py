@@ -172,10 +172,8 @@ class Sequence:
     @property
     def tie(self) -> Tie:
         """What is known of tip and leaf in this phase."""
-        if self.phase in (Phase.OPEN, Phase.HOLD, Phase.RECOVER):
+        if self._unloads or self.phase in (Phase.OPEN, Phase.HOLD, Phase.RECOVER):
             return Tie.GRIPPED if self._grips else Tie.PUSHING
-        if self._unloads:
-            return Tie.GRIPPED
         if self.phase in (Phase.RELEASE, Phase.RETREAT):
             return Tie.LEAVING if self.failure else Tie.PUSHING
         return Tie.PUSHING if self.phase is Phase.TOUCH else Tie.FREE
