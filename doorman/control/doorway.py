@@ -37,6 +37,7 @@ class Doorway:
         self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
         self.lowest, self.highest = hinge + room, hinge + model.door.width - room
         """Bounds of y that keep the margin [m]."""
+        self._middle = 0.5 * (self.lowest + self.highest)
 
     def inside(self, place: Array, planned: Array, position: Array, velocity: Array) -> Array:
         """A place no nearer to a jamb than the plan is, or may be.
@@ -57,6 +58,15 @@ class Doorway:
         soon = _soon(position, velocity)
         allowed[1] = min(max(place[1], lowest), highest) + _SENT_BACK * (min(max(soon, lowest), highest) - soon)
         return allowed
+
+    def beyond(self, position: Array) -> float:
+        """How much nearer to a jamb than the margin a place is, along y: positive at the jamb away from the hinge [m].
+
+        Args:
+            position: That place, shape (3,), world frame [m].
+        """
+        y = float(position[1])
+        return max(y - max(self.highest, self._middle), 0.0) - max(min(self.lowest, self._middle) - y, 0.0)
 
     def room(self, force: float, position: Array, velocity: Array) -> float:
         """How much of a force there is room for: all of it inside, none of it where it would take the vehicle to a jamb.

@@ -43,9 +43,9 @@ _NO_GAP = 0.018
 """One that is nearer than this is too near, however the vehicle moves [m]."""
 _BRAKING = 0.3
 """would it be met within this [s]?"""
-_STEEP, _WAY_OUT = 0.45, 0.9
+_STEEP, _WAY_OUT = 0.48, 0.9
 """Tilt of a vehicle that gives way to a slammed door [rad], and speed with which it leaves the doorway [m/s];"""
-_SHARE_OF_LIMIT = 0.75
+_SHARE_OF_LIMIT = 0.8
 """no more of either than this share of what the supervisor allows."""
 _HARDEST, _LEAST_WAY = 4.0, 0.02
 """It brakes before a jamb by up to this [m/s²], within no less than this [m]."""
@@ -134,8 +134,9 @@ class AtTheLeaf:
         posture = self._model.on_the_way(estimate.tip_angle)
         place = self._doorway.inside(position, position, position, velocity)
         place[2] = self._height
-        out = np.array([-min(max(-float(velocity[0]), _WAY_OUT), self._fastest), 0.0, 0.0])
-        aside = float(velocity[1])
+        aside, beyond = float(velocity[1]), self._doorway.beyond(position)
+        back = -math.copysign(math.sqrt(2.0 * _HARDEST * abs(beyond)), beyond)
+        out = np.array([-min(max(-float(velocity[0]), _WAY_OUT), self._fastest), back, 0.0])
         way = max(self._doorway.room_beside(position, aside), _LEAST_WAY)
         brake = np.array([0.0, -math.copysign(min(aside * aside / (2.0 * way), _HARDEST), aside), 0.0])
         rates = arm_rates_to(posture[5:], estimate.arm_angles)

@@ -105,10 +105,10 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     middle = 0.5 * (doorway.lowest + doorway.highest)
     lowest, highest = min(doorway.lowest, middle), max(doorway.highest, middle)
     outside = hinge[0] - radius - model.scenario.mission.hover_distance
-    back = position - _BACK * door_normal(door_angle)
     if in_the_doorway(model, position):
-        back[1] = min(max(back[1], lowest), highest)
-        back[0] = position[0]
-        beside = 0.5 * (middle + highest)  # away from the hinge: a leaf that shuts comes from there
-        return [back, np.array([outside, beside, position[2]])]
+        # away from the hinge, where a leaf that shuts comes from
+        beside = np.array([outside, 0.5 * (middle + highest), position[2]])
+        between = np.array([position[0], min(max(position[1], lowest), highest), position[2]])
+        return [beside] if between[1] == position[1] else [between, beside]
+    back = position - _BACK * door_normal(door_angle)
     return [back, np.array([min(back[0], outside), back[1], position[2]])]

@@ -70,6 +70,8 @@ _BACKING_OFF = 0.4
 """Force away from the leaf while a tip that pushes lets go [N]."""
 _DRAWING_BACK = 1.0
 """The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
+_DRAWN_BACK = 0.15
+"""It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
 _BRAKING, _MOST_BRAKING = 12.0, 4.0
 """Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
 _LETTING_GO = 0.5
@@ -83,6 +85,10 @@ _THROWN_BACK = 0.4
 """A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
 _SURELY = 0.008
 """if it is so for longer than this [s]."""
+_STRUCK, _ALONG = 2.0, 0.8
+"""So does one that has left the leaf, if it is struck by more than this [N], and this share of it is along the leaf's normal."""
+_SOON = 0.1
+"""as it will be in so long [s];"""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _EASING = 1.5
@@ -275,10 +281,17 @@ class Sequence:
         A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it.
         """
         fast = _THROWN_BACK
-        if self.phase is Phase.RETREAT or (self.phase is Phase.RELEASE and self._grips):  # which go back by themselves
-            fast += self._settings.retreat_speed
-        felt = self._closed or estimate.touching
-        if not felt or estimate.tip_speed >= -fast or self._gives_way or self.phase is Phase.DONE:
+        if self.phase is Phase.RETREAT and self._glide is not None:  # which goes back by itself
+            fast += max(0.0, -float(self._glide.velocity @ door_normal(estimate.door_angle)))
+        struck, speed = self._closed or estimate.touching, estimate.tip_speed
+        if self.phase in (
+            Phase.RELEASE,
+            Phase.RETREAT,
+        ):  # nothing else strikes the tip as hard, along the leaf's normal
+            force = max(estimate.normal_force, 0.0)
+            struck = struck or force > max(_STRUCK, _ALONG * float(np.linalg.norm(estimate.tip_force)))
+            speed -= _SOON * force / self._model.vehicle.mass
+        if not struck or speed >= -fast or self._gives_way or self.phase is Phase.DONE:
             return False
         return self.phase is not Phase.RETREAT or in_the_doorway(self._model, estimate.position)
 
@@ -490,7 +503,8 @@ class Sequence:
         if spent >= _LETTING_GO:
             self._enter(Phase.RETREAT, estimate, self.failure)
         if self._grips:
-            return self._leaf.draw_back(estimate, max(_DRAWING_BACK, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING)))
+            gently = _DRAWING_BACK * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
+            return self._leaf.draw_back(estimate, max(gently, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING)))
         share = min(spent / _LETTING_GO, 1.0)
         return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
 
@@ -502,7 +516,8 @@ class Sequence:
         if self._glide is None:
             self._glide = Glide(estimate.position, float(estimate.state[2]))
         outside, within = len(self._targets) == 1, in_the_doorway(self._model, estimate.position)
-        posture = self._model.on_the_way(estimate.door_angle) if within else self._model.start_state
+        meets = max(estimate.tip_angle, estimate.door_angle)
+        posture = self._model.on_the_way(meets) if within else self._model.start_state
         rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
         target = self._targets[0]
         setpoint = self._glide.to(target, float(posture[2]), self._settings.retreat_speed, rates, time_step)

@@ -65,6 +65,24 @@ def hand(below: float, seconds: float, torque: Callable[[float, float], float]) 
     return acting
 
 
+class Slam:
+    """Somebody throws the door shut, at 1 rad/s, once `begins` is set."""
+
+    def __init__(self) -> None:
+        self.begins: float | None = None
+        """When [s]."""
+        self.thrown: float | None = None
+        """When the leaf was as fast [s]."""
+
+    def __call__(self, time: float, angle: float, rate: float) -> float:
+        if self.begins is None or time < self.begins or self.thrown is not None:
+            return 0.0
+        if rate > 1.0:
+            self.thrown = time
+            return 0.0
+        return 150.0
+
+
 def phases(recording: Recording) -> list[str]:
     return recording["mission"]["state"].tolist()
 
