@@ -91,7 +91,7 @@ def in_the_doorway(model: Model, position: Array) -> bool:
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
-    """Way from the leaf to a hover outside: back from the leaf, between the jambs, out of the doorway.
+    """Way from the leaf to a hover outside: straight out between the jambs, and back from the leaf first before the doorway.
 
     Args:
         model: Model of the scenario.

@@ -86,9 +86,9 @@ _THROWN_BACK = 0.4
 _SURELY = 0.008
 """if it is so for longer than this [s]."""
 _STRUCK, _ALONG = 2.0, 0.8
-"""So does one that has left the leaf, if it is struck by more than this [N], and this share of it is along the leaf's normal."""
+"""So is one that has left the leaf, if that strikes it: by more than this [N], of which this share is along its normal;"""
 _SOON = 0.1
-"""as it will be in so long [s];"""
+"""its speed is what it will be in so long [s], as the estimate lags."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _EASING = 1.5
@@ -278,16 +278,14 @@ class Sequence:
     def _is_thrown_back(self, estimate: Estimate) -> bool:
         """Whether the leaf throws the tip back, and that is not given way to yet.
 
-        A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it.
+        A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it. As it lets go and goes
+        out, nothing else strikes it as hard along the leaf's normal.
         """
-        fast = _THROWN_BACK
+        fast, speed = _THROWN_BACK, estimate.tip_speed
+        struck = self._closed or estimate.touching
         if self.phase is Phase.RETREAT and self._glide is not None:  # which goes back by itself
             fast += max(0.0, -float(self._glide.velocity @ door_normal(estimate.door_angle)))
-        struck, speed = self._closed or estimate.touching, estimate.tip_speed
-        if self.phase in (
-            Phase.RELEASE,
-            Phase.RETREAT,
-        ):  # nothing else strikes the tip as hard, along the leaf's normal
+        if self.phase in (Phase.RELEASE, Phase.RETREAT):
             force = max(estimate.normal_force, 0.0)
             struck = struck or force > max(_STRUCK, _ALONG * float(np.linalg.norm(estimate.tip_force)))
             speed -= _SOON * force / self._model.vehicle.mass
