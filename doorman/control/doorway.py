@@ -37,7 +37,8 @@ class Doorway:
         self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
         self.lowest, self.highest = hinge + room, hinge + model.door.width - room
         """Bounds of y that keep the margin [m]."""
-        self._middle = 0.5 * (self.lowest + self.highest)
+        self.middle = 0.5 * (self.lowest + self.highest)
+        """y as far from both jambs [m]."""
 
     def inside(self, place: Array, planned: Array, position: Array, velocity: Array) -> Array:
         """A place no nearer to a jamb than the plan is, or may be.
@@ -66,7 +67,7 @@ class Doorway:
             position: That place, shape (3,), world frame [m].
         """
         y = float(position[1])
-        return max(y - max(self.highest, self._middle), 0.0) - max(min(self.lowest, self._middle) - y, 0.0)
+        return max(y - max(self.highest, self.middle), 0.0) - max(min(self.lowest, self.middle) - y, 0.0)
 
     def room(self, force: float, position: Array, velocity: Array) -> float:
         """How much of a force there is room for: all of it inside, none of it where it would take the vehicle to a jamb.

@@ -102,13 +102,11 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
         Targets of O_B, each of shape (3,), world frame [m].
     """
     radius, hinge, doorway = model.vehicle.radius, model.door.hinge_position, Doorway(model, margin=_ROOM)
-    middle = 0.5 * (doorway.lowest + doorway.highest)
-    lowest, highest = min(doorway.lowest, middle), max(doorway.highest, middle)
     outside = hinge[0] - radius - model.scenario.mission.hover_distance
     if in_the_doorway(model, position):
         # away from the hinge, where a leaf that shuts comes from
-        beside = np.array([outside, 0.5 * (middle + highest), position[2]])
-        between = np.array([position[0], min(max(position[1], lowest), highest), position[2]])
-        return [beside] if between[1] == position[1] else [between, beside]
+        beside = 0.5 * (doorway.middle + max(doorway.highest, doorway.middle))
+        out, beyond = np.array([outside, beside, position[2]]), doorway.beyond(position)
+        return [out] if beyond == 0.0 else [position - np.array([0.0, beyond, 0.0]), out]
     back = position - _BACK * door_normal(door_angle)
     return [back, np.array([min(back[0], outside), back[1], position[2]])]

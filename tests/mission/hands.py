@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from doorman import Model, Recording, Scenario
-from doorman.mission import Mission
+from doorman.mission import Mission, Phase
 from doorman.recording import Recorder
 from doorman.simulation import SimulatedBackend
 from doorman.simulation.simulator import Disturbance
@@ -66,13 +66,19 @@ def hand(below: float, seconds: float, torque: Callable[[float, float], float]) 
 
 
 class Slam:
-    """Somebody throws the door shut, at 1 rad/s, once `begins` is set."""
+    """Somebody throws the door shut, at 1 rad/s, so long after a phase has first begun [s]."""
 
-    def __init__(self) -> None:
+    def __init__(self, phase: Phase, later: float = 0.0) -> None:
+        self._phase, self._later = phase, later
         self.begins: float | None = None
         """When [s]."""
         self.thrown: float | None = None
         """When the leaf was as fast [s]."""
+
+    def watch(self, mission: Mission, time: float, angle: float) -> None:
+        """Of the mission's progress."""
+        if mission.phase is self._phase and self.begins is None:
+            self.begins = time + self._later
 
     def __call__(self, time: float, angle: float, rate: float) -> float:
         if self.begins is None or time < self.begins or self.thrown is not None:

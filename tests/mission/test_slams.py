@@ -78,13 +78,12 @@ def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: 
 @pytest.mark.parametrize(("scenario", "angle"), [("push", 55.0), ("paper", 50.0)])
 def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle: float) -> None:
     """And a mission that somebody gave up is not begun anew."""
-    slam = Slam()
+    slam = Slam(Phase.RELEASE)
 
     def stop_midway(mission: Mission, time: float, now: float) -> None:
         if now < math.radians(angle):
             mission.abort("the operator said so")
-        if mission.phase is Phase.RELEASE and slam.begins is None:
-            slam.begins = time
+        slam.watch(mission, time, now)
 
     recording, mission = flown(slam, scenario, on_progress=stop_midway)
     assert slam.begins is not None and slam.thrown is not None and slam.thrown < slam.begins + 0.2
@@ -111,13 +110,8 @@ def test_a_door_slammed_at_the_goal_does_not_throw_the_vehicle_onto_the_jamb(
     scenario: str, phase: Phase, later: float
 ) -> None:
     """It is thrown at it, from 11 cm, and is struck once more by the leaf that follows it."""
-    slam = Slam()
-
-    def once_open(mission: Mission, time: float, now: float) -> None:
-        if mission.phase is phase and slam.begins is None:
-            slam.begins = time + later
-
-    recording, mission = flown(slam, scenario, on_progress=once_open)
+    slam = Slam(phase, later)
+    recording, mission = flown(slam, scenario, on_progress=slam.watch)
     assert slam.thrown is not None
     assert any("slammed at 20°" in reason for reason in recording["mission"]["message"].tolist())
     assert touched(recording) <= {"servo_4_0 and leaf"}
@@ -127,26 +121,16 @@ def test_a_door_slammed_at_the_goal_does_not_throw_the_vehicle_onto_the_jamb(
 @pytest.mark.parametrize("later", [1.5, pytest.param(2.5, marks=pytest.mark.slow)])
 def test_a_door_slammed_at_a_vehicle_that_goes_out_meets_its_tip(later: float) -> None:
     """Heading and arm turn back as it goes, for the place where a leaf would meet it."""
-    slam = Slam()
-
-    def on_the_way_out(mission: Mission, time: float, now: float) -> None:
-        if mission.phase is Phase.RETREAT and slam.begins is None:
-            slam.begins = time + later
-
-    recording, _ = flown(slam, "paper", on_progress=on_the_way_out)
+    slam = Slam(Phase.RETREAT, later)
+    recording, _ = flown(slam, "paper", on_progress=slam.watch)
     assert slam.thrown is not None and np.degrees(recording["truth"]["door_angle"]).max() > 60.0
     assert touched(recording) <= {"servo_4_0 and leaf"}
 
 
 def test_a_tip_thrown_back_as_it_comes_to_the_leaf_does_not_grip_the_air() -> None:
     """It stands for no moment: what it was thrown back from is no leaf that has come nearer."""
-    slam = Slam()
-
-    def when_it_comes(mission: Mission, time: float, angle: float) -> None:
-        if mission.phase is Phase.TOUCH and slam.begins is None:
-            slam.begins = time + 0.2
-
-    recording, mission = flown(slam, "paper", on_progress=when_it_comes)
+    slam = Slam(Phase.TOUCH, later=0.2)
+    recording, mission = flown(slam, "paper", on_progress=slam.watch)
     estimate, command = recording["estimate"], recording["command"]
     assert slam.thrown is not None and recording["truth"]["velocity"][:, 0].min() < -0.4
     gripped = np.interp(estimate.time, command.time, command["grip"].astype(float)) > 0.5
