@@ -42,7 +42,7 @@ class Observation:
     divergence: float = math.nan
     """Between the cameras' and the autopilot's position [m]."""
     disobedience: float = math.nan
-    """Angle between the attitude that the autopilot steers by and the commanded one, while the gripper holds the door [rad]."""
+    """Angle by which the autopilot steers elsewhere than it is told, or is on its way to, with the door in the gripper [rad]."""
     grips_unheard: bool = False
     """Whether the gripper holds the door while only the cameras see the vehicle: the autopilot may not hear us either."""
     battery: float = math.nan

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import EventKind, SampleStatus, VehicleSample
+from doorman.hardware.safety.obedience import Obedience
 from doorman.hardware.safety.observation import Observation
 from doorman.hardware.vehicle.backend import VehicleBackend
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -84,6 +85,7 @@ class Observer:
         self._backend = backend
         self._max_thrust = model.vehicle.max_thrust
         self._force = ForceEstimator(model.vehicle.mass)
+        self._obedience = Obedience()
         self._ticks = (-math.inf, 0, 0.0)
         self._stale_at = -math.inf
 
@@ -127,16 +129,18 @@ class Observer:
         )
 
     def _disobedience(self, sample: VehicleSample, now: float) -> float:
-        """Angle between what the autopilot steers by and what it was told, while the gripper holds on to the door."""
+        """Angle by which the autopilot steers elsewhere than it is told, while the gripper holds on to the door."""
         backend = self._backend
+        told = backend.attitude
+        if not (backend.commanding and np.isfinite(told).all()):
+            self._obedience.forget()
+            return math.nan
+        self._obedience.tell(told, now)
         if not backend.links.holding or backend.links.config.pixhawk.setpoints != "attitude":
             return math.nan
-        if not backend.commanding or now - sample.thrust_target_time > _TARGET_AGE:
+        if now - sample.thrust_target_time > _TARGET_AGE or not np.isfinite(sample.attitude_target).all():
             return math.nan
-        if not (np.isfinite(backend.attitude).all() and np.isfinite(sample.attitude_target).all()):
-            return math.nan
-        between = rotation_body_to_world(backend.attitude).T @ rotation_body_to_world(sample.attitude_target)
-        return math.acos(min(max(0.5 * (float(np.trace(between)) - 1.0), -1.0), 1.0))
+        return self._obedience.angle(told, sample.attitude_target)
 
     def _missed(self, now: float) -> float:
         """Share of the ticks that were missed in the last window that is over."""

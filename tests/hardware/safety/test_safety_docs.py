@@ -9,6 +9,7 @@ from pathlib import Path
 from doorman.flight.way_back import LOST_SPEED
 from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import RULES, Action
+from doorman.hardware.safety.obedience import SHAPING
 from doorman.hardware.safety.observer import FORCE_LAG
 from doorman.hardware.safety.supervisor import ABORT_WITHIN, ACKNOWLEDGE_WITHIN
 from doorman.hardware.vehicle.links import GUARD_TIMEOUT
@@ -63,6 +64,8 @@ def test_numbers_are_those_of_the_code():
     assert f"tilt {limits.tilt:g} rad, speed {limits.speed:g} m/s" in PAGE
     assert f"surroundings {limits.force:g} N, thrust {100 * limits.thrust_share:g} %" in PAGE
     assert f"autopilot {limits.divergence:g} m apart" in PAGE
+    assert f"{limits.disobedience:g} rad between what the\nautopilot steers by" in PAGE
+    assert f"with a lag of {SHAPING:g} s or less, obeys" in PAGE
     assert f"{limits.command_age:g} s without a\ncommand" in PAGE
     assert f"charge {100 * limits.low_battery:g} % (ABORT) and {100 * limits.critical_battery:g} % (RETREAT)" in PAGE
     low, high = (

@@ -1,0 +1,69 @@
+r"""Whether an autopilot steers by the attitude that it was told, or is on its way there.
+
+An autopilot may shape what it is told: ArduCopter's target follows a step with `ATC_INPUT_TC`, 0.15 s, and is heard late. It is
+compared with the way from a slow follower to what it was told,
+
+.. math::
+    R_s \leftarrow R_s \exp\left((1 - e^{-\Delta t / \tau}) \log(R_s^T R)\right)
+
+so that one that is as fast as the follower, or faster, obeys.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from doorman.kinematics.rotations import rotation_body_to_world
+
+Array = NDArray[np.float64]
+
+SHAPING = 0.2
+"""Time constant of the slowest autopilot that obeys, the delay of telemetry included [s]."""
+
+
+class Obedience:
+    """Follows what an autopilot is told."""
+
+    def __init__(self) -> None:
+        self._followed: Array | None = None
+        self._last = -math.inf
+
+    def forget(self) -> None:
+        """Nobody tells the autopilot an attitude any more."""
+        self._followed = None
+
+    def tell(self, told: Array, now: float) -> None:
+        """Take in what the autopilot is told.
+
+        Args:
+            told: Attitude, roll, pitch and yaw, shape (3,), world frame [rad].
+            now: By `time.monotonic` [s].
+        """
+        rotation = rotation_body_to_world(told)
+        if self._followed is None:
+            self._followed = rotation
+        else:
+            share = 1.0 - math.exp(-max(now - self._last, 0.0) / SHAPING)
+            self._followed = self._followed @ pin.exp3(share * pin.log3(self._followed.T @ rotation))
+        self._last = now
+
+    def angle(self, told: Array, steered: Array) -> float:
+        """Angle by which the autopilot steers elsewhere.
+
+        Args:
+            told: As in `tell`.
+            steered: Attitude that it says it steers by, shape (3,), world frame [rad].
+
+        Returns:
+            Angle to the nearest attitude between the follower and what was told [rad].
+        """
+        rotation = rotation_body_to_world(told)
+        off = pin.log3(rotation.T @ rotation_body_to_world(steered))
+        behind = np.zeros(3) if self._followed is None else pin.log3(rotation.T @ self._followed)
+        length = float(behind @ behind)
+        share = min(max(float(off @ behind) / length, 0.0), 1.0) if length > 0.0 else 0.0
+        return float(np.linalg.norm(off - share * behind))
