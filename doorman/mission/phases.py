@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -19,9 +19,12 @@ from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway, way_out
+from doorman.mission.letting_go import LOST_PAST, LettingGo, Then
+from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway
 from doorman.mission.opening import STILL_OPEN, Opening
+from doorman.mission.retreat import Retreat
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.slam import SlamDetector
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -49,11 +52,9 @@ _OPEN_ENOUGH = math.radians(2.0)
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
-"""A leaf that is so far beyond the goal cannot be brought back by a push [rad];"""
+"""A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
 _OPENED_ALREADY = math.radians(1.5)
 """A leaf that is looked for before the first touch may be so far beyond the goal: it is open [rad]."""
-_LOST_PAST = math.radians(2.5)
-"""one that was lost is not looked for so far beyond it [rad]."""
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
 _PROGRESS = math.radians(1.0)
@@ -64,41 +65,6 @@ _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
 _MOVING = 0.03
 """A held door that is faster is not left yet [rad/s]."""
-_PRESSED = 0.3
-"""A vehicle that a leaf follows, or keeps from a place on its way out, for so long [s] goes straight out."""
-_BACKING_OFF = 0.4
-"""Force away from the leaf while a tip that pushes lets go [N]."""
-_DRAWING_BACK = 1.0
-"""The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
-_DRAWN_BACK = 0.15
-"""It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
-_BRAKING, _MOST_BRAKING = 12.0, 4.0
-"""Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
-_LETTING_GO = 0.5
-"""[s]."""
-_UNLOADING, _UNLOADED = 0.7, 1.5
-"""A gripper opens when the tip pulls or presses no more than this [N], or so long after that was asked for [s]: a vehicle that
-lets go of a load is flung away from it until its tilt has followed;"""
-_COMES_ALIVE = 0.1
-"""at once where the leaf moves faster [rad/s]."""
-_THROWN_BACK = 0.4
-"""A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
-_SURELY = 0.008
-"""if it is so for longer than this [s]."""
-_STRUCK, _ALONG = 2.0, 0.8
-"""So is one that has left the leaf, if that strikes it: by more than this [N], of which this share is along its normal;"""
-_SOON = 0.1
-"""its speed is what it will be in so long [s], as the estimate lags."""
-_GIVING_WAY = 2.5
-"""A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
-_EASING = 1.5
-"""Time in which the push on an opened door fades [s]."""
-_WATCHING = 3.0
-"""For which the tip only rests on it then [s]."""
-_RESTING = 0.15
-"""Push of a tip that rests on the leaf [N]."""
-_COMES_BACK = math.radians(0.35)
-"""A door that has moved back by more meanwhile would not stay."""
 
 
 class Phase(Enum):
@@ -155,7 +121,10 @@ class Sequence:
         self._opening = Opening(model, converter, schedule, self._push)
         self._leaf = AtTheLeaf(model, converter)
         self._on_change = on_change
+        self._slam = SlamDetector(model.vehicle.mass)
         self._glide: Glide | None = None
+        self._letting_go: LettingGo | None = None
+        self._way_out: Retreat | None = None
         self._since: float | None = None
         self._entered: float | None = None
         self._attempt = 1
@@ -164,10 +133,6 @@ class Sequence:
         self._unsure = False
         self._nearest = self._progress_at = 0.0
         self._following = False
-        self._targets: list[Array] = []
-        self._let_go_at = 0.0
-        self._gives_way = False
-        self._thrown_for = 0.0
         self._clear_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
@@ -215,7 +180,8 @@ class Sequence:
         self._allow_another()
         self.failure, self.opened = self.failure or reason, False
         self._enter(Phase.RELEASE, estimate, reason)
-        self._gives_way, self._since = True, estimate.time
+        assert self._letting_go is not None
+        self._letting_go.give_way(estimate)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
         """What to do now.
@@ -234,8 +200,7 @@ class Sequence:
             begun = min(self._progress_at, self._entered + (_WHOLE_SEARCH - 1.0) * limit)
             if estimate.time - begun > limit:
                 self._time_out(estimate, limit)
-        self._thrown_for = self._thrown_for + time_step if self._is_thrown_back(estimate) else 0.0
-        if self._thrown_for > _SURELY:
+        if self._is_slammed(estimate, time_step):
             self._give_way(estimate)
         if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
             self._guard(estimate)
@@ -251,7 +216,7 @@ class Sequence:
     @property
     def _unloads(self) -> bool:
         """Whether a gripper is about to open, and the load is taken off it."""
-        return self.phase is Phase.RELEASE and self._since is None
+        return self.phase is Phase.RELEASE and self._letting_go is not None and self._letting_go.unloads
 
     def _guard(self, estimate: Estimate) -> None:
         """Give up where a push would do harm or no good."""
@@ -271,27 +236,20 @@ class Sequence:
             return
         if self._grips:
             return
-        past = _LOST_PAST if self.phase is Phase.RECOVER else _PAST
+        past = LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
 
-    def _is_thrown_back(self, estimate: Estimate) -> bool:
-        """Whether the leaf throws the tip back, and that is not given way to yet.
-
-        A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it. As it lets go and goes
-        out, nothing else strikes it as hard along the leaf's normal.
-        """
-        fast, speed = _THROWN_BACK, estimate.tip_speed
-        struck = self._closed or estimate.touching
-        if self.phase is Phase.RETREAT and self._glide is not None:  # which goes back by itself
-            fast += max(0.0, -float(self._glide.velocity @ door_normal(estimate.door_angle)))
-        if self.phase in (Phase.RELEASE, Phase.RETREAT):
-            force = max(estimate.normal_force, 0.0)
-            struck = struck or force > max(_STRUCK, _ALONG * float(np.linalg.norm(estimate.tip_force)))
-            speed -= _SOON * force / self._model.vehicle.mass
-        if not struck or speed >= -fast or self._gives_way or self.phase is Phase.DONE:
+    def _is_slammed(self, estimate: Estimate, time_step: float) -> bool:
+        """Whether the leaf throws the tip back, and that is not given way to yet; once per tick."""
+        retreats, lets_go = self.phase is Phase.RETREAT, self.phase is Phase.RELEASE
+        gives_way = lets_go and self._letting_go is not None and self._letting_go.gives_way
+        outside = retreats and not in_the_doorway(self._model, estimate.position)
+        if gives_way or outside or self.phase is Phase.DONE:
+            self._slam.reset()
             return False
-        return self.phase is not Phase.RETREAT or in_the_doorway(self._model, estimate.position)
+        back = self._way_out.speed_from_leaf(estimate) if retreats and self._way_out is not None else 0.0
+        return self._slam.update(estimate, self._closed, lets_go or retreats, back, time_step)
 
     def _searching(self, now: float) -> bool:
         """Whether the tip looks for the leaf away from where it last was."""
@@ -311,7 +269,6 @@ class Sequence:
             self._enter(Phase.RETREAT, estimate, reason)
         elif self.phase is Phase.RETREAT:
             self.failure = self.failure or reason
-            self._targets = [estimate.position]
             self._enter(Phase.DONE, estimate, reason)
         elif self.phase is Phase.RECOVER and estimate.door_angle >= float(self._model.goal_state[3]):
             self._give_up(estimate, reason)
@@ -319,7 +276,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        self._gives_way, closed = False, self._closed
+        closed = self._closed
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time
@@ -327,19 +284,20 @@ class Sequence:
             self._opening.resume(estimate.time, self._settings.touch_force)
             if not self._grips:
                 self._estimator.contact.declare(True)
-        elif phase is Phase.RETREAT:
-            self._glide = Glide(estimate.position, float(estimate.state[2]))
-            self._targets = way_out(self._model, estimate.position, estimate.door_angle)
         elif phase is Phase.TOUCH:
             self._leaf.begin(float(self._model.start_state[2]))
             self._estimator.contact.expect()
-        elif phase in (Phase.RECOVER, Phase.RELEASE):
+        elif phase is Phase.RECOVER:
             self._leaf.begin(float(estimate.state[2]), estimate)
-            self._let_go_at = self._nearest = estimate.door_angle
-            if phase is Phase.RELEASE and not closed:
-                self._since = estimate.time
-        elif phase is Phase.DONE and not self._targets:
-            self._targets = [estimate.position]
+            self._nearest = estimate.door_angle
+        elif phase is Phase.RELEASE:
+            self._leaf.begin(float(estimate.state[2]), estimate)
+            self._letting_go = LettingGo(self._model, self._leaf, self._push, estimate, closed)
+        elif phase is Phase.RETREAT:
+            self._way_out = Retreat(self._model, estimate)
+        elif phase is Phase.DONE:
+            self._way_out = self._way_out or Retreat(self._model, estimate)
+            self._way_out.stay(estimate)
         self._on_change(estimate.time, phase, reason)
 
     def _fly(self, estimate: Estimate, away: float, speed: float, time_step: float) -> tuple[Setpoint, Array]:
@@ -377,7 +335,6 @@ class Sequence:
 
     def _touch(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Along the normal at a gentle speed until the tip is stopped; then press."""
-        assert self._glide is not None
         if self._since is None and (estimate.touching or self._leaf.blunted(estimate)):
             self._since = estimate.time
             self._estimator.contact.declare(True)
@@ -468,70 +425,25 @@ class Sequence:
         return self._follow(estimate, far=self._searching(estimate.time))
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        """Let go: the gripper opens, the push fades into backing off; a door that comes back meanwhile is held instead."""
-        assert self._entered is not None
-        if self._since is None:
-            loaded = abs(estimate.normal_force) > _UNLOADED and abs(estimate.door_rate) < _COMES_ALIVE
-            if loaded and estimate.time - self._entered < _UNLOADING:
-                return self._leaf.push(estimate, 0.0)
-            self._since = estimate.time
-        spent, pressed = estimate.time - self._since, 0.0 if self._push is None else self._push.push
-        if self._gives_way:
-            outside = not in_the_doorway(self._model, estimate.position)
-            if spent >= (_LETTING_GO if outside else _GIVING_WAY):
-                self._enter(Phase.RETREAT, estimate, self.failure)
-            return self._leaf.give_way(estimate)
-        tries = self._push is not None and not self.failure
-        if tries and spent < _EASING + _WATCHING:
-            eased = min(spent / _EASING, 1.0)
-            left = (1.0 - eased) * pressed + eased * _RESTING
-            if estimate.door_angle > self._let_go_at + _COMES_BACK:
-                self._opening.hold_again(estimate, left)
-                self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
-            elif not (estimate.near or estimate.touching):  # the tip has left the leaf, and the door stands without it
-                self._enter(Phase.RETREAT, estimate, "")
-            elif (
-                estimate.tip_angle < float(self._model.goal_state[3]) - _LOST_PAST
-            ):  # there is no door where it was held
+        """Let go; a door that comes back meanwhile is held instead."""
+        assert self._letting_go is not None
+        parting = self._letting_go.step(estimate, bool(self.failure))
+        if parting.then is Then.HELD:
+            self._opening.hold_again(estimate, parting.push)
+            self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
+        elif parting.then is not Then.MORE:
+            if parting.then is Then.GONE:
                 self.failure = f"the leaf has gone past the goal, to {np.degrees(estimate.tip_angle):.0f}° or farther"
-                self._enter(Phase.RETREAT, estimate, self.failure)
-            return self._leaf.rest(estimate, left)
-        if tries:
-            spent, pressed = spent - _EASING - _WATCHING, _RESTING
-        if spent >= _LETTING_GO:
             self._enter(Phase.RETREAT, estimate, self.failure)
-        if self._grips:
-            gently = _DRAWING_BACK * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
-            return self._leaf.draw_back(estimate, max(gently, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING)))
-        share = min(spent / _LETTING_GO, 1.0)
-        return self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
+        return parting.setpoint
 
     def _retreat(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        """Back from the leaf, out of the doorway, then into the start's posture.
-
-        In the doorway heading and arm keep step with the leaf: one that shuts meets the tip, and not the rotors.
-        """
-        if self._glide is None:
-            self._glide = Glide(estimate.position, float(estimate.state[2]))
-        outside, within = len(self._targets) == 1, in_the_doorway(self._model, estimate.position)
-        meets = max(estimate.tip_angle, estimate.door_angle)
-        posture = self._model.on_the_way(meets) if within else self._model.start_state
-        rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
-        target = self._targets[0]
-        setpoint = self._glide.to(target, float(posture[2]), self._settings.retreat_speed, rates, time_step)
-        followed = within and estimate.touching
-        if followed:  # gives way backwards only: beside it are the jambs
-            setpoint = replace(setpoint, force=np.array([0.0, float(estimate.tip_force[1]), 0.0]))
-        arrived = self._glide.near(target, 0.02)
-        blocked = not outside and (arrived or followed)
-        self._since = (self._since if self._since is not None else estimate.time) if blocked else None
-        pressed = self._since is not None and estimate.time - self._since >= _PRESSED
-        if pressed or (arrived and np.linalg.norm(estimate.position - target) < 0.1):
-            if not outside:
-                self._targets.pop(0)
-            elif self.phase is Phase.RETREAT and self._again:
+        assert self._way_out is not None
+        setpoint, arrived = self._way_out.step(estimate, time_step)
+        if arrived and self.phase is Phase.RETREAT:
+            if self._again:
                 self._begin_anew(estimate)
-            elif self.phase is Phase.RETREAT:
+            else:
                 self._enter(Phase.DONE, estimate, self.failure)
         return setpoint
 
@@ -539,8 +451,10 @@ class Sequence:
         """Another attempt, as the first one: what was learnt of leaf and hinge is forgotten."""
         self._attempt, self._again = self._attempt + 1, False
         reason, self.failure = f"attempt {self._attempt}, after: {self.failure}", ""
-        self._recoveries, self._targets = 0, []
+        self._recoveries = 0
         self.opened = self._unsure = self._following = False
         self._opening = Opening(self._model, self._converter, self._schedule, self._push)
+        assert self._way_out is not None
+        self._glide = self._way_out.glide
         self._estimator.lose_leaf()
         self._enter(Phase.HOVER, estimate, reason)

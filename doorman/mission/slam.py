@@ -1,0 +1,59 @@
+"""Whether a door is slammed: the leaf throws the tip back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.control.estimator import Estimate
+
+_THROWN_BACK = 0.4
+"""A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
+_SURELY = 0.008
+"""if it is so for longer than this [s]."""
+_STRUCK, _ALONG = 2.0, 0.8
+"""So is one that has left the leaf, if that strikes it: by more than this [N], of which this share is along its normal;"""
+_SOON = 0.1
+"""its speed is what it will be in so long [s], as the estimate lags."""
+
+
+class SlamDetector:
+    """Feels whether the leaf throws the tip back.
+
+    A vehicle that is blown or taken away from the leaf moves back as fast: the tip must feel it. As it lets go and goes out,
+    nothing else strikes it as hard along the leaf's normal.
+
+    Args:
+        mass: m [kg].
+    """
+
+    def __init__(self, mass: float) -> None:
+        self._mass = mass
+        self._thrown_for = 0.0
+
+    def reset(self) -> None:
+        """Forget what was felt: nothing can throw the tip back now, or that is given way to already."""
+        self._thrown_for = 0.0
+
+    def update(self, estimate: Estimate, gripping: bool, leaving: bool, retreating: float, time_step: float) -> bool:
+        """Take in what is known now.
+
+        Args:
+            estimate: It.
+            gripping: Whether the gripper is closed.
+            leaving: Whether the vehicle lets go, or goes out.
+            retreating: Speed with which it goes back from the leaf by itself [m/s].
+            time_step: Since the last call [s].
+
+        Returns:
+            Whether the tip has been thrown back for long enough to be sure.
+        """
+        speed, struck = estimate.tip_speed, gripping or estimate.touching
+        if leaving:
+            force = max(estimate.normal_force, 0.0)
+            struck = struck or force > max(_STRUCK, _ALONG * float(np.linalg.norm(estimate.tip_force)))
+            speed -= _SOON * force / self._mass
+        if not struck or speed >= -(_THROWN_BACK + retreating):
+            self.reset()
+            return False
+        self._thrown_for += time_step
+        return self._thrown_for > _SURELY
