@@ -34,6 +34,9 @@ _RECOVERY_ITERATIONS = 40
 _JUMP = 1.0
 """A sweep that changes an input by more than this, weighted by its cost, says that the previous plan is no guess."""
 
+_DEARER = 1.2
+"""So does a plan that costs so many times what the previous one did: its last step was not one towards the optimum."""
+
 _LATEST_SHIFT = 2
 """Steps of the previous plan in which the present state is looked for."""
 
@@ -99,6 +102,7 @@ class Planner:
         self._parameters = self._problem.model
         self._hinge = Hinge.of(self.model.door)
         self._margin = self.settings.margin
+        self._cost = math.inf
 
     def update_door(
         self,
@@ -207,8 +211,9 @@ class Planner:
         """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
 
         Where there is no previous plan the plan is cold. Where the previous one is no guess any more, as after a jump of the
-        state or of the door's parameters, the planner aims anew within the budget; without one it may miss the deadline. Where
-        nothing usable comes of that, the plan is the previous one bent to the state, if that is usable.
+        state or of the door's parameters, or the iterations end in a plan that costs much more, the planner aims anew within the
+        budget; without one it may miss the deadline. Where nothing usable comes of that, the plan is the previous one bent to the
+        state, if that is usable.
 
         Args:
             state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
@@ -239,7 +244,8 @@ class Planner:
         extra = EXTRA_ITERATIONS if max_iterations is None else 0
         status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit, extra)
         iterations = solver.iterations
-        if (not status.usable or solver.change > _JUMP) and iterations < budget:
+        wild = solver.change > _JUMP or solver.cost > _DEARER * self._cost
+        if (not status.usable or wild) and iterations < budget:
             left = time_limit - (time.perf_counter() - started)
             if left > 0.0:
                 status, more = solver.aim_anew(x, status, budget - iterations, left)
@@ -257,7 +263,7 @@ class Planner:
         self._started = status.flyable
         if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or _runs_away(status, words)):
             status, words = impossible
-        cost = self.solver.cost if status.flyable else math.inf
+        cost = self._cost = self.solver.cost if status.flyable else math.inf
         return Plan(
             states=states,
             inputs=inputs,
