@@ -216,7 +216,7 @@ class Sequence:
     @property
     def _unloads(self) -> bool:
         """Whether a gripper is about to open, and the load is taken off it."""
-        return self.phase is Phase.RELEASE and self._letting_go is not None and self._letting_go.unloads
+        return self._letting_go is not None and self._letting_go.unloads
 
     def _guard(self, estimate: Estimate) -> None:
         """Give up where a push would do harm or no good."""
@@ -243,7 +243,7 @@ class Sequence:
     def _is_slammed(self, estimate: Estimate, time_step: float) -> bool:
         """Whether the leaf throws the tip back, and that is not given way to yet; once per tick."""
         retreats, lets_go = self.phase is Phase.RETREAT, self.phase is Phase.RELEASE
-        gives_way = lets_go and self._letting_go is not None and self._letting_go.gives_way
+        gives_way = self._letting_go is not None and self._letting_go.gives_way
         outside = retreats and not in_the_doorway(self._model, estimate.position)
         if gives_way or outside or self.phase is Phase.DONE:
             self._slam.reset()
@@ -276,7 +276,7 @@ class Sequence:
             self.abort(estimate, reason)
 
     def _enter(self, phase: Phase, estimate: Estimate, reason: str) -> None:
-        closed = self._closed
+        closed, self._letting_go = self._closed, None
         self.phase, self._entered, self._progress_at, self._since = phase, estimate.time, estimate.time, None
         if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
             self._clear_at = estimate.time

@@ -29,12 +29,13 @@ class Obedience:
     """Follows what an autopilot is told."""
 
     def __init__(self) -> None:
-        self._followed: Array | None = None
+        self._told: Array | None = None
+        self._followed = np.eye(3)
         self._last = -math.inf
 
     def forget(self) -> None:
         """Nobody tells the autopilot an attitude any more."""
-        self._followed = None
+        self._told = None
 
     def tell(self, told: Array, now: float) -> None:
         """Take in what the autopilot is told.
@@ -44,26 +45,26 @@ class Obedience:
             now: By `time.monotonic` [s].
         """
         rotation = rotation_body_to_world(told)
-        if self._followed is None:
+        if self._told is None:
             self._followed = rotation
         else:
             share = 1.0 - math.exp(-max(now - self._last, 0.0) / SHAPING)
             self._followed = self._followed @ pin.exp3(share * pin.log3(self._followed.T @ rotation))
-        self._last = now
+        self._told, self._last = rotation, now
 
-    def angle(self, told: Array, steered: Array) -> float:
+    def angle(self, steered: Array) -> float:
         """Angle by which the autopilot steers elsewhere.
 
         Args:
-            told: As in `tell`.
             steered: Attitude that it says it steers by, shape (3,), world frame [rad].
 
         Returns:
-            Angle to the nearest attitude between the follower and what was told [rad].
+            Angle to the nearest attitude between the follower and what was told; NaN where nothing is [rad].
         """
-        rotation = rotation_body_to_world(told)
-        off = pin.log3(rotation.T @ rotation_body_to_world(steered))
-        behind = np.zeros(3) if self._followed is None else pin.log3(rotation.T @ self._followed)
+        if self._told is None:
+            return math.nan
+        off = pin.log3(self._told.T @ rotation_body_to_world(steered))
+        behind = pin.log3(self._told.T @ self._followed)
         length = float(behind @ behind)
         share = min(max(float(off @ behind) / length, 0.0), 1.0) if length > 0.0 else 0.0
         return float(np.linalg.norm(off - share * behind))

@@ -140,7 +140,7 @@ class Observer:
             return math.nan
         if now - sample.thrust_target_time > _TARGET_AGE or not np.isfinite(sample.attitude_target).all():
             return math.nan
-        return self._obedience.angle(told, sample.attitude_target)
+        return self._obedience.angle(sample.attitude_target)
 
     def _missed(self, now: float) -> float:
         """Share of the ticks that were missed in the last window that is over."""

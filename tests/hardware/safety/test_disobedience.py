@@ -52,7 +52,7 @@ def longest(told, steered, until: float = 3.0) -> float:
     obedience, since, most = Obedience(), math.inf, 0.0
     for time in np.arange(0.0, until, LOOK):
         obedience.tell(told(time), time)
-        off = obedience.angle(told(time), steered(time)) > LIMIT
+        off = obedience.angle(steered(time)) > LIMIT
         since = min(since, time) if off else math.inf
         most = max(most, time - since)
     return most
@@ -95,4 +95,4 @@ def test_a_follower_that_was_forgotten_begins_anew():
     obedience.tell(giving_way(0.0), 0.0)
     obedience.forget()
     obedience.tell(giving_way(2.0), 0.02)
-    assert obedience.angle(giving_way(2.0), giving_way(0.0)) > LIMIT
+    assert obedience.angle(giving_way(0.0)) > LIMIT
