@@ -17,11 +17,12 @@ from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
-from doorman.kinematics.door import door_normal
+from doorman.mission.approach import Approach
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.letting_go import LOST_PAST, LettingGo, Then
-from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway
-from doorman.mission.opening import STILL_OPEN, Opening
+from doorman.mission.motion import in_the_doorway
+from doorman.mission.opening import Opening
+from doorman.mission.progress import STILL_OPEN
 from doorman.mission.retreat import Retreat
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector
@@ -29,22 +30,12 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_STEADY = 1.0
-"""For which the vehicle must hover still before the approach [s]."""
-_HELD_UP = 0.03
-"""A slower vehicle stands [m/s]."""
 _PRESSING = 0.5
 """From the touch to the opening [s]."""
 _MISSING = math.radians(5.0)
 """A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
 _SEARCH_SPEED = 0.08
 """at this speed [m/s]."""
-_FRICTION_FLOOR = 0.2
-"""By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
-_LEAST_RESISTANCE = 0.15
-"""A door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
-_GUSTINESS = 1.5
-"""Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _PATIENCE = 5.0
 """Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
 _OPEN_ENOUGH = math.radians(2.0)
@@ -122,7 +113,7 @@ class Sequence:
         self._leaf = AtTheLeaf(model, converter)
         self._on_change = on_change
         self._slam = SlamDetector(model.vehicle.mass)
-        self._glide: Glide | None = None
+        self._approaching = Approach(model, self._leaf)
         self._letting_go: LettingGo | None = None
         self._way_out: Retreat | None = None
         self._since: float | None = None
@@ -300,37 +291,16 @@ class Sequence:
             self._way_out.stay(estimate)
         self._on_change(estimate.time, phase, reason)
 
-    def _fly(self, estimate: Estimate, away: float, speed: float, time_step: float) -> tuple[Setpoint, Array]:
-        """Setpoint on the way to a point before the contact point, and that point."""
-        if self._glide is None:
-            self._glide = Glide(estimate.position, float(estimate.state[2]))
-        yaw = float(self._model.start_state[2])
-        target = self._leaf.contact_position(estimate, yaw, self._model.start_arm) - away * door_normal(
-            estimate.door_angle
-        )
-        rates = arm_rates_to(self._model.start_arm, estimate.arm_angles)
-        return self._glide.to(target, yaw, speed, rates, time_step), target
-
     def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        setpoint, target = self._fly(estimate, self._settings.hover_distance, self._settings.approach_speed, time_step)
-        still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
-        posed = np.abs(estimate.arm_angles - self._model.start_arm).max() < 0.03
-        self._since = (self._since if self._since is not None else estimate.time) if still and posed else None
-        if self._since is not None and estimate.time - self._since >= _STEADY:
+        setpoint, ready = self._approaching.to_hover(estimate, time_step)
+        if ready:
             self._enter(Phase.APPROACH, estimate, "")
         return setpoint
 
     def _approach(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        setpoint, target = self._fly(estimate, self._settings.touch_distance, self._settings.approach_speed, time_step)
-        assert self._glide is not None
-        waits = self._glide.near(target, 0.01)
-        if waits and np.linalg.norm(estimate.position - target) < 0.05:
-            self._enter(Phase.TOUCH, estimate, "")
-            return setpoint
-        held_up = waits and np.linalg.norm(estimate.velocity) < _HELD_UP
-        self._since = (self._since if self._since is not None else estimate.time) if held_up else None
-        if self._since is not None and estimate.time - self._since >= _STEADY:
-            self._enter(Phase.TOUCH, estimate, "something is before the leaf's place")
+        setpoint, arrived, reason = self._approaching.to_leaf(estimate, time_step)
+        if arrived:
+            self._enter(Phase.TOUCH, estimate, reason)
         return setpoint
 
     def _touch(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
@@ -361,7 +331,7 @@ class Sequence:
         setpoint = self._opening.step(estimate, body_rates)
         if self._opening.done(estimate.time):
             self.opened = True
-            if self._stays(estimate):
+            if self._opening.resistance.keeps_the_door(estimate):
                 self._enter(Phase.RELEASE, estimate, "")
             else:
                 self._enter(Phase.HOLD, estimate, "the door would not stay by itself")
@@ -376,18 +346,6 @@ class Sequence:
             else:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
         return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
-
-    def _stays(self, estimate: Estimate) -> bool:
-        """Whether friction probably holds the door against its closer, and against the wind on leaf and vehicle, too.
-
-        A push tries that slowly afterwards; a grip wants some more of it.
-        """
-        hinge, turned = estimate.hinge, float(self._model.start_state[3]) - estimate.door_angle
-        wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
-        if self._grips and self._opening.resistance < _LEAST_RESISTANCE:
-            return False
-        spare = _FRICTION_FLOOR if self._grips else -max(_GUSTINESS * wind, hinge.closing_wind)
-        return hinge.friction - hinge.stiffness * turned + spare > 0.0
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
@@ -455,6 +413,6 @@ class Sequence:
         self.opened = self._unsure = self._following = False
         self._opening = Opening(self._model, self._converter, self._schedule, self._push)
         assert self._way_out is not None
-        self._glide = self._way_out.glide
+        self._approaching = Approach(self._model, self._leaf, self._way_out.glide)
         self._estimator.lose_leaf()
         self._enter(Phase.HOVER, estimate, reason)

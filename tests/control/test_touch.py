@@ -424,7 +424,7 @@ def test_a_door_that_stands_next_to_the_goal_is_pushed_more_and_more(model: Mode
         state[3:5] = start - rate * min(spent, swing), -rate * (spent < swing)
         estimate = replace(last, time=last.time + spent, state=state, door_disturbance=-0.3, tip_angle=float(state[3]))
         opening.step(estimate, np.zeros(3))
-        most.append(opening._most_now(float(state[3]) - goal))
+        most.append(opening.resistance.most(float(state[3]) - goal))
     stands = int(swing / 0.05)
     assert most[stands + 30] == pytest.approx(most[stands + 5], abs=1e-9)
     assert most[-1] == pytest.approx(most[stands + 5] + 0.1 * (0.05 * (len(most) - stands) - 3.15), abs=0.02)
@@ -432,7 +432,9 @@ def test_a_door_that_stands_next_to_the_goal_is_pushed_more_and_more(model: Mode
     closes[3:5] = goal + np.radians(3.0), 0.05
     opening.step(replace(last, time=last.time + 17.05, state=closes, door_disturbance=-0.3), np.zeros(3))
     opening.step(replace(last, time=last.time + 18.0, state=closes, door_disturbance=-0.3), np.zeros(3))
-    assert opening._most_now(np.radians(2.5)) == pytest.approx(most[stands + 5], abs=0.03), "it does not stand any more"
+    assert opening.resistance.most(np.radians(2.5)) == pytest.approx(most[stands + 5], abs=0.03), (
+        "it does not stand any more"
+    )
 
 
 def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
