@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import signal
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
+from typer.testing import CliRunner
 
-from doorman.cli.fly import _ctrl_c
+from doorman.cli import app
+from doorman.cli.fly import _ctrl_c, _written
 from doorman.flight import FlightSession
+from doorman.flight.guarded import STOPPING
+from doorman.hardware.vehicle import VehicleLinks
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 class Session:
@@ -40,7 +45,7 @@ def test_signals_go_to_the_session_as_long_as_it_flies(session):
     with _ctrl_c(cast(FlightSession, session)):
         for number in SIGNALS:
             signal.raise_signal(number)
-    assert session.asked == ["interrupt", "terminate", "terminate"]
+    assert session.asked == ["interrupt", "terminate", "terminate", "terminate"]
     assert [signal.getsignal(number) for number in SIGNALS] == before
 
 
@@ -49,3 +54,57 @@ def test_a_terminal_that_is_gone_does_not_concern_a_flight_by_nohup(session):
     with _ctrl_c(cast(FlightSession, session)):
         signal.raise_signal(signal.SIGHUP)
     assert session.asked == []
+
+
+def test_nothing_stops_the_program_while_it_flies(session):
+    """Ctrl-Z for Ctrl-C: the vehicle would hear nothing any more."""
+    before = [signal.getsignal(number) for number in STOPPING]
+    with _ctrl_c(cast(FlightSession, session)):
+        for number in STOPPING:
+            signal.raise_signal(number)
+    assert [signal.getsignal(number) for number in STOPPING] == before
+
+
+class Autopilot:
+    """Has parameters that cannot be written."""
+
+    config = SimpleNamespace(write_parameters=True)
+
+    def __init__(self, written: tuple[str, ...]) -> None:
+        self.written = written
+
+    def state(self) -> SimpleNamespace:
+        return SimpleNamespace(armed=False)
+
+    def check_parameters(self) -> tuple[str, ...]:
+        return ("MIS_TAKEOFF_ALT is wrong",)
+
+    def fix_parameters(self) -> tuple[str, ...]:
+        return self.written
+
+
+@pytest.mark.parametrize(("written", "words"), [((), "No parameter could be written"), (("COM_A",), "COM_A. Reboot")])
+def test_parameters_that_were_to_be_written_ground_the_vehicle_whether_they_could_be_or_not(written, words, capsys):
+    links = SimpleNamespace(autopilot=Autopilot(written))
+    result = _written(cast(VehicleLinks, links), "words")
+    assert result is not None and not result["ready"] and words in result["message"]
+    assert "by hand: MIS_TAKEOFF_ALT" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("duration", ["nan", "0", "-1", "inf"])
+def test_a_duration_that_is_none_is_an_error_that_names_the_option(duration):
+    arguments = ["fly", "paper", "--pixhawk", "udp:14540", "--servos", "/dev/null", "--duration", duration]
+    result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200", "TERM": "dumb"})
+    assert result.exit_code == 2
+    assert "--duration" in result.output
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [("pixhawk.vehicel_system=1", "no such setting"), ("nonsense", "--link"), ("servos.ids=[", "--link servos.ids")],
+)
+def test_a_setting_of_a_link_that_cannot_be_is_an_error_that_names_it(setting, words):
+    arguments = ["fly", "paper", "--pixhawk", "udp:14540", "--servos", "/dev/null", "--link", setting]
+    result = CliRunner().invoke(app, arguments, env={"COLUMNS": "200", "TERM": "dumb"})
+    assert result.exit_code == 2
+    assert words in result.output

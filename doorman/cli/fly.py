@@ -6,9 +6,9 @@ import json
 import math
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,7 @@ from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
+from doorman.flight.guarded import STOPPING
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
@@ -58,6 +59,8 @@ class Wiring:
     signing_key: Path | None = None
     write_parameters: bool = False
     write_eeprom: bool = False
+    links: Mapping[str, object] = field(default_factory=dict)
+    """Any other setting of the links, by dotted name."""
     local_frame: tuple[float, ...] | None = None
     """Origin and yaw of the autopilot's local frame in the world, shape (4,) [m, rad]."""
 
@@ -79,7 +82,7 @@ def fly_mission(
         settings: Overrides, `key=value`.
         wiring: The vehicle's links.
         out: MCAP file to record to; a new one under `runs` by default.
-        duration: Longest time of the mission [s].
+        duration: Longest time of the mission, which then counts as flown to its end [s].
         dry_run: Listen only, send nothing, and say what that tells.
         yes: Do not ask.
         output: Words to stdout; words to stderr and the result as JSON to stdout; or words to stderr only.
@@ -90,13 +93,15 @@ def fly_mission(
     Raises:
         DoormanError: if the input cannot be used or a link cannot be opened.
     """
+    if duration is not None and not 0.0 < duration < math.inf:
+        raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
     model = Model(Scenario.load(source, parse_overrides(settings)))
     config = vehicle_config(
         model, wiring.pixhawk, wiring.servos, wiring.mocap, setpoints=wiring.setpoints,
         object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
         directions=wiring.directions, zero_positions=wiring.zero_positions, on_mocap_loss="report",
         signing_key=wiring.signing_key, write_parameters=wiring.write_parameters,
-        write_eeprom=wiring.write_eeprom, local_frame=wiring.local_frame,
+        write_eeprom=wiring.write_eeprom, local_frame=wiring.local_frame, links=wiring.links,
     )  # fmt: skip
     console = Console(stderr=True, highlight=False)
     if dry_run:
@@ -110,6 +115,11 @@ def fly_mission(
         checks = preflight(model, links, findings)
         _print_checks(checks, Console(stderr=output != "words", highlight=False))
         result = _written(links, output) or _refusal(checks, yes, output)
+        if result is None and not yes:  # the answer may have taken its time
+            checks = preflight(model, links, findings)
+            if not ready(checks):
+                _print_checks(checks, Console(stderr=output != "words", highlight=False))
+                result = _refusal(checks, yes, output)
         if result is None:
             result = _fly(model, links, planner, _file(out, model), duration, output)
     _print_result(checks, result, output)
@@ -123,17 +133,15 @@ def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -
 
 
 def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
-    """Result of a flight that only wrote parameters, on request; None if nothing was written."""
+    """Result of a flight that was asked to write parameters, and has found some that are wrong; None if there are none."""
     autopilot = links.autopilot
     if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
         return None
     written = autopilot.fix_parameters()
     left = autopilot.check_parameters()
     by_hand = f"To be set by hand: {'; '.join(map(str, left))}." if left else ""
-    if not written:
-        typer.echo(f"No parameter could be written. {by_hand}", err=output != "words")
-        return None
-    words = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly. {by_hand}".strip()
+    done = f"Written and read back: {', '.join(written)}. Reboot the autopilot, then fly."
+    words = f"{done if written else 'No parameter could be written.'} {by_hand}".strip()
     typer.echo(words, err=output != "words")
     return {"ready": False, "completed": False, "message": words, "written": list(written)}
 
@@ -174,7 +182,7 @@ def _fly(
     output: Output,
 ) -> dict[str, Any]:
     header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
-    recorder, unwritten = Recorder(path, header), ""
+    recorder, unwritten = Recorder(path, header, keep=False), ""
     with BackgroundPrinter(sys.stderr) as printer:
         try:
             session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
@@ -237,13 +245,18 @@ class _StatusLine:
 
 @contextmanager
 def _ctrl_c(session: FlightSession) -> Iterator[None]:
-    """Ctrl-C, SIGTERM and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-    if before[signal.SIGHUP] is signal.SIG_IGN:  # nohup
-        del before[signal.SIGHUP]
-    for number in before:
-        ask = session.interrupt if number is signal.SIGINT else session.terminate
+    """Ctrl-C, SIGTERM, SIGQUIT and SIGHUP, of a terminal that is gone, go to the session; the handlers before are put back.
+
+    What would stop the program, as Ctrl-Z does, is ignored: the vehicle would hear nothing any more.
+    """
+    asks = {signal.SIGINT: session.interrupt, signal.SIGTERM: session.terminate, signal.SIGQUIT: session.terminate}
+    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+        asks[signal.SIGHUP] = session.terminate
+    before = {number: signal.getsignal(number) for number in (*asks, *STOPPING)}
+    for number, ask in asks.items():
         signal.signal(number, lambda *_, ask=ask: ask())
+    for number in STOPPING:
+        signal.signal(number, signal.SIG_IGN)
     try:
         yield
     finally:

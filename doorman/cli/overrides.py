@@ -14,12 +14,13 @@ _WORD = re.compile(r"[A-Za-z_./~][^\"'\[\]{}=#,\x00-\x1f\x7f]*")
 """What may stand without quotes: a name or a path."""
 
 
-def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
+def parse_overrides(settings: Iterable[str], option: str = "--set") -> dict[str, Any]:
     """Values by dotted key from `key=value` texts; the last of a key wins.
 
     Args:
         settings: Texts such as `planner.margin=0.01`, `start.arm=[0, 1, -0.6, -0.4]` or `contact.kind=push`. The value is
             TOML; a bare word is a string.
+        option: That they were given with, for the error.
 
     Returns:
         What `Scenario.load` takes as overrides.
@@ -27,13 +28,13 @@ def parse_overrides(settings: Iterable[str]) -> dict[str, Any]:
     Raises:
         ScenarioError: if a text has no `=`, its key is not a dotted name, or its value is not TOML.
     """
-    return dict(_parse(text) for text in settings)
+    return dict(_parse(text, option) for text in settings)
 
 
-def _parse(text: str) -> tuple[str, Any]:
+def _parse(text: str, option: str) -> tuple[str, Any]:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not _KEY.fullmatch(key):
-        raise ScenarioError("not an override", field="--set", given=text, allowed="KEY=VALUE with a dotted key")
+        raise ScenarioError("not an override", field=option, given=text, allowed="KEY=VALUE with a dotted key")
     try:
         table = tomllib.loads(f"value = {value}")
         if table.keys() == {"value"}:  # and no further line smuggled in
@@ -42,6 +43,6 @@ def _parse(text: str) -> tuple[str, Any]:
         if _WORD.fullmatch(value):
             return key, value
     raise ScenarioError(
-        "the value is not TOML", field=f"--set {key}", given=value,
+        "the value is not TOML", field=f"{option} {key}", given=value,
         allowed='a number, true, false, a list such as [0, 1], a word, or a "quoted text"',
     )  # fmt: skip

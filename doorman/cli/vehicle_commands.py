@@ -117,11 +117,19 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         servo_ids: _Ids = None,
         servo_directions: _Signs = None,
         servo_zeros: _Zeros = None,
+        link: Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="KEY=VALUE",
+                help="Any other setting of a link, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
+            ),
+        ] = None,
         out: Annotated[
             Path | None, typer.Option(metavar="FILE", help="Recording, as MCAP.", show_default="a new one under runs")
         ] = None,
         duration: Annotated[
-            float | None, typer.Option(metavar="SECONDS", help="Longest time of the mission.", show_default="its own")
+            float | None,
+            typer.Option(metavar="SECONDS", help="End the mission then, as flown.", show_default="its own"),
         ] = None,
         dry_run: Annotated[
             bool, typer.Option("--dry-run", help="Listen to the links, send nothing at all, and check what that tells.")
@@ -130,7 +138,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             bool,
             typer.Option(
                 "--write-parameters",
-                help="Write the autopilot's parameters that the checklist finds wrong; then reboot it.",
+                help="Write the autopilot's parameters that the checklist finds wrong, and do not fly; then reboot it.",
             ),
         ] = False,
         write_eeprom: Annotated[
@@ -159,12 +167,13 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         def command() -> int:
             from doorman.cli.fly import Wiring, fly_mission
             from doorman.cli.numbers import real_numbers, whole_numbers
+            from doorman.cli.overrides import parse_overrides
 
             wiring = Wiring(
                 pixhawk, servos, mocap, setpoints.value, object_name, mocap_rate,
                 whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
                 whole_numbers(servo_zeros, "--servo-zeros"), signing_key, write_parameters,
-                write_eeprom, real_numbers(local_frame, "--local-frame", 4),
+                write_eeprom, parse_overrides(link or (), "--link"), real_numbers(local_frame, "--local-frame", 4),
             )  # fmt: skip
             return fly_mission(
                 scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeVar
@@ -13,7 +13,7 @@ import numpy as np
 
 from doorman.feasibility import Report, Severity
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.pixhawk import SampleStatus
+from doorman.hardware.pixhawk import Battery, EventKind, SampleStatus
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
@@ -114,11 +114,7 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
                f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
                "wait, or find what slows the line down" + why,
                Verdict.WARNING if status.synchronised else Verdict.BAD)  # fmt: skip
-    charge = state.battery.remaining
-    known = math.isfinite(charge)
-    words = f"{state.battery.voltage:.1f} V, {charge:.0%}" if known else "not reported"
-    yield _row("battery", charge >= _LEAST_BATTERY, words, f"charge it to {_LEAST_BATTERY:.0%} at least",
-               Verdict.BAD if known else Verdict.WARNING)  # fmt: skip
+    yield judge_battery(state.battery, status.conditions)
     findings = autopilot.check_parameters()
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
                "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
@@ -184,6 +180,27 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
     off = float(np.abs(sample.angles[: model.n_arm] - model.start_arm).max())
     yield _row("arm's posture", off < _POSTURE, f"{off:.2f} rad off the start posture",
                "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
+
+
+def judge_battery(battery: Battery, conditions: Set[EventKind]) -> Check:
+    """Row about the battery: its charge, or a voltage alone, which tells less, and what the autopilot thinks of it.
+
+    Args:
+        battery: As reported.
+        conditions: That hold on the link to the autopilot.
+    """
+    charge, volts = battery.remaining, f"{battery.voltage:.1f} V"
+    advice = f"charge it to {_LEAST_BATTERY:.0%} at least"
+    if EventKind.BATTERY_SILENT in conditions:
+        return Check("battery", Verdict.BAD, "not reported any more", "see to its monitor")
+    low = battery.alarm or EventKind.BATTERY_LOW in conditions
+    if math.isfinite(charge):
+        words = f"{volts}, {charge:.0%}" + (", low" if low else "")
+        return _row("battery", charge >= _LEAST_BATTERY and not low, words, advice)
+    if low:
+        return Check("battery", Verdict.BAD, f"{volts}, low", advice)
+    words = f"{volts}, its charge is not reported" if math.isfinite(battery.voltage) else "not reported"
+    return Check("battery", Verdict.WARNING, words, "see yourself that it is charged: nothing will warn in flight")
 
 
 def judge_setpoints(dialect: str, setpoints: str) -> Check:

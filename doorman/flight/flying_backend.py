@@ -14,7 +14,7 @@ from typing import Any
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
 from doorman.flight.checklist import Verdict, preflight
-from doorman.flight.guarded import SAME_INTERRUPT, GuardedFlight
+from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, GuardedFlight
 from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import Fault
@@ -109,7 +109,10 @@ class FlyingBackend(Backend):
 
 @contextmanager
 def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
-    """Let signals that would kill the process raise SystemExit, once and only while they may; two Ctrl-C at once are one."""
+    """Let signals that would kill the process raise SystemExit, once and only while they may; two Ctrl-C at once are one.
+
+    Those that would stop it are ignored.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -128,11 +131,14 @@ def _ended_by_exceptions(may: Callable[[], bool]) -> Iterator[None]:
             signal.default_int_handler(number, frame)
 
     taken: dict[signal.Signals, Any] = {}
-    for number, own, handler in (
+    handlers: tuple[tuple[signal.Signals, Any, Any], ...] = (
         (signal.SIGTERM, signal.SIG_DFL, end),
         (signal.SIGHUP, signal.SIG_DFL, end),
+        (signal.SIGQUIT, signal.SIG_DFL, end),
+        *((stopping, signal.SIG_DFL, signal.SIG_IGN) for stopping in STOPPING),
         (signal.SIGINT, signal.default_int_handler, interrupt),
-    ):
+    )
+    for number, own, handler in handlers:
         if signal.getsignal(number) is own:
             taken[number] = own
             signal.signal(number, handler)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import signal
 import time
 from collections.abc import Callable
 from enum import Enum
@@ -43,6 +44,10 @@ _LAST_LOOK = 1.0
 
 SAME_INTERRUPT = 0.1
 """Two Ctrl-C within this are one, as what a process group and a parent both send [s]."""
+
+
+STOPPING = (signal.SIGTSTP, signal.SIGTTIN, signal.SIGTTOU)
+"""Signals that would stop the program in flight, as Ctrl-Z and a terminal that somebody else uses do."""
 
 
 class End(Enum):
@@ -137,7 +142,7 @@ class GuardedFlight:
         """Engage; links that were starved while the program made ready have a moment to become fresh again."""
         begin = time.monotonic()
         while True:
-            outcome = self.links.autopilot.engage()
+            outcome = self.links.autopilot.engage(unarmed=True)
             starved = outcome.status is OutcomeStatus.NOT_READY and time.monotonic() - begin < _STARVED
             if not starved or self.supervisor.action is not None:
                 return outcome

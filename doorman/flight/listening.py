@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import stat
 import time
@@ -13,7 +12,7 @@ from pathlib import Path
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import Report
-from doorman.flight.checklist import Check, Verdict, judge_limits, judge_scenario
+from doorman.flight.checklist import Check, Verdict, judge_battery, judge_limits, judge_scenario
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Autopilot
 from doorman.hardware.vehicle import VehicleConfig
@@ -57,11 +56,7 @@ def _autopilot(config: VehicleConfig) -> Iterator[Check]:
         yield Check("disarmed", Verdict.BAD, "armed", "land and disarm it first")
     else:
         yield Check("disarmed", Verdict.GOOD, "disarmed")
-    voltage = state.battery.voltage
-    if math.isfinite(voltage):
-        yield Check("battery", Verdict.GOOD, f"{voltage:.1f} V")
-    else:
-        yield Check("battery", Verdict.WARNING, "not heard")
+    yield judge_battery(state.battery, status.conditions)
     yield Check("clock, rates, parameters", Verdict.WARNING, "not asked", "the checklist of a flight asks")
 
 

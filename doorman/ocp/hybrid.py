@@ -144,7 +144,7 @@ class Hybrid(Cddp):
     ) -> tuple[PlanStatus, int]:
         """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
 
-        The better of the two trajectories stays in the solver's memory; or that of `follow`, where neither is usable.
+        The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
 
         Args:
             state: First state, shape (nx,), contiguous.
@@ -155,9 +155,9 @@ class Hybrid(Cddp):
         Returns:
             How it ended, and the number of iterations that led there.
         """
-        before = self.trajectory() if followed.usable else None
+        before, cost = (self.trajectory(), self.cost) if followed.usable else (None, math.inf)
         status, iterations = self._aim(state, max_iterations, time_limit)
-        if before is None or status.usable:
+        if before is None or (status.usable and self.cost <= cost):
             return status, iterations
         self._put_back(*before)
         return followed, iterations

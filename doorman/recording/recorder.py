@@ -214,11 +214,11 @@ class Recorder:
 
 @contextmanager
 def _signals_held_back() -> Iterator[None]:
-    """Let SIGINT, SIGTERM and SIGHUP wait until the block is done; Python runs their handlers only in the main thread."""
+    """Let SIGINT, SIGTERM, SIGHUP and SIGQUIT wait until the block is done; Python runs handlers in the main thread only."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    with _held_back(signal.SIGINT), _held_back(signal.SIGTERM), _held_back(signal.SIGHUP):
+    with _held_back(signal.SIGINT), _held_back(signal.SIGTERM), _held_back(signal.SIGHUP), _held_back(signal.SIGQUIT):
         yield
 
 

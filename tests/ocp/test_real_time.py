@@ -8,6 +8,7 @@ from door_tasks import model_of
 
 import doorman
 from doorman.ocp.real_time import EXTRA_ITERATIONS
+from doorman.ocp.solution import PlanStatus
 from doorman.ocp.workspace import RESULT
 
 SPREAD = np.array([0.01, 0.01, 0.01, 0.01, 0.03, 0.01, 0.01, 0.01, 0.01])
@@ -73,3 +74,23 @@ def test_no_plan_of_a_push_that_a_door_withstands_is_far_dearer_than_the_last() 
         assert plan.usable
         costs.append(plan.cost)
     assert max(costs) < 1.3 * costs[0]
+
+
+def test_a_plan_is_not_replaced_by_a_dearer_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a busy computer, whose time is over before the planner that aims anew has converged."""
+    planner = doorman.Planner(doorman.Scenario.load("paper"))
+    solver, state = planner.solver, planner.planning.check_state(planner.planning.start_state)
+    planner.plan(state)
+    followed = solver.follow(state, 0.0, 2, 3)
+    assert followed.usable
+    states, cost = solver.trajectory()[0].copy(), solver.cost
+
+    def hardly(start: np.ndarray, *_: object) -> tuple[PlanStatus, int]:
+        status, iterations = solver.run(start, max_iterations=1)
+        assert status.usable and solver.cost > cost
+        return status, iterations
+
+    monkeypatch.setattr(solver, "_aim", hardly)
+    status, _ = solver.aim_anew(state, followed, 10, 1.0)
+    assert (status, solver.cost) == (followed, pytest.approx(cost))
+    np.testing.assert_allclose(solver.trajectory()[0], states)

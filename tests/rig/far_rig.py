@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import threading
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -20,6 +21,8 @@ from doorman.scenario import Scenario
 
 _START = 300.0
 _ANSWER = 20.0
+_OF_FAULTS = "model number", "present temperature"
+"""Registers of servos that faults change and nothing else puts right."""
 
 
 @dataclass
@@ -32,7 +35,9 @@ class Served:
 
     def __post_init__(self) -> None:
         servos = range(1, self.rig.plant.model.n_arm + 1 + self.rig.gripper)  # the last one is the gripper's
-        self.models = {servo: self.rig.servos.servo(servo).memory.get("model number") for servo in servos}
+        self.registers = {
+            servo: {name: self.rig.servos.servo(servo).memory.get(name) for name in _OF_FAULTS} for servo in servos
+        }
 
     def calm(self) -> None:
         """End every fault."""
@@ -42,18 +47,26 @@ class Served:
             vars(faults).update(vars(type(faults)()))
         rig.autopilot.stop_heartbeats(stopped=False)
         rig.autopilot.fail_estimator(failed=False)
+        rig.autopilot.confuse(confused=False)
         rig.autopilot.allow_arming()
         rig.autopilot.pilot_sticks((0.0, 0.0, 0.0))
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))
         rig.plant.block(0.0)
-        for servo, number in self.models.items():
-            self.set_register(servo, "model number", number)
+        rig.autopilot.battery.silent = False
+        for servo, registers in self.registers.items():
+            for name, value in registers.items():
+                self.set_register(servo, name, value)
         rig.servos.plug_in()
 
     def set_spring(self, current: float) -> None:
         """Of the gripper [A]."""
-        self.rig.servos.servo(max(self.models)).setup.spring = current
+        self.rig.servos.servo(max(self.registers)).setup.spring = current
+
+    def restart_servo(self, servo: int) -> None:
+        """Its power fails for a moment."""
+        with self.rig.servos.lock:
+            self.rig.servos.servo(servo).reboot(time.monotonic())
 
     def set_register(self, servo: int, name: str, value: int) -> None:
         with self.rig.servos.lock:

@@ -9,6 +9,7 @@ import os
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,10 @@ from flight_rig import AUTOPILOT, SCENARIO, Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flight import End
+from doorman.hardware.emulators.servos_memory import WATCHDOG_ERROR
 from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD
 from doorman.hardware.safety import Action
+from doorman.ocp.solution import PlanStatus
 
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
 LATEST = {"paper": 16.0, "push": 26.0}[SCENARIO]
@@ -72,11 +75,21 @@ def spoil_planner(what: str) -> Injection:
             if what == "slow":
                 time.sleep(0.15)
                 return real(state, *arguments, **options)
+            if what == "fails":
+                return replace(real(state, *arguments, **options), status=PlanStatus.INFEASIBLE, violated="made up")
             return real(np.full_like(state, np.nan), *arguments, **options)
 
         rig.planner.replan = replan
 
     return inject
+
+
+def swap_servo(rig: FlightRig, _: Flight) -> None:
+    """A servo falls silent, and one of another model answers in its place."""
+    rig.far.call("rig.servos.faults.silent.add", 1)
+    time.sleep(0.5)
+    rig.far.call("set_register", 1, "model number", 1060)
+    rig.far.call("rig.servos.faults.silent.discard", 1)
 
 
 def take_over(rig: FlightRig, _: Flight) -> None:
@@ -118,13 +131,18 @@ FAULTS: dict[str, Injection] = {
     "autopilot reboots": call("rig.autopilot.reboot"),
     "autopilot loses its estimate": call("rig.autopilot.fail_estimator"),
     "autopilot's clock jumps": call("rig.autopilot.jump_clock", 30.0),
+    "autopilot tells no numbers": call("rig.autopilot.confuse"),
+    "battery silent": put("rig.autopilot.battery.silent", True),
     "battery low": put("rig.autopilot.battery.remaining", 0.17),
     "battery empty": put("rig.autopilot.battery.remaining", 0.05),
     "servo overloaded": call("set_register", 2, "hardware error status", OVERLOAD),
     "gripper overloaded": call("set_register", 5, "hardware error status", OVERLOAD),
     "servo without its encoder": call("set_register", 2, "hardware error status", ENCODER),
-    "servo too hot": call("set_register", 3, "hardware error status", OVERHEATING),
-    "servo of another model": call("set_register", 1, "model number", 1060),
+    "servo overheated": call("set_register", 3, "hardware error status", OVERHEATING),
+    "servo hot": call("set_register", 3, "present temperature", 75),
+    "servo of another model": swap_servo,
+    "servo restarts": call("restart_servo", 2),
+    "servo's watchdog fires": call("set_register", 2, "bus watchdog", WATCHDOG_ERROR),
     "servo missing": lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2),
     "servo bus noisy": put("rig.servos.faults.noise", 0.3),
     "servo bus corrupt": put("rig.servos.faults.corrupt", 0.5),
@@ -133,6 +151,7 @@ FAULTS: dict[str, Injection] = {
     "controller hangs": hang(4.0),
     "planner raises": spoil_planner("raises"),
     "planner slow": spoil_planner("slow"),
+    "planner finds nothing": spoil_planner("fails"),
     "planner is given no numbers": spoil_planner("nan"),
     "somebody pushes": call("rig.plant.blow", (-12.0, 0.0, 0.0)),
     "door slammed": call("rig.plant.kick", 1.0),

@@ -197,9 +197,13 @@ def _ensure(servo: Servo, register: Register, value: int) -> None:
 
 
 def _gather_telemetry(servo: Servo) -> None:
-    """Point the indirect addresses at the telemetry block; left alone where they do already."""
+    """Point the indirect addresses at the telemetry block; left alone where they do already.
+
+    Torque goes off for that, as it is after power-up: some servos refuse them with torque on, which another program left.
+    """
     if servo.read_bytes(INDIRECT_ADDRESS, len(MAPPING), "indirect addresses") == MAPPING:
         return
+    _ensure(servo, TORQUE_ENABLE, TORQUE_OFF)
     servo.write_bytes(INDIRECT_ADDRESS, MAPPING, "indirect addresses")
     if servo.read_bytes(INDIRECT_ADDRESS, len(MAPPING), "indirect addresses") != MAPPING:
         raise BackendError("the servo did not keep the indirect addresses", field=f"servo {servo.id}",

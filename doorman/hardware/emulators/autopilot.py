@@ -201,6 +201,11 @@ class EmulatedAutopilot:
         with self._lock:
             self.estimator.failed = failed
 
+    def confuse(self, confused: bool = True) -> None:
+        """Tell attitude and position that are not numbers until told otherwise."""
+        with self._lock:
+            self._onboard.telemetry.confused = confused
+
     def forget_origin(self) -> None:
         """Lose the place on earth, as ArduPilot's filter does that begins after it was told."""
         with self._lock:

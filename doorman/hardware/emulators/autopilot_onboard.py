@@ -87,7 +87,8 @@ class Onboard:
             lambda: self.uptime,
             build.system_id,
         )
-        self._telemetry = Telemetry(self.brain, battery, build.vehicle_type)
+        self.telemetry = Telemetry(self.brain, battery, build.vehicle_type)
+        """What it sends unasked."""
         self._controller = FlightController(plant.weight, GRAVITY)
         self._normalised = 0.0
         self._mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
@@ -145,7 +146,7 @@ class Onboard:
             if identifier == mavlink.MAVLINK_MSG_ID_TIMESYNC:
                 self.send(mavlink.MAVLink_timesync_message(0, round(now * 1e9)))
             elif identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:
-                message = self._telemetry.message(identifier, now, self.estimate, self._steered, self._normalised)
+                message = self.telemetry.message(identifier, now, self.estimate, self._steered, self._normalised)
                 if message is not None:
                     self.send(message)
         for severity, text in self.brain.texts:

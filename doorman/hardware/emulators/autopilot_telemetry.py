@@ -58,6 +58,8 @@ class EmulatedBattery:
     """[A]"""
     remaining: float = 0.9
     """0 … 1"""
+    silent: bool = False
+    """Whether nobody measures it."""
 
     @property
     def charge_state(self) -> int:
@@ -135,6 +137,8 @@ class Telemetry:
         self.brain = brain
         self._battery = battery
         self._type = vehicle_type
+        self.confused = False
+        """Whether its state is not numbers."""
 
     def message(
         self, identifier: int, boot_seconds: float, estimate: Estimate, steered: Array, thrust: float
@@ -152,12 +156,12 @@ class Telemetry:
         if identifier == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             return self._heartbeat()
         if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION:
-            q, rates = estimate.quaternion * FLIP_QUATERNION, estimate.body_rates * FLIP
+            q, rates = estimate.quaternion * FLIP_QUATERNION * self._sense, estimate.body_rates * FLIP
             return mavlink.MAVLink_attitude_quaternion_message(boot_ms, *q.tolist(), *rates.tolist())
         if identifier == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
             if not self._has_position(estimate):
                 return None
-            place, speed = estimate.position * FLIP, estimate.velocity * FLIP
+            place, speed = estimate.position * FLIP * self._sense, estimate.velocity * FLIP
             return mavlink.MAVLink_local_position_ned_message(boot_ms, *place.tolist(), *speed.tolist())
         if identifier == mavlink.MAVLINK_MSG_ID_ODOMETRY:
             return self._odometry(boot_seconds, estimate) if self._has_position(estimate) else None
@@ -167,12 +171,16 @@ class Telemetry:
         if identifier == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
             return self._system(estimate)
         if identifier == mavlink.MAVLINK_MSG_ID_BATTERY_STATUS:
-            return self._battery_status()
+            return None if self._battery.silent else self._battery_status()
         if identifier == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
             return mavlink.MAVLink_extended_sys_state_message(0, self._landed_state())
         if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
             return estimator_status(boot_seconds, self.brain.landed, estimate.position_valid)
         return None
+
+    @property
+    def _sense(self) -> float:
+        return math.nan if self.confused else 1.0
 
     def _landed_state(self) -> int:
         """MAV_LANDED_STATE."""
@@ -220,10 +228,11 @@ class Telemetry:
         ready = estimate.position_valid and not self.brain.refusal.active
         health = _PREARM_CHECK if ready else 0
         battery = self._battery
+        told = round(battery.voltage * 1e3), round(battery.current * 1e2), round(battery.remaining * 1e2)
+        unknown = 0xFFFF, -1, -1
         return mavlink.MAVLink_sys_status_message(
-            _PREARM_CHECK, _PREARM_CHECK, health, 200, round(battery.voltage * 1e3), round(battery.current * 1e2),
-            round(battery.remaining * 1e2), 0, 0, 0, 0, 0, 0,
-        )  # fmt: skip
+            _PREARM_CHECK, _PREARM_CHECK, health, 200, *(unknown if battery.silent else told), 0, 0, 0, 0, 0, 0
+        )
 
     def _battery_status(self) -> Any:
         battery = self._battery

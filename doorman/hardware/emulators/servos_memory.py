@@ -132,7 +132,8 @@ class ServoMemory:
         watchdog_error = self.get("bus watchdog") == WATCHDOG_ERROR
         if item.low is None or item.high is None:
             return PacketError.ACCESS
-        if item.address < EEPROM_END and self.get("torque enable"):
+        locked = item.address < EEPROM_END or item.name.startswith("indirect address")  # the latter with some servos
+        if locked and self.get("torque enable"):
             return PacketError.ACCESS
         if watchdog_error and (item.name in GOALS or (item.name == "bus watchdog" and value != 0)):
             return PacketError.DATA_RANGE

@@ -185,10 +185,13 @@ class Autopilot:
         rules = self._rules()
         return parameters.fix(self._link, rules, parameters.check(self._link, rules))
 
-    def engage(self) -> Outcome:
+    def engage(self, *, unarmed: bool = False) -> Outcome:
         """Enter the mode in which the autopilot obeys us: offboard or guided.
 
         Before, everything that attitude setpoints need is looked up: the thrust curve and ArduPilot's options.
+
+        Args:
+            unarmed: Whether a vehicle that somebody has armed by then is left to him.
 
         Returns:
             DONE once the heartbeat shows the mode.
@@ -198,7 +201,7 @@ class Autopilot:
             outcome = prepare_attitude(self._link)
             if not outcome.done:
                 return outcome
-        return sequences.engage(self._link)
+        return sequences.engage(self._link, unarmed)
 
     def arm(self, timeout: float | None = None) -> Outcome:
         """Arm; refused, it is tried again until the time is over.

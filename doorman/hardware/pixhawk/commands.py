@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from doorman.hardware.pixhawk.events import EventKind
 from doorman.hardware.pixhawk.exchange import Acknowledgement
@@ -23,7 +24,9 @@ _RESULTS = {
 }
 
 
-def command(link: Link, number: int, *parameters: float, tries: int = _TRIES) -> Outcome:
+def command(
+    link: Link, number: int, *parameters: float, tries: int = _TRIES, go_on: Callable[[], bool] = lambda: True
+) -> Outcome:
     """Send a command and wait for its acknowledgement.
 
     Args:
@@ -31,6 +34,7 @@ def command(link: Link, number: int, *parameters: float, tries: int = _TRIES) ->
         number: MAV_CMD.
         parameters: The first of its seven parameters; the rest are 0.
         tries: How often it is sent at most.
+        go_on: Whether it may be sent again: a pilot may have decided otherwise since.
 
     Returns:
         DONE if accepted, REFUSED with the autopilot's words, or TIMED_OUT.
@@ -42,9 +46,9 @@ def command(link: Link, number: int, *parameters: float, tries: int = _TRIES) ->
         answer = _wait(link, number, start, link.config.timeouts.answer)
         if answer is not None:
             return _outcome(link, number, answer, started)
-        if not link.open:
+        if not (link.open and go_on()):
             break
-    text = f"command {number} was not acknowledged after {tries} tries"
+    text = f"command {number} was not acknowledged, sent {confirmation + 1} times"
     link.events.happen(EventKind.COMMAND_UNANSWERED, time.monotonic(), text, command=number)
     return Outcome(OutcomeStatus.TIMED_OUT, text)
 

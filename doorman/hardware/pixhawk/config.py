@@ -31,6 +31,8 @@ class Timeouts:
     """Without a setpoint from the controller."""
     mocap: float = 0.5
     """Without a fresh pose."""
+    battery: float = 10.0
+    """Without a charge, from an autopilot that told one."""
     answer: float = 0.7
     """For the acknowledgement of a command, before it is sent again."""
     stream_before_mode: float = 1.0
@@ -123,10 +125,17 @@ class PixhawkConfig:
         for name in ("hover_force", "min_voltage", "climb_rate"):
             if getattr(self, name) is not None:
                 _check_positive(getattr(self, name), name)
-        if self.origin is not None and not abs(self.origin[2]) >= 1.0:
-            raise BackendError("ArduPilot needs another altitude", field="origin", given=self.origin, allowed="not 0 m")
+        if self.origin is not None:
+            _check_origin(self.origin)
         if self.rates.setpoint < 10.0:
             raise BackendError("too slow to hold the autopilot", field="rates.setpoint", allowed=">= 10 1/s")
+
+
+def _check_origin(origin: tuple[float, float, float]) -> None:
+    latitude, longitude, altitude = origin
+    if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and 1.0 <= abs(altitude) <= 9000.0):
+        raise BackendError("not a place on earth", field="origin", given=origin,
+                           allowed="latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or below 0")  # fmt: skip
 
 
 def _check_positive(value: float, name: str) -> None:

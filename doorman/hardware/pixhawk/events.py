@@ -29,6 +29,8 @@ class EventKind(Enum):
     """Condition: no fresh pose to send."""
     BATTERY_LOW = "battery low"
     """Condition: voltage or charge below the threshold, or the autopilot says so."""
+    BATTERY_SILENT = "battery silent"
+    """Condition: the autopilot is heard, and does not tell the charge any more that it told."""
     AUTOPILOT_FAILSAFE = "autopilot failsafe"
     """Condition: the autopilot reports itself critical or worse."""
     CONTROL_LOST = "control lost"
@@ -61,6 +63,7 @@ CONDITIONS = frozenset(
         EventKind.SETPOINT_STALE,
         EventKind.MOCAP_LOST,
         EventKind.BATTERY_LOW,
+        EventKind.BATTERY_SILENT,
         EventKind.AUTOPILOT_FAILSAFE,
         EventKind.CONTROL_LOST,
     }

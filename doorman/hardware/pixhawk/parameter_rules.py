@@ -14,7 +14,7 @@ class Severity(Enum):
     """What a finding means."""
 
     ERROR = "error"
-    """The flight cannot work, or a fault would not end safely."""
+    """The flight cannot work, or a fault would not end safely; whoever flies decides whether it is flown so."""
     WARNING = "warning"
     """It can work, worse."""
 

@@ -53,7 +53,8 @@ class Finding:
     def __str__(self) -> str:
         if self.given is None:
             return f"{self.name} did not answer; it should be {self.wanted}: {self.why}"
-        return f"{self.name} is {self.given:g}: set it to {self.wanted}; {self.why}"
+        must = "must be" if self.severity is Severity.ERROR else "should be"
+        return f"{self.name} is {self.given:g} and {must} {self.wanted}: {self.why}"
 
 
 def read_parameters(link: Sender, names: Iterable[str]) -> dict[str, float]:

@@ -64,8 +64,13 @@ def _hint(link: Link) -> str:
     return ""
 
 
-def engage(link: Link) -> Outcome:
-    """Stream a hold at the present place, ask for the companion mode, and see it in the heartbeat."""
+def engage(link: Link, unarmed: bool = False) -> Outcome:
+    """Stream a hold at the present place, ask for the companion mode, and see it in the heartbeat.
+
+    Args:
+        link: The link.
+        unarmed: Whether that is not asked of a vehicle that somebody has armed meanwhile.
+    """
     timeouts = link.config.timeouts
     if not _until(link, lambda: link.tracker.sample.age(time.monotonic()) <= timeouts.state, _PATIENCE):
         return Outcome(OutcomeStatus.NOT_READY, "no fresh position and attitude")
@@ -84,7 +89,15 @@ def engage(link: Link) -> Outcome:
     outcome = Outcome(OutcomeStatus.TIMED_OUT, f"{dialect.companion_mode} was not entered")
     link.authority.prepare()
     while time.monotonic() < deadline and link.open:
-        answer = command(link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode))
+        if unarmed and link.tracker.sample.armed:
+            outcome = Outcome(OutcomeStatus.CONTROL_LOST, "somebody has armed the vehicle")
+            break
+        answer = command(
+            link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode),
+            go_on=lambda: link.authority.state is Authority.PREPARING,
+        )  # fmt: skip
+        if link.authority.state is Authority.LOST:
+            return Outcome(OutcomeStatus.CONTROL_LOST, "as soon as the mode had changed")
         wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - time.monotonic()))
         if _until(link, lambda: link.authority.state is Authority.ENGAGED, wait):
             return _DONE
@@ -98,9 +111,12 @@ def arm(link: Link, timeout: float) -> Outcome:
     """Arm, again and again until it is accepted or the time is over, and see it in the heartbeat; not one that is to land."""
     deadline = time.monotonic() + timeout
     while True:
-        if link.authority.landing_requested or link.authority.state in (Authority.LANDING, Authority.LOST):
+        if not _may_arm(link):
             return Outcome(OutcomeStatus.NOT_READY, "it was told to land, or another mode was chosen")
-        outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
+        outcome = command(
+            link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0,
+            go_on=lambda: _may_arm(link) and not link.tracker.sample.armed,
+        )  # fmt: skip
         wait = _HEARTBEAT_WAIT if outcome.done else min(_RETRY, max(0.1, deadline - time.monotonic()))
         if _until(link, lambda: link.tracker.sample.armed, wait):
             return _DONE
@@ -110,6 +126,10 @@ def arm(link: Link, timeout: float) -> Outcome:
         disarm(link)  # it may be armed all the same
         return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it armed")
     return outcome
+
+
+def _may_arm(link: Link) -> bool:
+    return not link.authority.landing_requested and link.authority.state not in (Authority.LANDING, Authority.LOST)
 
 
 def disarm(link: Link) -> Outcome:
@@ -161,7 +181,9 @@ def _take_off_by_command(link: Link, height: float) -> Outcome:
         return link.tracker.sample.landed in (LandedState.TAKING_OFF, LandedState.IN_AIR)
 
     for _ in range(_TAKE_OFF_TRIES):
-        outcome = command(link, mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height)
+        outcome = command(
+            link, mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height, go_on=lambda: not (_lost(link) or lifts())
+        )
         if outcome.done or _until(link, lambda: _lost(link) or lifts(), _RETRY):
             break
     return _DONE if lifts() and not _lost(link) else outcome

@@ -24,6 +24,7 @@ class Watchdog:
     def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
         self._config = config
         self._events = events
+        self._charge_told = math.inf
 
     def check(
         self, now: float, last_message: float, sample: VehicleSample, clock: ClockMap, mocap_time: float | None
@@ -50,9 +51,9 @@ class Watchdog:
         if mocap_time is not None:
             silent = now - mocap_time
             note(EventKind.MOCAP_LOST, silent > timeouts.mocap, now, "no fresh pose", silent=silent)
-        self._check_battery(now, sample)
+        self._check_battery(now, sample, heard=now - last_message <= timeouts.link)
 
-    def _check_battery(self, now: float, sample: VehicleSample) -> None:
+    def _check_battery(self, now: float, sample: VehicleSample, heard: bool) -> None:
         battery, low_already = sample.battery, EventKind.BATTERY_LOW in self._events.conditions
         if battery.time == -math.inf:
             return
@@ -63,3 +64,8 @@ class Watchdog:
         self._events.condition(
             EventKind.BATTERY_LOW, low, now, "battery low", voltage=battery.voltage, remaining=battery.remaining
         )
+        if math.isfinite(battery.remaining):
+            self._charge_told = battery.time
+        silent = now - self._charge_told
+        mute = heard and silent > self._config.timeouts.battery
+        self._events.condition(EventKind.BATTERY_SILENT, mute, now, "no charge is told any more", silent=silent)

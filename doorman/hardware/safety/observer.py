@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Set
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,7 +119,7 @@ class Observer:
             divergence=float(np.linalg.norm(pose.position - sample.position))
             if pose is not None and usable and not stale
             else math.nan,
-            disobedience=self._disobedience(sample, now),
+            disobedience=self._disobedience(sample, status.conditions, now),
             grips_unheard=commanding and stale and usable and links.holding,
             battery=sample.battery.remaining,
             servo_fault=servos.fault,
@@ -128,11 +129,12 @@ class Observer:
             missed_ticks=self._missed(now),
         )
 
-    def _disobedience(self, sample: VehicleSample, now: float) -> float:
+    def _disobedience(self, sample: VehicleSample, conditions: Set[EventKind], now: float) -> float:
         """Angle by which the autopilot steers elsewhere than it is told, while the gripper holds on to the door."""
         backend = self._backend
         told = backend.attitude
-        if not (backend.commanding and np.isfinite(told).all()):
+        holds = EventKind.SETPOINT_STALE in conditions  # the link tells it to, while the controller is late
+        if holds or not (backend.commanding and np.isfinite(told).all()):
             self._obedience.forget()
             return math.nan
         self._obedience.tell(told, now)

@@ -49,6 +49,7 @@ class Fault(Enum):
     DEADLINES = "the controller misses its ticks"
     BATTERY_LOW = "the battery is low"
     BATTERY_CRITICAL = "the battery is nearly empty"
+    BATTERY_SILENT = "the battery's charge is not told any more"
     SERVOS_DISCONNECTED = "the servos' device is gone"
     GRIPPER = "the gripper does not hold or let go of the door, or its servo has failed"
     SERVOS_FAILED = "a servo has failed"
@@ -123,6 +124,7 @@ RULES: tuple[Rule, ...] = (
          lambda seen, limits: seen.commanding and seen.missed_ticks > limits.missed_ticks),
     Rule(Fault.BATTERY_LOW, 1.0, Action.ABORT,
          lambda seen, limits: seen.battery < limits.low_battery or EventKind.BATTERY_LOW in seen.conditions),
+    Rule(Fault.BATTERY_SILENT, 1.0, Action.ABORT, _conditions(EventKind.BATTERY_SILENT)),
 )  # fmt: skip
 """What is looked at in every observation, the gravest first."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,7 +16,11 @@ from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
 from doorman.hardware.vehicle import gripper
+from doorman.hardware.vehicle.settings import with_settings
 from doorman.model import GRAVITY, Model
+
+_SLOWEST_MOCAP, _FASTEST_MOCAP = 40.0, 2000.0
+"""Frames per second that the usual settings of poses fit [1/s]."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,7 @@ def vehicle_config(
     write_parameters: bool = False,
     write_eeprom: bool = False,
     local_frame: Sequence[float] | None = None,
+    links: Mapping[str, object] | None = None,
 ) -> VehicleConfig:
     """Configuration of a scenario's vehicle with the usual settings; where the scenario grips, a gripper is the last servo.
 
@@ -96,6 +101,7 @@ def vehicle_config(
         write_eeprom: Whether the servos' settings are changed to what they should be when the links are opened.
         local_frame: Origin of the autopilot's local frame, and yaw of its north, in the world, shape (4,) [m, rad]; the world
             itself by default, as where poses come from the cameras.
+        links: Any other field of the configuration by its dotted name, such as `pixhawk.vehicle_system`; see `with_settings`.
 
     Returns:
         The configuration.
@@ -111,7 +117,14 @@ def vehicle_config(
     if grips:
         lower, upper = np.append(lower, gripper.LOWER), np.append(upper, gripper.UPPER)
         rates = np.append(rates, gripper.RATE)
-    return VehicleConfig(
+    if servo_ids is not None and len(servo_ids) != len(lower):
+        order = "of the joints from base to tip, then of the gripper" if grips else "of the joints from base to tip"
+        raise BackendError("not one id a servo", field="servo_ids", given=tuple(servo_ids),
+                           allowed=f"{len(lower)} ids, {order}")  # fmt: skip
+    if mocap is not None and not _SLOWEST_MOCAP <= mocap_rate <= _FASTEST_MOCAP:
+        raise BackendError("out of range", field="mocap_rate", given=mocap_rate,
+                           allowed=f"{_SLOWEST_MOCAP:g} to {_FASTEST_MOCAP:g} 1/s")  # fmt: skip
+    config = VehicleConfig(
         pixhawk=PixhawkConfig(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
             rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
@@ -130,3 +143,4 @@ def vehicle_config(
         ),
         rate=rate,
     )  # fmt: skip
+    return with_settings(config, links or {})

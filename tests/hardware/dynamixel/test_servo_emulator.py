@@ -112,6 +112,13 @@ def test_eeprom_is_locked_while_torque_is_on(client):
     assert client.write(11, 1, 3) == 0
 
 
+def test_indirect_addresses_are_locked_while_torque_is_on(client):
+    assert client.write(TORQUE, 1, 1) == 0
+    assert client.write(168, 2, 65) == ACCESS
+    assert client.write(TORQUE, 1, 0) == 0
+    assert client.write(168, 2, 65) == 0
+
+
 @pytest.mark.parametrize(
     ("address", "size", "value", "error"),
     [

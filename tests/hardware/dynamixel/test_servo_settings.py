@@ -100,6 +100,14 @@ def test_a_new_servo_needs_all_of_its_settings(make_rig, make_emulator):
     assert again.bus.servos[0].findings == ()
 
 
+def test_torque_that_another_program_left_on_does_not_keep_the_telemetry_from_being_gathered(with_setting):
+    rig = with_setting("torque enable", 1)
+    assert rig.row(1, "indirect address 168") == 224
+    rig.bus.open()
+    assert rig.row(1, "indirect address 168") != 224
+    assert rig.row(1, "torque enable") == 1
+
+
 def test_old_firmware_has_no_startup_configuration(with_setting):
     rig = with_setting("firmware version", 44)
     assert rig.bus.inspect() == ()

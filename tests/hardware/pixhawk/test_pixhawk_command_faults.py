@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -46,6 +47,45 @@ def test_pilot_disarms(rigs):
     rig.emulator.pilot_disarms()
     assert "disarmed" in rig.happens(EventKind.CONTROL_LOST).message
     assert not rig.pilot.setpoint(HOVER)
+
+
+def test_a_pilot_who_disarms_is_not_overruled_where_acknowledgements_get_lost(rigs):
+    rig = rigs("px4").open()
+    assert rig.pilot.engage().done
+    rig.emulator.protocol.mute_commands = 1000
+    assert rig.pilot.arm().done, "the heartbeat says so"
+    received = rig.emulator.protocol.received["COMMAND_LONG"]
+    rig.emulator.pilot_disarms()
+    assert rig.pilot.arm(1.0).status in (OutcomeStatus.NOT_READY, OutcomeStatus.DONE)
+    rig.happens(EventKind.CONTROL_LOST)
+    time.sleep(1.5)
+    assert not rig.emulator.brain.armed
+    assert rig.emulator.protocol.received["COMMAND_LONG"] <= received + 1
+
+
+def test_a_pilot_who_takes_over_is_not_overruled_where_acknowledgements_get_lost(rigs):
+    rig = rigs("px4").open()
+    rig.emulator.protocol.mute_commands = 1000
+    with ThreadPoolExecutor(1) as pool:
+        outcome = pool.submit(rig.pilot.engage)
+        assert wait_until(lambda: rig.pilot.status().authority is Authority.ENGAGED)
+        rig.emulator.pilot_mode("position")
+        assert outcome.result(20.0).status in (OutcomeStatus.DONE, OutcomeStatus.CONTROL_LOST)
+    time.sleep(1.5)
+    assert rig.emulator.brain.mode == POSITION
+
+
+def test_a_vehicle_that_somebody_arms_while_we_make_ready_is_left_to_him(rigs):
+    rig = rigs("px4", {"timeouts": replace(QUICK, stream_before_mode=1.5)}).open()
+    mode = rig.emulator.brain.mode
+    with ThreadPoolExecutor(1) as pool:
+        outcome = pool.submit(rig.pilot.engage, unarmed=True)
+        time.sleep(0.3)
+        with rig.emulator._lock:
+            rig.emulator.brain.request_arming(arm=True, forced=True)
+        told = outcome.result(20.0)
+    assert told.status is OutcomeStatus.CONTROL_LOST and "somebody has armed" in told.message
+    assert rig.emulator.brain.mode == mode
 
 
 def test_autopilot_loses_its_estimate(rigs):

@@ -95,3 +95,13 @@ def test_battery_low(rigs):
     rig.forget()
     rig.emulator.battery.voltage = 13.0
     assert rig.happens(EventKind.BATTERY_LOW).values["voltage"] == pytest.approx(13.0)
+
+
+def test_battery_silent(rigs):
+    rig = rigs("px4", {"timeouts": replace(QUICK, battery=1.0)}).open()
+    assert wait_until(lambda: rig.pilot.state().battery.remaining > 0.8)
+    assert EventKind.BATTERY_SILENT not in rig.pilot.status().conditions
+    rig.emulator.battery.silent = True
+    rig.happens(EventKind.BATTERY_SILENT)
+    rig.emulator.battery.silent = False
+    rig.happens(EventKind.BATTERY_SILENT, begins=False)

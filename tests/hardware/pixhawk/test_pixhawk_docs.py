@@ -33,7 +33,7 @@ def test_the_program_runs():
     program = program.replace("14540", str(free_port()))
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
     assert run.returncode == 0, run.stderr
-    assert "COM_OBL_RC_ACT is 0: set it to 4" in run.stdout and run.stdout.rstrip().endswith("engaged")
+    assert "COM_OBL_RC_ACT is 0 and must be 4" in run.stdout and run.stdout.rstrip().endswith("engaged")
 
 
 def test_connection_strings_of_the_table_are_understood():

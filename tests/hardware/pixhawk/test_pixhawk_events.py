@@ -86,6 +86,19 @@ def test_a_battery_at_its_threshold_does_not_flicker(events):
     assert [event.begins for event in events.drain() if event.kind is EventKind.BATTERY_LOW] == [True]
 
 
+@pytest.mark.parametrize(("told", "silent", "expected"), [(0.5, 0.1, True), (0.5, 5.0, False), (math.nan, 0.1, False)])
+def test_a_charge_that_is_told_no_more_is_noticed_where_the_autopilot_is_heard(events, told, silent, expected):
+    watchdog = Watchdog(CONFIG, events)
+    watchdog.check(10.0, 10.0, sample(battery=Battery(remaining=told, time=9.9)), ClockMap(), None)
+    later = sample(battery=Battery(time=21.0))
+    watchdog.check(15.0, 15.0, later, ClockMap(), None)
+    assert EventKind.BATTERY_SILENT not in events.conditions
+    watchdog.check(21.0, 21.0 - silent, later, ClockMap(), None)
+    assert (EventKind.BATTERY_SILENT in events.conditions) is expected
+    watchdog.check(21.1, 21.1, sample(battery=Battery(remaining=0.5, time=21.1)), ClockMap(), None)
+    assert EventKind.BATTERY_SILENT not in events.conditions
+
+
 def test_a_pose_that_stays_away_is_noticed(events):
     watchdog = Watchdog(CONFIG, events)
     watchdog.check(10.0, 10.0, sample(), ClockMap(), 9.7)

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from doorman.hardware.pixhawk import VehicleSample
+from doorman.hardware.pixhawk import EventKind, VehicleSample
 from doorman.hardware.safety import RULES
 from doorman.hardware.safety.obedience import Obedience
 from doorman.hardware.safety.observer import Observer
@@ -22,12 +22,16 @@ LOOK = 0.02
 """Time between two looks of the supervisor [s]."""
 
 
-def seen(target: np.ndarray, age: float = 0.05, holding: bool = True, setpoints: str = "attitude", told=TOLD) -> float:
+def seen(
+    target: np.ndarray, age: float = 0.05, holding: bool = True, setpoints: str = "attitude", told=TOLD,
+    conditions: frozenset[EventKind] = frozenset(),
+) -> float:  # fmt: skip
     links = SimpleNamespace(holding=holding, config=SimpleNamespace(pixhawk=SimpleNamespace(setpoints=setpoints)))
     observer = Observer.__new__(Observer)
     observer._backend = SimpleNamespace(links=links, commanding=True, attitude=told)
     observer._obedience = Obedience()
-    return observer._disobedience(VehicleSample(attitude_target=target, thrust_target_time=10.0 - age), 10.0)
+    sample = VehicleSample(attitude_target=target, thrust_target_time=10.0 - age)
+    return observer._disobedience(sample, conditions, 10.0)
 
 
 @pytest.mark.parametrize("turn", [[0.0, 0.0, 0.0], [0.25, 0.0, 0.0], [0.0, -0.3, 0.0], [0.0, 0.0, 0.4]])
@@ -40,9 +44,11 @@ def test_a_turn_of_the_yaw_by_a_whole_circle_is_none():
 
 
 @pytest.mark.parametrize(
-    "why", [{"holding": False}, {"setpoints": "position"}, {"age": 1.0}, {"told": np.full(3, math.nan)}]
-)
-def test_nothing_is_said_without_a_grip_a_command_or_a_fresh_target(why):
+    "why",
+    [{"holding": False}, {"setpoints": "position"}, {"age": 1.0}, {"told": np.full(3, math.nan)},
+     {"conditions": frozenset({EventKind.SETPOINT_STALE})}],
+)  # fmt: skip
+def test_nothing_is_said_without_a_grip_a_fresh_command_or_a_fresh_target(why):
     assert math.isnan(seen(TOLD + [0.5, 0.0, 0.0], **why))
     assert math.isnan(seen(np.full(3, math.nan)))
 

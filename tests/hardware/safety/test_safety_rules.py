@@ -45,6 +45,7 @@ BROKEN: dict[Fault, dict[str, Any]] = {
     Fault.SERVOS_STOPPED: {"servo_state": BusState.HOLDING, "servo_fault": ServoFault.STALE},
     Fault.DEADLINES: {"missed_ticks": 0.8},
     Fault.BATTERY_LOW: {"battery": 0.15},
+    Fault.BATTERY_SILENT: {"conditions": frozenset({EventKind.BATTERY_SILENT})},
 }
 """What an observation shows of every fault."""
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from doorman.cli.numbers import real_numbers
-from doorman.exceptions import DoormanError
-from doorman.hardware.vehicle import vehicle_config
+from doorman.exceptions import BackendError, DoormanError
+from doorman.hardware.pixhawk import ThrustCurve
+from doorman.hardware.vehicle import VehicleConfig, vehicle_config
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -28,3 +29,63 @@ def test_the_local_frame_goes_from_the_command_line_to_the_autopilot_s_link():
 def test_other_frames_are_errors_that_name_the_option(text):
     with pytest.raises(DoormanError, match="--local-frame.*4 finite numbers"):
         real_numbers(text, "--local-frame", 4)
+
+
+def configured(**settings: object) -> VehicleConfig:
+    return vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", "udp:51001", **settings)  # type: ignore[arg-type]
+
+
+def test_every_setting_of_a_link_can_be_given_by_name():
+    config = configured(
+        links={
+            "pixhawk.vehicle_system": 3, "pixhawk.min_voltage": 14, "pixhawk.rates.attitude": 50,
+            "pixhawk.thrust_curve": {"hover_thrust": 0.5, "hover_force": 29.0, "hover_voltage": 15.2},
+            "servos.baud_rate": 57600, "servos.homing_offsets": [0, 0, 10, 0, 0], "mocap.sender": "192.168.10.5",
+            "mocap.origin_position": [1, 2, 0], "mocap.rate": 50.0, "servo_patience": 0.2,
+        }
+    )  # fmt: skip
+    assert (config.pixhawk.vehicle_system, config.pixhawk.min_voltage, config.pixhawk.rates.attitude) == (3, 14.0, 50.0)
+    assert config.pixhawk.rates.heartbeat == 2.0, "the others stay"
+    assert config.pixhawk.thrust_curve == ThrustCurve(0.5, 29.0, hover_voltage=15.2)
+    assert (config.servos.baud_rate, config.servos.homing_offsets) == (57600, (0, 0, 10, 0, 0))
+    assert (config.mocap.sender, config.mocap.rate, config.servo_patience) == ("192.168.10.5", 50.0, 0.2)
+    assert config.mocap.origin_position == [1, 2, 0]
+
+
+@pytest.mark.parametrize(
+    ("links", "words"),
+    [
+        ({"pixhawk.vehicel_system": 3}, "pixhawk.vehicel_system: no such setting.*vehicle_system"),
+        ({"servo.baud_rate": 3}, "servo: no such setting.*pixhawk, servos"),
+        ({"pixhawk.vehicle_system": "three"}, "pixhawk.vehicle_system: not such a value.*'three'"),
+        ({"pixhawk.vehicle_system": 300}, "vehicle_system: not an id.*300"),
+        ({"servos.watchdog": math.nan}, "servos.watchdog: out of range"),
+        ({"servos.upper_limits": [1, 1, 1, 1, 1]}, "servos.upper_limits: follows from the scenario"),
+        ({"pixhawk.rates": 5}, "pixhawk.rates: not such a value"),
+        ({"pixhawk.rates": {"attitude": 50}, "pixhawk.rates.position": 20, "rate": 3.0}, "vehicle.rate: out of range"),
+        ({"rate": 100.0, "rate.fast": 1}, "rate.fast: set as a whole and in part"),
+        ({"pixhawk.origin": (math.nan, 8.0, 488.0)}, "origin: not a place on earth"),
+        ({"pixhawk.origin": (250.0, 8.0, 488.0)}, "origin: not a place on earth"),
+        ({"pixhawk.origin": (47.0, 8.0, 0.0)}, "origin: not a place on earth"),
+    ],
+)
+def test_settings_that_do_not_exist_or_do_not_fit_are_errors_that_name_them(links, words):
+    with pytest.raises(BackendError, match=words):
+        configured(links=links)
+
+
+def test_without_cameras_none_of_their_settings_is_taken():
+    with pytest.raises(BackendError, match="mocap"):
+        vehicle_config(Model(Scenario()), "udp:14540", "/dev/null", links={"mocap.rate": 50.0})
+
+
+@pytest.mark.parametrize("ids", [(1, 2, 3, 4), (1, 2, 3, 4, 5, 6)])
+def test_a_wrong_number_of_servos_is_told_by_the_name_of_the_option(ids):
+    with pytest.raises(BackendError, match="servo_ids: not one id a servo.*5 ids, .*then of the gripper"):
+        configured(servo_ids=ids)
+
+
+@pytest.mark.parametrize("rate", [25.0, math.nan, 3000.0])
+def test_cameras_that_are_too_slow_are_told_by_the_name_of_the_option(rate):
+    with pytest.raises(BackendError, match="mocap_rate: out of range.*40 to 2000"):
+        configured(mocap_rate=rate)

@@ -1,0 +1,76 @@
+"""Single settings of the links by name, such as `pixhawk.vehicle_system`, `servos.baud_rate` or `mocap.sender`."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, TypeVar, get_type_hints
+
+from numpy.typing import ArrayLike
+from pydantic import TypeAdapter, ValidationError
+
+from doorman.exceptions import BackendError
+
+_GIVEN = frozenset(
+    {
+        "pixhawk.mocap", "pixhawk.listen_only", "pixhawk.on_mocap_loss", "servos.gripper", "servos.lower_limits",
+        "servos.upper_limits", "servos.rate_limits",
+    }
+)  # fmt: skip
+"""What follows from the scenario and from the links themselves."""
+Config = TypeVar("Config")
+
+
+def with_settings(config: Config, settings: Mapping[str, object]) -> Config:
+    """The same configuration with other values.
+
+    Args:
+        config: A `VehicleConfig`.
+        settings: Values by dotted name: fields of `VehicleConfig`, and in it of `PixhawkConfig`, `ServoConfig` and
+            `MocapConfig`. A field that is a configuration itself takes a mapping.
+
+    Returns:
+        Checked as if it had been made so.
+
+    Raises:
+        BackendError: if there is no such field, or its value is not one that it takes.
+    """
+    tree: dict[str, Any] = {}
+    for name, value in settings.items():
+        if name in _GIVEN:
+            raise BackendError("follows from the scenario and the links", field=name, given=value)
+        *path, last = name.split(".")
+        branch = tree
+        for part in path:
+            branch = branch.setdefault(part, {})
+            if not isinstance(branch, dict):
+                raise BackendError("set as a whole and in part", field=name)
+        branch[last] = value
+    return _changed(config, tree, "")
+
+
+def _changed(config: Config, tree: Mapping[str, Any], prefix: str) -> Config:
+    fields = [one.name for one in dataclasses.fields(config) if one.init]  # type: ignore[arg-type]
+    hints, values = get_type_hints(type(config)), {}
+    for name, value in tree.items():
+        field = f"{prefix}{name}"
+        if name not in fields:
+            raise BackendError("no such setting", field=field, allowed=", ".join(fields))
+        current = getattr(config, name)
+        if current is None and not prefix:
+            raise BackendError("there is no such link", field=field, given=value)
+        if isinstance(value, Mapping) and dataclasses.is_dataclass(current):
+            values[name] = _changed(current, value, f"{field}.")
+        elif hints[name] == ArrayLike:
+            values[name] = value
+        else:
+            values[name] = _of_type(hints[name], value, field)
+    return dataclasses.replace(config, **values)  # type: ignore[type-var]
+
+
+def _of_type(hint: Any, value: object, field: str) -> Any:
+    try:
+        return TypeAdapter(hint).validate_python(value)
+    except ValidationError as error:
+        words = "; ".join(dict.fromkeys(one["msg"] for one in error.errors()))
+        raise BackendError("not such a value", field=field, given=value, allowed=words) from error
