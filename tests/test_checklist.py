@@ -37,7 +37,7 @@ FLAT = frozenset({EventKind.BATTERY_LOW})
         (Battery(15.6), (), Verdict.WARNING, "15.6 V, its charge is not reported"),
         (Battery(13.0), FLAT, Verdict.BAD, "13.0 V, low"),
         (Battery(13.0, alarm=True), (), Verdict.BAD, "13.0 V, low"),
-        (Battery(), (), Verdict.WARNING, "not reported"),
+        (Battery(), (), Verdict.WARNING, "no voltage, its charge is not reported"),
         (Battery(15.6, 10.0, 0.8), {EventKind.BATTERY_SILENT}, Verdict.BAD, "not reported any more"),
     ],
 )

@@ -24,6 +24,7 @@ from doorman.scenario import Scenario
         ("start.arm=[0, 1.0, -0.6, -0.4]", "start.arm", [0, 1.0, -0.6, -0.4]),
         (" planner.horizon_steps = 20 ", "planner.horizon_steps", 20),
         ("x=true", "x", True),
+        ("mocap.sender=192.168.10.5", "mocap.sender", "192.168.10.5"),
         ("x={a = 1}", "x", {"a": 1}),
         ('x="a=b"', "x", "a=b"),
     ],

@@ -10,8 +10,8 @@ from typing import Any
 from doorman.exceptions import ScenarioError
 
 _KEY = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
-_WORD = re.compile(r"[A-Za-z_./~][^\"'\[\]{}=#,\x00-\x1f\x7f]*")
-"""What may stand without quotes: a name or a path."""
+_WORD = re.compile(r"[A-Za-z_./~][^\"'\[\]{}=#,\x00-\x1f\x7f]*|\d{1,3}(\.\d{1,3}){3}")
+"""What may stand without quotes: a name, a path or an IPv4 address."""
 
 
 def parse_overrides(settings: Iterable[str], option: str = "--set") -> dict[str, Any]:

@@ -189,7 +189,8 @@ def judge_battery(battery: Battery, conditions: Set[EventKind]) -> Check:
         battery: As reported.
         conditions: That hold on the link to the autopilot.
     """
-    charge, volts = battery.remaining, f"{battery.voltage:.1f} V"
+    charge = battery.remaining
+    volts = f"{battery.voltage:.1f} V" if math.isfinite(battery.voltage) else "no voltage"
     advice = f"charge it to {_LEAST_BATTERY:.0%} at least"
     if EventKind.BATTERY_SILENT in conditions:
         return Check("battery", Verdict.BAD, "not reported any more", "see to its monitor")
@@ -199,8 +200,12 @@ def judge_battery(battery: Battery, conditions: Set[EventKind]) -> Check:
         return _row("battery", charge >= _LEAST_BATTERY and not low, words, advice)
     if low:
         return Check("battery", Verdict.BAD, f"{volts}, low", advice)
-    words = f"{volts}, its charge is not reported" if math.isfinite(battery.voltage) else "not reported"
-    return Check("battery", Verdict.WARNING, words, "see yourself that it is charged: nothing will warn in flight")
+    return Check(
+        "battery",
+        Verdict.WARNING,
+        f"{volts}, its charge is not reported",
+        "see yourself that it is charged: in flight only the autopilot, or pixhawk.min_voltage, tells",
+    )
 
 
 def judge_setpoints(dialect: str, setpoints: str) -> Check:

@@ -135,7 +135,7 @@ def _check_origin(origin: tuple[float, float, float]) -> None:
     latitude, longitude, altitude = origin
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and 1.0 <= abs(altitude) <= 9000.0):
         raise BackendError("not a place on earth", field="origin", given=origin,
-                           allowed="latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or below 0")  # fmt: skip
+                           allowed="latitude up to 90°, longitude up to 180°, altitude of 1 to 9000 m, or as deep")  # fmt: skip
 
 
 def _check_positive(value: float, name: str) -> None:

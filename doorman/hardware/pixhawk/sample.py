@@ -56,6 +56,8 @@ class Battery:
     """Whether the autopilot calls it low or worse."""
     time: float = -math.inf
     """When it was received [s]."""
+    id: int | None = None
+    """Which one; None where SYS_STATUS tells of all."""
 
 
 @dataclass(frozen=True)

@@ -88,23 +88,27 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
         _sleep(link, timeouts.stream_before_mode)
     outcome = Outcome(OutcomeStatus.TIMED_OUT, f"{dialect.companion_mode} was not entered")
     link.authority.prepare()
-    while time.monotonic() < deadline and link.open:
-        if unarmed and link.tracker.sample.armed:
-            outcome = Outcome(OutcomeStatus.CONTROL_LOST, "somebody has armed the vehicle")
-            break
+
+    def taken() -> bool:
+        return unarmed and link.tracker.sample.armed
+
+    def prepares() -> bool:
+        return link.authority.state is Authority.PREPARING and not taken()
+
+    while time.monotonic() < deadline and link.open and prepares():
         answer = command(
-            link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode),
-            go_on=lambda: link.authority.state is Authority.PREPARING,
-        )  # fmt: skip
-        if link.authority.state is Authority.LOST:
-            return Outcome(OutcomeStatus.CONTROL_LOST, "as soon as the mode had changed")
+            link, mavlink.MAV_CMD_DO_SET_MODE, *dialect.mode_parameters(dialect.companion_mode), go_on=prepares
+        )
         wait = min(_HEARTBEAT_WAIT if answer.done else _RETRY, max(0.0, deadline - time.monotonic()))
-        if _until(link, lambda: link.authority.state is Authority.ENGAGED, wait):
-            return _DONE
+        _until(link, lambda: not prepares(), wait)
         if not answer.done:
             outcome = answer
+    if link.authority.state is Authority.ENGAGED and not taken():
+        return _DONE
+    if link.authority.state is Authority.LOST:
+        return Outcome(OutcomeStatus.CONTROL_LOST, "another mode was chosen, or the motors were stopped")
     link.authority.withdraw(time.monotonic())
-    return outcome
+    return Outcome(OutcomeStatus.CONTROL_LOST, "somebody has armed the vehicle") if taken() else outcome
 
 
 def arm(link: Link, timeout: float) -> Outcome:

@@ -187,6 +187,7 @@ class Tracker:
                 current=centiamperes_to_amperes(message.current_battery),
                 remaining=percent_to_share(message.battery_remaining),
                 time=now,
+                id=None,
             )
         elif not self._cells:
             battery = replace(battery, voltage=millivolts_to_volts(message.voltage_battery))
@@ -211,6 +212,7 @@ class Tracker:
                 remaining=percent_to_share(message.battery_remaining),
                 alarm=message.charge_state in _LOW_CHARGE_STATES,
                 time=now,
+                id=int(message.id),
             ),
         )
 

@@ -24,7 +24,7 @@ class Watchdog:
     def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
         self._config = config
         self._events = events
-        self._charge_told = math.inf
+        self._battery, self._charge_told = math.inf, math.inf
 
     def check(
         self, now: float, last_message: float, sample: VehicleSample, clock: ClockMap, mocap_time: float | None
@@ -64,6 +64,10 @@ class Watchdog:
         self._events.condition(
             EventKind.BATTERY_LOW, low, now, "battery low", voltage=battery.voltage, remaining=battery.remaining
         )
+        if battery.id is not None:
+            if battery.id < self._battery:  # the first one, that was not heard before, or for a while
+                self._charge_told = math.inf
+            self._battery = battery.id
         if math.isfinite(battery.remaining):
             self._charge_told = battery.time
         silent = now - self._charge_told

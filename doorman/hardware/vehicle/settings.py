@@ -37,14 +37,12 @@ def with_settings(config: Config, settings: Mapping[str, object]) -> Config:
     """
     tree: dict[str, Any] = {}
     for name, value in settings.items():
-        if name in _GIVEN:
-            raise BackendError("follows from the scenario and the links", field=name, given=value)
+        if part := next((other for other in settings if other.startswith(f"{name}.")), ""):
+            raise BackendError(f"set as a whole, and in part as {part}", field=name, given=value)
         *path, last = name.split(".")
         branch = tree
         for part in path:
             branch = branch.setdefault(part, {})
-            if not isinstance(branch, dict):
-                raise BackendError("set as a whole and in part", field=name)
         branch[last] = value
     return _changed(config, tree, "")
 
@@ -56,6 +54,8 @@ def _changed(config: Config, tree: Mapping[str, Any], prefix: str) -> Config:
         field = f"{prefix}{name}"
         if name not in fields:
             raise BackendError("no such setting", field=field, allowed=", ".join(fields))
+        if field in _GIVEN:
+            raise BackendError("follows from the scenario and the links", field=field, given=value)
         current = getattr(config, name)
         if current is None and not prefix:
             raise BackendError("there is no such link", field=field, given=value)

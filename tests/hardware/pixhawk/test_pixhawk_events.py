@@ -99,6 +99,14 @@ def test_a_charge_that_is_told_no_more_is_noticed_where_the_autopilot_is_heard(e
     assert EventKind.BATTERY_SILENT not in events.conditions
 
 
+def test_the_charge_of_another_battery_is_not_missed_where_the_first_tells_none(events):
+    watchdog = Watchdog(CONFIG, events)
+    for now, battery in ((10.0, Battery(remaining=0.8, time=10.0, id=1)), (10.5, Battery(15.0, time=10.5, id=0)),
+                         (30.0, Battery(15.0, time=30.0, id=0))):  # fmt: skip
+        watchdog.check(now, now, sample(battery=battery), ClockMap(), None)
+        assert EventKind.BATTERY_SILENT not in events.conditions
+
+
 def test_a_pose_that_stays_away_is_noticed(events):
     watchdog = Watchdog(CONFIG, events)
     watchdog.check(10.0, 10.0, sample(), ClockMap(), 9.7)
