@@ -113,12 +113,12 @@ def fly_mission(
     with real_time(), VehicleLinks(config) as links:
         await_links(links, console.print)
         checks = preflight(model, links, findings)
-        _print_checks(checks, Console(stderr=output != "words", highlight=False))
+        _print_checks(checks, output)
         result = _written(links, output) or _refusal(checks, yes, output)
         if result is None and not yes:  # the answer may have taken its time
             checks = preflight(model, links, findings)
             if not ready(checks):
-                _print_checks(checks, Console(stderr=output != "words", highlight=False))
+                _print_checks(checks, output)
                 result = _refusal(checks, yes, output)
         if result is None:
             result = _fly(model, links, planner, _file(out, model), duration, output)
@@ -164,7 +164,7 @@ def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
     findings = check(model.scenario)
     Console(stderr=True, highlight=False).print("Listening to the links; nothing is sent")
     checks = listen(model, config, findings)
-    _print_checks(checks, Console(stderr=output != "words", highlight=False))
+    _print_checks(checks, output)
     good = ready(checks)
     words = "nothing speaks against a flight so far" if good else "the vehicle would not fly, see the lines marked 'no'"
     words = f"Dry run: {words}. Nothing was sent."
@@ -252,11 +252,9 @@ def _ctrl_c(session: FlightSession) -> Iterator[None]:
     asks = {signal.SIGINT: session.interrupt, signal.SIGTERM: session.terminate, signal.SIGQUIT: session.terminate}
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
         asks[signal.SIGHUP] = session.terminate
-    before = {number: signal.getsignal(number) for number in (*asks, *STOPPING)}
-    for number, ask in asks.items():
-        signal.signal(number, lambda *_, ask=ask: ask())
-    for number in STOPPING:
-        signal.signal(number, signal.SIG_IGN)
+    handlers: dict[signal.Signals, Any] = {number: lambda *_, ask=ask: ask() for number, ask in asks.items()}
+    handlers |= dict.fromkeys(STOPPING, signal.SIG_IGN)
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         yield
     finally:
@@ -264,14 +262,14 @@ def _ctrl_c(session: FlightSession) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _print_checks(checks: list[Check], console: Console) -> None:
+def _print_checks(checks: list[Check], output: Output) -> None:
     table = Table(box=None, pad_edge=False)
     for name in ("", "checked", "found"):
         table.add_column(name)
     for one in checks:
         words = f"{one.found}\n→ {one.advice}" if one.advice else one.found
         table.add_row(Text(one.verdict.value, style=_COLORS[one.verdict]), Text(one.name), Text(words))
-    console.print(table)
+    Console(stderr=output != "words", highlight=False).print(table)
 
 
 def _print_report(
