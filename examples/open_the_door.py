@@ -16,6 +16,8 @@ try:
     mission.fly(backend)
 except DoormanError as error:
     raise SystemExit(f"not flown to its end: {error}") from error
+finally:
+    recorder.close()
 
 recording = recorder.recording()  # every topic is a table of arrays with a time
 opened, reason = mission.outcome

@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from doorman import __version__
 from doorman.cli.background_printer import BackgroundPrinter
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError, RecordingError
@@ -121,15 +122,18 @@ def fly_mission(
                 _print_checks(checks, output)
                 result = _refusal(checks, yes, output)
         if result is None:
-            result = _fly(model, links, planner, _file(out, model), duration, output)
+            result = _fly(model, links, planner, checks, _file(out, model), duration, output)
     _print_result(checks, result, output)
     return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
 
 
 def _print_result(checks: list[Check], result: dict[str, Any], output: Output) -> None:
     if output == "json":
-        found = [{**vars(one), "verdict": one.verdict.value} for one in checks]
-        typer.echo(json.dumps({"checklist": found, **result}, indent=2))
+        typer.echo(json.dumps({"checklist": _as_data(checks), **result}, indent=2))
+
+
+def _as_data(checks: list[Check]) -> list[dict[str, str]]:
+    return [{**vars(one), "verdict": one.verdict.value} for one in checks]
 
 
 def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
@@ -177,11 +181,18 @@ def _fly(
     model: Model,
     links: VehicleLinks,
     planner: Planner,
+    checks: list[Check],
     path: Path,
     duration: float | None,
     output: Output,
 ) -> dict[str, Any]:
-    header = {"scenario": model.scenario.model_dump(mode="json"), "name": model.scenario.name}
+    header = {
+        "scenario": model.scenario.model_dump(mode="json"),
+        "name": model.scenario.name,
+        "version": __version__,
+        "links": asdict(links.config),
+        "checklist": _as_data(checks),
+    }
     recorder, unwritten = Recorder(path, header, keep=False), ""
     with BackgroundPrinter(sys.stderr) as printer:
         try:

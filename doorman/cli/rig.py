@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import signal
 import sys
 import threading
@@ -64,7 +65,7 @@ def run_rig(
         rig = Rig(Model(scenario), setup, recorder)
         with real_time(), rig:
             overrides = [word for setting in settings for word in ("--set", setting)]
-            command = " ".join(["doorman", "fly", source, *overrides, *rig.arguments])
+            command = shlex.join(["doorman", "fly", source, *overrides, *rig.arguments])
             links = dict(zip(rig.arguments[::2], rig.arguments[1::2], strict=True))
             other = rig.autopilot_command
             document = {"command": command, "links": {name.strip("-"): one for name, one in links.items()}}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import signal
 import socket
 import subprocess
@@ -51,6 +52,7 @@ def fly_the_rig(
     model = Model(Scenario.load(source, parse_overrides(settings)))
     truth = out or Path(tempfile.mkdtemp(prefix="doorman-rig-")) / "truth.mcap"
     flight = truth.with_name("flight.mcap")
+    flight.unlink(missing_ok=True)  # of an earlier one
     overrides = [word for setting in settings for word in ("--set", setting)]
     options = ["--autopilot", autopilot, "--out", str(truth), "--seed", str(seed), *overrides]
     with _rig([source, *options, "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]) as wiring:
@@ -100,8 +102,8 @@ def _rig(arguments: Sequence[str]) -> Iterator[Wiring]:
 def _wiring(process: subprocess.Popen[str]) -> Wiring:
     assert process.stdout is not None
     for line in process.stdout:
-        words = line.split()
-        if words[:2] == ["doorman", "fly"]:
+        if line.startswith("doorman fly "):
+            words = shlex.split(line)
             given = dict(zip(words, words[1:], strict=False))
             return Wiring(given["--pixhawk"], given["--servos"], given.get("--mocap"))
     raise BackendError("the rig did not start: see its words above")

@@ -10,8 +10,10 @@ from enum import Enum
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.feasibility import Report, Severity
+from doorman.flight.way_back import out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import Battery, EventKind, SampleStatus
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
@@ -23,9 +25,12 @@ from doorman.model import Model
 
 _LEAST_RATE = 0.6
 """Share of a rate that must be reached."""
-_LEAST_BATTERY = 0.3
-_POSTURE = 0.15
-"""Angle between the arm's posture and that of the start that is worth a word [rad]."""
+_LEAST_BATTERY, _FOR_THE_FLIGHT = 0.3, 0.1
+"""Of its charge, and above what the mission is given up at."""
+_POSTURE, _ELSEWHERE = 0.15, 0.5
+"""Angle between the arm's posture and that of the start that is worth a word, and that is no longer flown with [rad]."""
+_STEP = math.radians(5.0)
+"""Between doors' angles at which the vehicle's way is looked at [rad]."""
 _PLACE = 0.5
 """Distance between the vehicle and its pad beyond which it does not take off [m]."""
 _MOST_LATENCY = 0.03
@@ -76,7 +81,7 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
         All rows.
     """
     groups = (
-        _autopilot(links),
+        _autopilot(model, links),
         _mocap(links),
         _servos(model, links),
         judge_limits(model),
@@ -99,7 +104,7 @@ def _settled(read: Callable[[], Sample], good: Callable[[Sample], bool]) -> Samp
     return sample
 
 
-def _autopilot(links: VehicleLinks) -> Iterator[Check]:
+def _autopilot(model: Model, links: VehicleLinks) -> Iterator[Check]:
     autopilot = links.autopilot
     state, status = _settled(autopilot.state, lambda one: one.status is SampleStatus.FRESH), autopilot.status()
     yield _row("autopilot", state.status is SampleStatus.FRESH, f"{status.dialect}, state {state.status.value}",
@@ -114,7 +119,7 @@ def _autopilot(links: VehicleLinks) -> Iterator[Check]:
                f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
                "wait, or find what slows the line down" + why,
                Verdict.WARNING if status.synchronised else Verdict.BAD)  # fmt: skip
-    yield judge_battery(state.battery, status.conditions)
+    yield judge_battery(state.battery, status.conditions, model.scenario.safety.low_battery)
     findings = autopilot.check_parameters()
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
                "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
@@ -177,28 +182,45 @@ def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
     hottest = float(np.max(sample.temperatures))
     yield _row("servos' temperature", hottest < links.config.servos.warm_temperature, f"up to {hottest:.0f} °C",
                "let them cool down", Verdict.WARNING)  # fmt: skip
-    off = float(np.abs(sample.angles[: model.n_arm] - model.start_arm).max())
-    yield _row("arm's posture", off < _POSTURE, f"{off:.2f} rad off the start posture",
-               "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
+    yield judge_posture(model, sample.angles)
 
 
-def judge_battery(battery: Battery, conditions: Set[EventKind]) -> Check:
+def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
+    """Row about the arm's posture: a mirrored or badly zeroed servo shows in it.
+
+    Args:
+        model: Model of the scenario.
+        angles: Of the arm's joints, and a gripper's, shape (n,) or (n + 1,) [rad].
+    """
+    off = np.abs(angles[: model.n_arm] - model.start_arm)
+    worst = int(np.argmax(off))
+    found = f"{off[worst]:.2f} rad off the start posture" + (f" in joint {worst + 1}" if off[worst] >= _POSTURE else "")
+    if off[worst] < _ELSEWHERE:
+        return _row("arm's posture", bool(off[worst] < _POSTURE), found,
+                    "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
+    seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (angles[: model.n_arm], model.start_arm))
+    return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}",
+                 "if it stands as it should, the servos' zeros, directions or ids are wrong; else put it there")  # fmt: skip
+
+
+def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> Check:
     """Row about the battery: its charge, or a voltage alone, which tells less, and what the autopilot thinks of it.
 
     Args:
         battery: As reported.
         conditions: That hold on the link to the autopilot.
+        low: Share of its charge at which the mission is given up.
     """
-    charge = battery.remaining
+    charge, least = battery.remaining, max(_LEAST_BATTERY, low + _FOR_THE_FLIGHT)
     volts = f"{battery.voltage:.1f} V" if math.isfinite(battery.voltage) else "no voltage"
-    advice = f"charge it to {_LEAST_BATTERY:.0%} at least"
+    advice = f"charge it to {least:.0%} at least"
     if EventKind.BATTERY_SILENT in conditions:
         return Check("battery", Verdict.BAD, "not reported any more", "see to its monitor")
-    low = battery.alarm or EventKind.BATTERY_LOW in conditions
+    flat = battery.alarm or EventKind.BATTERY_LOW in conditions
     if math.isfinite(charge):
-        words = f"{volts}, {charge:.0%}" + (", low" if low else "")
-        return _row("battery", charge >= _LEAST_BATTERY and not low, words, advice)
-    if low:
+        words = f"{volts}, {charge:.0%}" + (", low" if flat else "")
+        return _row("battery", charge >= least and not flat, words, advice)
+    if flat:
         return Check("battery", Verdict.BAD, f"{volts}, low", advice)
     return Check(
         "battery",
@@ -221,20 +243,29 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
 
 
 def judge_limits(model: Model) -> Iterator[Check]:
-    """Rows about fence and thrust.
+    """Rows about the mission's start, fence and thrust.
 
     Args:
         model: Model of the scenario.
     """
-    limits, places = model.scenario.safety, Places.of(model)
-    inside = all(
-        bool((place >= limits.fence_low).all() and (place <= limits.fence_high).all())
-        for place in (places.pad, places.hover, places.touch)
-    )
-    yield _row("fence", inside, f"{limits.fence_low} to {limits.fence_high} m",
-               "pad, hover and door between safety.fence_low and safety.fence_high")  # fmt: skip
+    start, limits = model.scenario.mission.start, model.scenario.safety
+    yield _row("start", start == "hover", f"in {start}", 'it takes off, and comes to the leaf: mission.start = "hover"')
+    outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
+    words = f"; the way leads to {outside[0].round(2)}" if outside else ""
+    yield _row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
+               "all of the way between safety.fence_low and safety.fence_high")  # fmt: skip
     ratio = model.vehicle.max_thrust / model.hover_input[0]
     yield _row("thrust", ratio > 1.3, f"{ratio:.2f} times the weight", "a lighter vehicle or stronger motors")
+
+
+def _way(model: Model) -> list[NDArray[np.float64]]:
+    """Places of O_B from the pad to the open door and out again, shape (3,) each, world frame [m]."""
+    places, still = Places.of(model), np.zeros(3)
+    first, last = float(model.start_state[3]), float(model.goal_state[3])
+    angles = np.linspace(first, last, 2 + int(abs(first - last) / _STEP))
+    states = [model.on_the_way(float(angle)) for angle in angles]
+    swing = [model.coupling.vehicle_motion(state, still, np.zeros(model.n_arm)).position for state in states]
+    return [places.pad, places.hover, *swing, *out_of_the_doorway(model, swing[-1])]
 
 
 def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:

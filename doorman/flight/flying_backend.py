@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import signal
 import threading
@@ -13,8 +14,8 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
-from doorman.flight.checklist import Verdict, preflight
-from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, GuardedFlight
+from doorman.flight.checklist import Check, Verdict, preflight
+from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
 from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import Fault
@@ -24,6 +25,9 @@ from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder
+
+_TAKEN_EVERY = 0.05
+"""What links and supervisor tell is recorded so often [s]."""
 
 
 class FlyingBackend(Backend):
@@ -37,11 +41,14 @@ class FlyingBackend(Backend):
         pixhawk: Connection to the autopilot, such as `udp:14540`.
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
-        recorder: Gets what the links and the supervisor tell.
+        recorder: Gets what the links and the supervisor tell; written by the thread that flies, as a mission's is.
+        say: Told of the checklist's warnings and of every step, by the thread that flies: a warning in Python's log by default.
+        confirm: Asked once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
         **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
     """
 
     real_time = True
+    comes_back = True
 
     def __init__(
         self,
@@ -51,20 +58,37 @@ class FlyingBackend(Backend):
         mocap: str | None = None,
         *,
         recorder: Recorder | None = None,
+        say: Callable[[str], None] = logging.getLogger(__name__).warning,
+        confirm: Callable[[list[Check]], bool] = lambda checks: True,
         **settings: Any,
     ) -> None:
         self._model = model
         self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings))
         self._closing, self._stopping = ExitStack(), False
-        self.flight = GuardedFlight(model, self.links, recorder or Recorder(None, {}))
+        self._recorder, self._say, self._confirm = recorder or Recorder(None, {}), say, confirm
+        self._abort: Callable[[str], None] | None = None
+        self._taken = -math.inf
+        self.flight = self._new_flight()
+        """The latest one: its supervisor has the findings, its journal what was told."""
+        self.end: End | None = None
+        """How it ended; None before."""
+
+    def watch_mission(self, abort: Callable[[str], None]) -> None:
+        """Name the mission that is asked to give up, where its controller may still fly back; without one, it loses the vehicle.
+
+        Args:
+            abort: How it is asked.
+        """
+        self._abort = abort
 
     def open(self) -> None:
         """Open the links, go through the checklist, arm, take off and fly to the hover point.
 
         Raises:
-            BackendError: if a link cannot be opened, the checklist is not passed, or the vehicle does not get to the hover
-                point; it is on the ground then.
+            BackendError: if a link cannot be opened, the checklist is not passed or the flight not confirmed, or the vehicle
+                does not get to the hover point; it is on the ground then, or the error has a note that says where else.
         """
+        self.flight, self.end = self._new_flight(), None
         findings = check(self._model.scenario)
         rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
         try:
@@ -74,37 +98,66 @@ class FlyingBackend(Backend):
             self._closing.callback(self.links.stop)
             self.links.open()
             await_links(self.links)
-            bad = [one for one in preflight(self._model, self.links, findings) if one.verdict is Verdict.BAD]
-            if bad:
-                raise BackendError("; ".join(f"{one.name}: {one.found}" for one in bad), field="checklist")
+            self._go_through(preflight(self._model, self.links, findings))
             self.flight.begin()
             reason = self.flight.rise()
             if reason:
                 raise BackendError(reason, field="take-off")
+            if self._abort is not None:
+                self.flight.supervisor.watch_mission(self._abort)
             self.flight.backend.open()
         except BaseException as error:
             if self.flight.supervisor.rising and not isinstance(error, Exception):
                 self.flight.supervisor.report(Fault.OPERATOR_LAND)  # its way has not begun
-            self.stop()
+            try:
+                self.stop()
+            except BackendError as worse:
+                error.add_note(str(worse))
             raise
 
     def read(self) -> Measurement:
         """As `VehicleBackend.read`."""
-        return self.flight.backend.read()
+        measurement, now = self.flight.backend.read(), time.monotonic()
+        if now - self._taken > _TAKEN_EVERY:
+            self._taken = now
+            self.flight.journal.take(self.flight.backend.epoch)
+        return measurement
 
     def command(self, command: Command) -> None:
         """As `VehicleBackend.command`."""
         self.flight.backend.command(command)
 
     def stop(self) -> None:
-        """Fly back, land, and close the links; may be called twice. Ctrl-C on the way lands the vehicle where it is."""
+        """Fly back, land, and close the links; may be called twice. Ctrl-C on the way lands the vehicle where it is.
+
+        Raises:
+            BackendError: if the vehicle did not land, as `end` says, too: it may still be armed.
+        """
         self._stopping = True
         with self._closing:
-            if self.links.is_open:
-                try:
-                    self.flight.backend.stop()
-                finally:
-                    self.flight.descend()
+            if not self.links.is_open:
+                return
+            try:
+                self.flight.backend.stop()
+            finally:
+                self._abort = None
+                self.end = self.flight.descend()
+        if self.end not in (End.LANDED, End.NOT_FLOWN):
+            raise BackendError(self.end.value, field="landing")
+
+    def _new_flight(self) -> GuardedFlight:
+        return GuardedFlight(self._model, self.links, self._recorder, self._say)
+
+    def _go_through(self, checks: list[Check]) -> None:
+        """Tell of the checklist's warnings, and refuse what it is not passed by."""
+        for one in checks:
+            if one.verdict is Verdict.WARNING:
+                self._say(f"{one.name}: {one.found} → {one.advice}" if one.advice else f"{one.name}: {one.found}")
+        bad = [one for one in checks if one.verdict is Verdict.BAD]
+        if bad:
+            raise BackendError("; ".join(f"{one.name}: {one.found}" for one in bad), field="checklist")
+        if not self._confirm(checks):
+            raise BackendError("not confirmed", field="checklist")
 
 
 @contextmanager

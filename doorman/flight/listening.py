@@ -33,11 +33,11 @@ def listen(model: Model, config: VehicleConfig, findings: Report) -> list[Check]
     Returns:
         All rows; what only an answer could tell is a warning.
     """
-    rows = [*_autopilot(config), *_mocap(config), *_servos(config)]
+    rows = [*_autopilot(model, config), *_mocap(config), *_servos(config)]
     return [*rows, *judge_limits(model), *judge_scenario(findings)]
 
 
-def _autopilot(config: VehicleConfig) -> Iterator[Check]:
+def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:
     autopilot = Autopilot(replace(config.pixhawk, listen_only=True))
     try:
         autopilot.open()
@@ -56,7 +56,7 @@ def _autopilot(config: VehicleConfig) -> Iterator[Check]:
         yield Check("disarmed", Verdict.BAD, "armed", "land and disarm it first")
     else:
         yield Check("disarmed", Verdict.GOOD, "disarmed")
-    yield judge_battery(state.battery, status.conditions)
+    yield judge_battery(state.battery, status.conditions, model.scenario.safety.low_battery)
     yield Check("clock, rates, parameters", Verdict.WARNING, "not asked", "the checklist of a flight asks")
 
 

@@ -11,7 +11,7 @@ from doorman.exceptions import DoormanError
 from doorman.flight.guarded import SAME_INTERRUPT, End, GuardedFlight
 from doorman.hardware.safety import Fault, Finding
 from doorman.hardware.vehicle import VehicleLinks
-from doorman.mission import Mission, OnProgress
+from doorman.mission import Mission, OnProgress, Phase
 from doorman.model import Model
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder
@@ -55,6 +55,7 @@ class FlightSession:
         self.flight = GuardedFlight(model, links, recorder, say)
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
+        self._patience = model.scenario.mission.time_out.hold
         self._mission = Mission(model, planner, recorder)
         self._interrupted_at: float | None = None
         self._asked_to_end_at: float | None = None
@@ -123,8 +124,16 @@ class FlightSession:
             self._recorder.write("epoch", 0.0, {"epoch": self.backend.epoch})
 
     def _with_journal(self, on_progress: OnProgress | None) -> OnProgress:
+        holding = False
+
         def progress(now: float, door_angle: float) -> None:
+            nonlocal holding
             self.journal.take(self.backend.epoch)
+            if not holding and self._mission.phase is Phase.HOLD:
+                self.flight.say(
+                    f"the door would not stay by itself: somebody take it, then Ctrl-C; it is left after {self._patience:g} s"
+                )
+            holding = self._mission.phase is Phase.HOLD
             if on_progress is not None:
                 on_progress(now, door_angle)
 

@@ -103,18 +103,22 @@ class WayBack:
             self._travel(places.hover, places.yaw)
 
     def await_operator(self) -> None:
-        """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle."""
-        gave_up = any(finding.fault is Fault.OPERATOR_ABORT for finding in self._supervisor.findings)
-        if not gave_up or not self.may_go_on():
+        """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle, if nothing is wrong."""
+        if not self._only_given_up or not self.may_go_on():
             return
         self._say(f"hover: Ctrl-C again lands, or take over by radio; it lands by itself after {OPERATOR_PATIENCE:g} s")
         self._links.hold()
         begin = time.monotonic()
-        while self.may_go_on() and self._supervisor.action is Action.ABORT:
+        while self.may_go_on() and self._only_given_up:
             if time.monotonic() - begin > OPERATOR_PATIENCE:
                 break
             self._note()
             time.sleep(0.02)
+
+    @property
+    def _only_given_up(self) -> bool:
+        """Whether the operator has given the mission up, and no fault was found."""
+        return {finding.fault for finding in self._supervisor.findings} == {Fault.OPERATOR_ABORT}
 
     def _let_go(self) -> bool:
         """Hover until the gripper is open; returns whether it is, and the vehicle still ours."""

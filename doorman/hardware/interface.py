@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from types import TracebackType
 
 from doorman.signals import Command as Command
@@ -14,6 +15,8 @@ class Backend(ABC):
 
     real_time: bool = False
     """Whether the plant goes on while the mission computes: plans are made in a thread of their own then."""
+    comes_back: bool = False
+    """Whether the vehicle lands after the mission, and so leaves in the end even a door that would not stay by itself."""
 
     @abstractmethod
     def open(self) -> None:
@@ -45,6 +48,13 @@ class Backend(ABC):
     @abstractmethod
     def stop(self) -> None:
         """Stop the arm and let go of every device; may be called twice."""
+
+    def watch_mission(self, abort: Callable[[str], None]) -> None:  # noqa: B027 - most have nothing to ask
+        """Take how the mission, which calls this before it opens the backend, is asked to leave the door and come back.
+
+        Args:
+            abort: To be called with the reason, from any thread.
+        """
 
     def __enter__(self) -> Backend:
         self.open()

@@ -90,6 +90,8 @@ class Mission:
         now, next_report = 0.0, 0.0
         end = math.inf if duration is None else duration - 1e-9
         outcome = FLOWN
+        self._sequence.comes_back = backend.comes_back
+        backend.watch_mission(self.abort)
         try:
             with self._schedule.running(backend.real_time), backend, _no_garbage_collection():
                 self._started = time.perf_counter()

@@ -104,6 +104,8 @@ class Sequence:
         """Whether the door has been brought to the goal."""
         self.failure = ""
         """Why the mission was given up; empty if it was not."""
+        self.comes_back = False
+        """Whether the vehicle leaves in the end even a door that would not stay: one that has to land must."""
         self._model, self._converter, self._estimator = model, converter, estimator
         self._settings = model.scenario.mission
         self._grips = model.scenario.contact.kind == "grip"
@@ -348,13 +350,16 @@ class Sequence:
         return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
-        """Go on holding a door that would not stay by itself; the mission ends here, with the tip on the leaf."""
+        """Go on holding a door that would not stay by itself; a mission that need not come back ends so, the tip on the leaf."""
         assert self._entered is not None
         held, off = estimate.time - self._entered, abs(estimate.door_angle - float(self._model.goal_state[3]))
         stands = off < STILL_OPEN and abs(estimate.door_rate) < _MOVING
         if held >= self._settings.hold_open * (1.0 if stands else _PATIENCE):
-            if off < _OPEN_ENOUGH:
+            if off < _OPEN_ENOUGH and not self.comes_back:
                 self._enter(Phase.DONE, estimate, "")
+            elif off < _OPEN_ENOUGH:
+                if held >= self._settings.time_out.hold:
+                    self.abort(estimate, f"the door would not stay by itself, and was left after {held:.0f} s")
             else:
                 angle = float(np.degrees(estimate.door_angle))
                 self._give_up(estimate, f"the door could not be held at the goal, and is at {angle:.0f}°")

@@ -74,6 +74,7 @@ class RigPlant:
         self._thrust, self._attitude = 0.0, np.array([0.0, 0.0, self.places.yaw])
         plant = self._simulator.plant
         self._free = float(plant.engine_model.dof_frictionloss[plant.hinge_velocity])
+        self._own_spring = float(plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]])
         self._arm_rates = np.zeros(model.n_arm)
         self._motors, self._grip = False, False
         self._pilot = pilot
@@ -178,6 +179,16 @@ class RigPlant:
         plant = self._simulator.plant
         with self.lock:
             plant.engine_model.dof_frictionloss[plant.hinge_velocity] = self._free + torque
+
+    def draw_shut(self, stiffness: float) -> None:
+        """Give the door a closer, until the next call.
+
+        Args:
+            stiffness: Of its spring, beside the door's own one [N m/rad]; 0 takes it away.
+        """
+        model, hinge = self._simulator.plant.engine_model, self._simulator.plant.hinge_velocity
+        with self.lock:
+            model.jnt_stiffness[model.dof_jntid[hinge]] = self._own_spring + stiffness
 
     def blow(self, force: tuple[float, float, float]) -> None:
         """Let wind, or somebody's hand, push the vehicle until the next call.

@@ -111,6 +111,8 @@ class MissionTimeOutsSection(Section):
     approach: Positive = 20.0
     touch: Positive = 30.0
     open: Positive = 60.0
+    hold: Positive = 60.0
+    """On a vehicle, for somebody to take a door that would not stay by itself; it is left then."""
     recover: Positive = 6.0
     """Without coming nearer to the goal by a degree; three times that in all."""
     release: Positive = 8.0
@@ -135,7 +137,7 @@ class MissionSection(Section):
     hold_time: Positive = 1.0
     """For which the door must stay at the goal before it is let go [s]."""
     hold_open: NonNegative = 3.0
-    """For which a door is held whose closer would shut it on the vehicle; the mission ends there [s]."""
+    """For which a door is held whose closer would shut it on the vehicle; a simulated mission ends there [s]."""
     recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 20
     """How often contact may be lost before an attempt is given up."""
     attempts: Annotated[int, Field(strict=True, ge=1, le=10)] = 2

@@ -39,13 +39,16 @@ def flown(
     scenario: str = "push",
     on_progress: Callable[[Mission, float, float], None] | None = None,
     pull: Pull = lambda time: 0.0,
+    comes_back: bool = False,
     **overrides: float | str,
 ) -> tuple[Recording, Mission]:
     changes = {key.replace("__", "."): value for key, value in overrides.items()}
     model, recorder = Model(Scenario.load(scenario, changes)), Recorder(None, {})
     mission = Mission(model, recorder=recorder)
     report = None if on_progress is None else lambda time, angle: on_progress(mission, time, angle)
-    mission.fly(HandledBackend(model, recorder, torque, pull), on_progress=report)
+    backend = HandledBackend(model, recorder, torque, pull)
+    backend.comes_back = comes_back
+    mission.fly(backend, on_progress=report)
     recording = recorder.recording()
     recording.summary = summarize(recording, model)
     return recording, mission

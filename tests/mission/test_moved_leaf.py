@@ -143,6 +143,21 @@ def test_a_door_that_cannot_be_held_at_the_goal_is_given_up() -> None:
     assert not verdict(summary)[0]
 
 
+@pytest.mark.parametrize("scenario", ["paper", "push"])
+def test_a_vehicle_that_comes_back_leaves_a_door_that_would_not_stay(scenario: str) -> None:
+    """Nobody has taken it: the leaf shuts behind the vehicle, and does not throw it onto the jambs."""
+    recording, mission = flown(
+        scenario=scenario, comes_back=True, simulation__door_stiffness=1.0, mission__time_out__hold=6.0
+    )
+    assert mission.outcome == (False, "the door would not stay by itself, and was left after 6 s")
+    assert phases(recording) == [*ATTEMPT, "hold", "release", "retreat", "done", "end"]
+    summary, truth = recording.summary, recording["truth"]
+    assert summary is not None and summary["collisions"] == 0
+    left = recording["mission"].time[phases(recording).index("release")]
+    assert abs(math.degrees(truth["door_angle"][np.searchsorted(truth.time, left)]) - 20.0) < 2.0, "held until then"
+    assert truth["position"][-1, 0] < -0.8, "out of the doorway"
+
+
 @pytest.mark.slow
 def test_a_leaf_that_is_blown_past_the_goal_is_not_chased() -> None:
     recording, mission = flown(hand(50.0, 6.0, lambda off, rate: -3.0 - 5.0 * rate))

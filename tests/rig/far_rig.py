@@ -53,6 +53,7 @@ class Served:
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))
         rig.plant.block(0.0)
+        rig.plant.draw_shut(0.0)
         rig.autopilot.battery.silent = False
         for servo, registers in self.registers.items():
             for name, value in registers.items():

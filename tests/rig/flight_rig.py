@@ -79,6 +79,7 @@ class FlightRig:
                 "simulation.planner_latency_periods": 1,
                 "safety.missed_ticks": 2.0,
                 "safety.divergence": 0.3,
+                "mission.time_out.hold": 12.0,
             },
         )
         self.model = Model(scenario)

@@ -13,9 +13,9 @@ import pytest
 from flight_rig import FlightRig, until
 
 from doorman.exceptions import BackendError
-from doorman.flight import FlyingBackend
+from doorman.flight import Check, End, FlyingBackend, Verdict
 from doorman.hardware.interface import Command
-from doorman.hardware.safety import Action
+from doorman.hardware.safety import Action, Fault
 
 ROOT = Path(__file__).parents[2]
 SIMULATED, FLOWN = (ROOT / "examples" / f"{name}_the_door.py" for name in ("open", "fly"))
@@ -62,6 +62,41 @@ def test_the_backend_takes_off_and_lands(rig: FlightRig, monkeypatch: pytest.Mon
             monkeypatch.setattr(backend.flight.way_back, "fly", interrupted)
         until(lambda: rig.snapshot.on_ground and not rig.snapshot.motors, "landed, by Ctrl-C on the way back")
         assert backend.flight.supervisor.action is Action.LAND
+    finally:
+        backend.stop()
+        rig.links.open()
+
+
+def test_what_is_found_before_and_in_a_flight_is_told(rig: FlightRig):
+    rig.links.stop()
+    words, said, shown, asked = rig.far.arguments, [], [], []
+
+    def confirm(checks: list[Check]) -> bool:
+        shown.append(checks)
+        return len(shown) > 1
+
+    backend = FlyingBackend(rig.model, words[1], words[3], words[5], say=said.append, confirm=confirm)
+    rig.far.call("set_register", 2, "present temperature", 65)
+    try:
+        with pytest.raises(BackendError, match="not confirmed"):
+            backend.open()
+        assert backend.end is End.NOT_FLOWN and rig.snapshot.on_ground and not rig.snapshot.motors
+        warned = [check.name for check in shown[0] if check.verdict is Verdict.WARNING]
+        assert "servos' temperature" in warned
+        assert [line.partition(":")[0] for line in said[: len(warned)]] == warned
+        rig.far.call("set_register", 2, "present temperature", 30)
+        backend.watch_mission(asked.append)
+        with backend:
+            backend.flight.supervisor.report(Fault.BATTERY_LOW)
+            assert asked == [Fault.BATTERY_LOW.value], "the mission's own controller may fly back"
+            assert backend.flight.supervisor.action is Action.ABORT
+        assert backend.end is End.LANDED and "land" in said
+        backend.open()  # another flight, which knows nothing of the last one
+        assert not backend.flight.supervisor.findings
+        rig.far.call("rig.autopilot.kill_switch")
+        with pytest.raises(BackendError, match="its motors stopped in the air"):
+            backend.stop()
+        assert backend.end is End.FALLEN
     finally:
         backend.stop()
         rig.links.open()

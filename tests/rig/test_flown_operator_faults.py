@@ -8,7 +8,7 @@ import numpy as np
 from flight_ends import assert_at_the_pad, assert_down, at_hover, found, lands_on_the_pad
 from flight_rig import AUTOPILOT, Flight, until
 
-from doorman.flight import End, way_back
+from doorman.flight import End, FlightReport, way_back
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.safety import Action, Fault
 
@@ -31,6 +31,37 @@ def test_operator_gives_up(rig, monkeypatch):
     assert "retreat" in flight.recording["mission"]["state"], "the mission's own controller flew back"
     assert_down(rig)
     assert_at_the_pad(rig)
+
+
+def held(rig) -> Flight:
+    """A door with a closer, which somebody would have to take."""
+    rig.far.call("rig.plant.draw_shut", 1.0)
+    flight = at_hover(rig)
+    until(lambda: any(words.startswith("the door would not stay") for words in flight.said), "a held door", flight.told)
+    return flight
+
+
+def left(rig, flight: Flight) -> FlightReport:
+    """Its leaf follows the vehicle out, at the tip."""
+    report = lands_on_the_pad(rig, flight)
+    assert "retreat" in flight.recording["mission"]["state"], "the mission's own controller flew back"
+    assert not report.completed
+    return report
+
+
+def test_a_door_that_would_not_stay_is_held_until_the_operator_gives_up(rig, monkeypatch):
+    monkeypatch.setattr(way_back, "OPERATOR_PATIENCE", 1.0)
+    flight = held(rig)
+    time.sleep(2.0 * rig.model.scenario.mission.hold_open)
+    assert flight.session.phase == "hold"
+    assert abs(rig.snapshot.truth.door_angle - rig.model.goal_state[3]) < np.radians(2.0)
+    flight.session.interrupt()
+    assert found(left(rig, flight)) == {Fault.OPERATOR_ABORT}
+
+
+def test_a_door_that_nobody_takes_is_left(rig):
+    report = left(rig, held(rig))
+    assert "was left after" in report.message and not report.findings
 
 
 def test_operator_lands_out_of_the_hover_after_giving_up(rig):

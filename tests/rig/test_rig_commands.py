@@ -141,7 +141,16 @@ def test_links_that_are_not_there_are_named():
 
 
 def test_the_rig_prints_how_to_fly_and_ends_by_ctrl_c(tmp_path):
-    ports = ["--pixhawk-port", str(free_port()), "--mocap-port", "0", "--set", "contact.kind=push"]
+    ports = [
+        "--pixhawk-port",
+        str(free_port()),
+        "--mocap-port",
+        "0",
+        "--set",
+        "contact.kind=push",
+        "--set",
+        "start.arm=[0, 1, -0.6, -0.4]",
+    ]
     with subprocess.Popen(
         [*COMMAND, "rig", "paper", *ports], cwd=tmp_path, text=True, stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -150,4 +159,7 @@ def test_the_rig_prints_how_to_fly_and_ends_by_ctrl_c(tmp_path):
         lines = [process.stdout.readline(), process.stdout.readline()]
         process.send_signal(signal.SIGINT)
         assert process.wait(60) == 0
-    assert re.match(r"doorman fly paper --set contact.kind=push --pixhawk udp:\d+ --servos \S+\n", lines[1]), lines
+    assert re.match(
+        r"doorman fly paper --set contact.kind=push --set 'start.arm=\[0, 1, -0.6, -0.4\]' --pixhawk udp:\d+ --servos \S+\n",
+        lines[1],
+    ), lines

@@ -35,6 +35,7 @@ class VehicleBackend(Backend):
     """
 
     real_time = True
+    comes_back = True
 
     def __init__(self, model: Model, links: VehicleLinks) -> None:
         if links.config.n_arm != model.n_arm:

@@ -128,7 +128,7 @@ def vehicle_config(
         pixhawk=PixhawkConfig(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
             rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
-            signing_key=signing_key, write_parameters=write_parameters,
+            signing_key=signing_key, write_parameters=write_parameters, min_battery=model.scenario.safety.low_battery,
             local_frame=LocalFrame((x, y, z), yaw),
         ),
         servos=ServoConfig(
