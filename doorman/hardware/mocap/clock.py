@@ -1,21 +1,23 @@
 r"""When frames were taken, from their numbers: packets carry no time, and arrive late in ways that change.
 
-Frame k arrives at the earliest at :math:`l(k) = b + k T`, where T is the nominal period. b follows the quickest packets: it
-falls at once to where two packets in a row say that it is, and rises only as slowly as clocks drift apart, and only while
-packets are hardly late. So a delay that sets in, however long it lasts, is never taken for the new normal. The frame was taken at
-:math:`\min(l(k), \text{arrival}) - \text{latency}`.
+Frame k arrives at the earliest at :math:`l(k) = b + k T`, where T is the period, nominal or as learnt. b follows the quickest
+packets: it falls at once to where two packets in a row say that it is, and rises only as slowly as crystals drift apart, and
+only while packets are hardly late. So a delay that sets in or grows, however long it lasts, is never taken for the new normal.
+The frame was taken at :math:`\min(l(k), \text{arrival}) - \text{latency}`.
+
+A clock that a time server slews would look like a queue that grows: times are those of the raw clock, which none does.
 """
 
 from __future__ import annotations
 
-_DRIFT = 2e-4
-"""Of two clocks against each other, at most [s/s]."""
+_DRIFT = 1e-4
+"""Of two crystals against each other, at most [s/s]."""
 _DRIFTED = 0.01
 """Lateness that may still be drift [s]."""
 
 
 class FrameClock:
-    """Maps frame numbers to this computer's monotonic clock.
+    """Maps frame numbers to this computer's raw clock.
 
     Args:
         rate: Nominal frames per second [1/s].
@@ -36,7 +38,7 @@ class FrameClock:
 
         Args:
             frame: Its number.
-            arrival: By `time.monotonic` [s].
+            arrival: By the raw clock [s].
         """
         self._base, self._frame, self._arrival, self._previous = arrival, frame, arrival, 0.0
 
@@ -45,7 +47,7 @@ class FrameClock:
 
         Args:
             frame: Its number.
-            arrival: By `time.monotonic` [s].
+            arrival: By the raw clock [s].
         """
         return arrival - self._base - (frame - self._frame) * self._period
 
@@ -54,7 +56,7 @@ class FrameClock:
 
         Args:
             frame: Newer than the one before.
-            arrival: By `time.monotonic` [s].
+            arrival: By the raw clock [s].
 
         Returns:
             How late it is, 0 or more [s].
@@ -76,7 +78,7 @@ class FrameClock:
 
         Args:
             frame: Its number.
-            arrival: By `time.monotonic` [s].
+            arrival: By the raw clock [s].
 
         Returns:
             By the same clock [s].

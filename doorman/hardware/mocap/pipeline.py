@@ -40,15 +40,16 @@ class Pipeline:
         """The measured rate, if it is far from the configured one [1/s]."""
         return self._stream.frame_rate if self._stream.monitor.near(RATE_AT_OPEN) is False else None
 
-    def feed(self, datagram: bytes, sender: Sender, arrival: float) -> None:
+    def feed(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> None:
         """Take in a datagram.
 
         Args:
             datagram: As received.
             sender: Address and port that it came from.
             arrival: By `time.monotonic`, not before the last call [s].
+            raw: The same by a clock whose rate no time server changes [s].
         """
-        reading = self._stream.read(datagram, sender, arrival)
+        reading = self._stream.read(datagram, sender, arrival, raw)
         sample = None if reading is None else self._tracker.take(reading)
         if sample is not None:
             self.latest = replace(sample, fault=self.book.holds)

@@ -2,7 +2,7 @@ r"""Whether frames come at the rate that their numbers are read by.
 
 With :math:`u = \text{arrival} - k T`, the deviation is :math:`\Delta u / \Delta t`: positive where frames come too slowly, or
 ever later, which cannot be told apart. u is that of the quickest packet of every bin of time, and medians keep delays that set in
-or end from moving the figure.
+or end from moving the figure. The first one over 10 s of a steady stream is the cameras' rate; what changes later is delay.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ from collections import deque
 GROSS = 0.02
 """Deviation over 0.8 s that is a fault."""
 FINE = 0.002
-"""Deviation over 10 s that is a fault; smaller ones are followed."""
+"""Deviation over 10 s that is a fault; smaller ones are learnt."""
+_STEADY = 2e-4
+"""Spread of slopes (median) below which their median is the rate: a busy computer makes it larger."""
 _QUICK_BIN, _QUICK_BINS, _QUICK_LEAST = 0.1, 8, 3
 _SETTLED = 4
 """Bins from which on a single stall does not count."""
@@ -40,6 +42,9 @@ class RateMonitor:
         """Deviation over the last 0.8 s; None for the first 0.3 s."""
         self.exact: float | None = None
         """Deviation over up to 10 s; None for the first 4 s."""
+        self.learnt: float | None = None
+        """Deviation of the cameras' rate: `exact`, until it has been steady for 10 s; then kept."""
+        self._settled = False
 
     def near(self, tolerance: float) -> bool | None:
         """Whether the rate is roughly right.
@@ -56,7 +61,7 @@ class RateMonitor:
 
     @property
     def wrong(self) -> bool:
-        """Whether the deviation is too large to be followed."""
+        """Whether the deviation is too large to be learnt."""
         gross = self.quick is not None and abs(self.quick) > GROSS and len(self._quick.points) >= _TRUSTED
         return gross or (self.exact is not None and abs(self.exact) > FINE)
 
@@ -72,7 +77,7 @@ class RateMonitor:
 
         Args:
             frame: Newer than the one before.
-            arrival: By `time.monotonic` [s].
+            arrival: By the raw clock [s].
 
         Returns:
             Whether the deviations were computed anew.
@@ -85,8 +90,12 @@ class RateMonitor:
         if news and len(self._quick.points) >= _QUICK_LEAST:
             self.quick = _cautious(list(self._quick.points))
         if self._exact.add(elapsed, offset) and len(self._exact.points) >= _EXACT_LEAST:
-            points = list(self._exact.points)
-            self.exact = statistics.median(_slopes(points, _EXACT_LAG))
+            slopes = _slopes(list(self._exact.points), _EXACT_LAG)
+            self.exact = statistics.median(slopes)
+            if not self._settled and not self.wrong:
+                self.learnt = self.exact
+                spread = statistics.median(abs(slope - self.exact) for slope in slopes)
+                self._settled = len(self._exact.points) == _EXACT_BINS and spread < _STEADY
         return news
 
 

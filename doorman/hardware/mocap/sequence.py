@@ -65,7 +65,7 @@ class FrameSequence:
 
         Args:
             number: Modulo 2³².
-            arrival: By `time.monotonic` [s].
+            arrival: By the raw clock [s].
         """
         frame = self.unwrapped(number)
         if self.newest is None:

@@ -79,13 +79,14 @@ class StreamReader:
         """As measured; the nominal one until it is [1/s]."""
         return self._config.rate * (1.0 - self.monitor.deviation)
 
-    def read(self, datagram: bytes, sender: Sender, arrival: float) -> Reading | None:
+    def read(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> Reading | None:
         """Take in a datagram.
 
         Args:
             datagram: As received.
             sender: Address and port that it came from.
             arrival: By `time.monotonic` [s].
+            raw: The same by the raw clock, by which frames are timed [s].
 
         Returns:
             The object's pose if it is there, new and believable.
@@ -105,9 +106,9 @@ class StreamReader:
         self._hear(sender, bool(found), arrival)
         self._remember([one.name for one in packet.objects])
         new = bool(found) and self._unseen(found[0])
-        if not self._in_order(packet.frame_number, arrival, bool(found)) or not found:
+        if not self._in_order(packet.frame_number, arrival, raw, bool(found)) or not found:
             return None
-        return self._measurement(found[0], new, packet.frame_number, arrival)
+        return self._measurement(found[0], new, packet.frame_number, arrival, raw)
 
     def tick(self, now: float) -> None:
         """Look whether the stream has fallen silent; then anybody may send.
@@ -167,11 +168,11 @@ class StreamReader:
             del self._poses[next(iter(self._poses))]
         return True
 
-    def _in_order(self, number: int, arrival: float, found: bool) -> bool:
+    def _in_order(self, number: int, arrival: float, raw: float, found: bool) -> bool:
         """Whether a packet belongs to the newest frame and brings something that is not known."""
-        order = self._sequence.classify(number, arrival)
+        order = self._sequence.classify(number, raw)
         if order in (Order.NEXT, Order.RESTARTED):
-            self._begin_frame(arrival, order is Order.RESTARTED)
+            self._begin_frame(arrival, raw, order is Order.RESTARTED)
         elif order is Order.STRANGE:
             self._book.strike(MocapFault.NUMBERING, arrival, f"frame {number} after {self._sequence.newest}")
             return False
@@ -185,7 +186,7 @@ class StreamReader:
             self._seen = True
         return True
 
-    def _begin_frame(self, arrival: float, restarted: bool) -> None:
+    def _begin_frame(self, arrival: float, raw: float, restarted: bool) -> None:
         """A frame ends and a newer one begins: count what was missing, and look at the time."""
         self._note_absence(arrival)
         frame, skipped = self._sequence.newest or 0, self._sequence.skipped
@@ -195,11 +196,11 @@ class StreamReader:
             self._book.strike(MocapFault.RESTARTED, arrival, f"frame numbers began anew at {frame}")
         if skipped:
             self._book.strike(MocapFault.DROPPED, arrival, f"{skipped} frames missing before {frame}")
-        delay = self._clock.observe(frame, arrival)
+        delay = self._clock.observe(frame, raw)
         self._figures.frame(arrival, delay, skipped)
         if delay > self._config.max_delay:
             self._book.strike(MocapFault.DELAYED, arrival, f"frame {frame} is {1e3 * delay:.0f} ms late")
-        if self.monitor.observe(frame, arrival):
+        if self.monitor.observe(frame, raw):
             self._judge_rate(arrival)
 
     def _note_absence(self, arrival: float) -> None:
@@ -213,10 +214,10 @@ class StreamReader:
         wrong = self.monitor.wrong
         text = f"{self.frame_rate:.2f} frames a second instead of {self._config.rate:g}" if wrong else ""
         self._book.keep(MocapFault.RATE, wrong, now, text)
-        if not wrong and self.monitor.exact is not None:
-            self._clock.follow(self.monitor.exact)
+        if self.monitor.learnt is not None:
+            self._clock.follow(self.monitor.learnt)
 
-    def _measurement(self, found: TrackedObject, new: bool, number: int, arrival: float) -> Reading | None:
+    def _measurement(self, found: TrackedObject, new: bool, number: int, arrival: float, raw: float) -> Reading | None:
         """The object's pose, unless it is impossible or old."""
         self._absent = 0
         self._book.keep(MocapFault.MISSING, False, arrival)
@@ -236,5 +237,5 @@ class StreamReader:
         if MocapFault.RATE in self._book.holds:
             return None
         frame = self._sequence.newest or 0
-        return Reading(frame, number, arrival, self._clock.time_of(frame, arrival), found.translation, found.rotation,
-                       self._era)  # fmt: skip
+        age = raw - self._clock.time_of(frame, raw)
+        return Reading(frame, number, arrival, arrival - age, found.translation, found.rotation, self._era)

@@ -121,7 +121,8 @@ class MocapWorker:
             if flags & select.POLLIN:
                 for _ in range(BATCH):
                     datagram, sender = channel.recvfrom(LARGEST)
-                    self._pipeline.feed(datagram, sender, time.monotonic())
+                    arrival = time.monotonic()  # before the other one: what comes between makes poses older, not newer
+                    self._pipeline.feed(datagram, sender, arrival, time.clock_gettime(time.CLOCK_MONOTONIC_RAW))
             elif flags & _BROKEN:
                 raise OSError(channel.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR), "the socket is broken")
         except BlockingIOError:

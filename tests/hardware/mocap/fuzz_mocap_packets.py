@@ -235,7 +235,7 @@ def _step(wire: HostileWire, pipeline: Pipeline, kind: str, counts: dict[str, in
         wire.open = wire.open or MocapFault.SILENT in pipeline.book.holds
         if sender is TRACKER or wire.open:
             wire.note(datagram)
-        pipeline.feed(datagram, sender, arrival)
+        pipeline.feed(datagram, sender, arrival, arrival)
         _check(wire, pipeline, arrival, counts)
     later = wire.now + CONFIG.latency + wire.random.uniform(1e-3, PERIOD - 1e-3)
     pipeline.tick(later)

@@ -30,6 +30,8 @@ class Simulated:
         self.pipeline = Pipeline(CONFIG, self.log)
         self.stream = TrackerStream(swaying, TrackerSetup(NAME, first_frame=500_000))
         self.now = 100.0
+        self.slewed = 0.0
+        """By which a time server has moved the monotonic clock [s]."""
         self.exposure = 100.0
         self.extra: Callable[[float], None] = lambda now: None
         self.checked = 0
@@ -46,14 +48,14 @@ class Simulated:
                 self.stream.expose(self.exposure)
                 self.exposure += 1.0 / self.stream.rate
             for datagram in self.stream.take(self.now):
-                self.pipeline.feed(datagram, SENDER, self.now)
+                self.pipeline.feed(datagram, SENDER, self.now + self.slewed, self.now)
             self.extra(self.now)
-            self.pipeline.tick(self.now)
+            self.pipeline.tick(self.now + self.slewed)
             self.check()
         return math.inf
 
     def sample(self):
-        return self.pipeline.latest.at(self.now, CONFIG.stale_after, CONFIG.prediction_limit)
+        return self.pipeline.latest.at(self.now + self.slewed, CONFIG.stale_after, CONFIG.prediction_limit)
 
     def check(self):
         """Whatever is wrong: a pose that becomes fresh was true at the time of its stamp, or later."""
@@ -62,7 +64,8 @@ class Simulated:
         self.checked = self.pipeline.latest.count
         sample = self.sample()
         if sample.fresh and not any(self.stream.faults.jump):
-            times = [sample.time + share * (self.now - sample.time) for share in (-0.05, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
+            taken = self.now - sample.age
+            times = [taken + share * sample.age for share in (-0.05, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
             error = min(math.dist(sample.position, true_position(at)) for at in times)
             assert error < 0.0025, f"older than it says: {error:.4f} m"
 
@@ -101,11 +104,11 @@ def hold_one_back(simulated):
 
 
 def send_damaged(simulated):
-    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, SENDER, now)
+    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, SENDER, now, now)
 
 
 def send_foreign(simulated):
-    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, ("10.0.0.9", 1), now)
+    simulated.extra = lambda now: simulated.pipeline.feed(b"\1" * 80, ("10.0.0.9", 1), now, now)
 
 
 CASES = {
@@ -184,6 +187,29 @@ def test_a_delay_that_lasts_stays_stale(delay):
     simulated.stream.faults.delay = 0.0
     simulated.run(delay + 0.2)
     assert simulated.sample().fresh
+
+
+@pytest.mark.parametrize(("growth", "within"), [(0.5e-3, 45.0), (1.0e-3, 22.0), (1.9e-3, 12.0)])
+def test_delay_that_grows_slowly(growth, within):
+    simulated = Simulated()
+    simulated.run(12.0, step=0.005)
+    start = simulated.now
+    simulated.extra = lambda now: set_fault(delay=growth * (now - start))(simulated)
+    assert simulated.run(60.0, simulated.told(MocapFault.DELAYED), step=0.005) <= within
+    assert simulated.stream.faults.delay < 0.024
+    simulated.run(0.008 / growth, step=0.005)
+    assert simulated.run(10.0, lambda: simulated.sample().fresh, step=0.005) == math.inf
+
+
+@pytest.mark.parametrize(("slew", "seconds"), [(500e-6, 20.0), (500e-6, 100.0), (-500e-6, 100.0), (0.08, 20.0)])
+def test_a_time_server_that_slews_the_clock_is_no_delay(slew, seconds):
+    simulated = Simulated()
+    simulated.run(12.0, step=0.005)
+    start = simulated.now
+    simulated.extra = lambda now: setattr(simulated, "slewed", slew * (now - start))
+    assert simulated.run(seconds, lambda: bool(simulated.pipeline.book.holds), step=0.004) == math.inf
+    assert simulated.sample().fresh
+    assert simulated.sample().age < CONFIG.latency + CONFIG.period + 0.006
 
 
 @pytest.mark.parametrize("rate", [80.0, 130.0])

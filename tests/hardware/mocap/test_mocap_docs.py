@@ -14,7 +14,7 @@ from mocap_table import PAGE, table
 from doorman.hardware.emulators.mocap import MocapEmulator, StreamFaults, TrackerSetup
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapStatistics, PoseQuality, PoseSample
 from doorman.hardware.mocap.clock import _DRIFT, _DRIFTED
-from doorman.hardware.mocap.rate import FINE
+from doorman.hardware.mocap.rate import _EXACT_BIN, _EXACT_BINS, _EXACT_LAG, _STEADY, FINE
 from doorman.hardware.mocap.sequence import FORGIVEN, NEW_RUN
 from doorman.hardware.mocap.worker import REOPEN_INTERVAL
 
@@ -48,7 +48,16 @@ def test_every_quality_is_in_the_table():
 
 def test_names_exist():
     known = {field.name for kind in (MocapConfig, MocapStatistics, PoseSample, TrackerSetup) for field in fields(kind)}
-    known |= {"MocapReceiver", "MocapEvent", "MocapFault", "TrackerSetup", "usable", "open", "source"}
+    known |= {
+        "MocapReceiver",
+        "MocapEvent",
+        "MocapFault",
+        "TrackerSetup",
+        "usable",
+        "open",
+        "source",
+        "CLOCK_MONOTONIC_RAW",
+    }
     known |= {one.name for kind in (PoseQuality, MocapFault) for one in kind}
     used = set(re.findall(r"`([A-Za-z_]+)`", PAGE))
     assert {name for name in used if not name.startswith("test_")} <= known
@@ -67,9 +76,14 @@ def test_numbers_are_those_of_the_code():
     assert f"{1e3 * config.latency:g} ms is an assumption" in PAGE
     assert f"otherwise: {1e3 * config.velocity_window / 2:g} ms by default" in PAGE
     assert (
-        f"up to {1e3 * _DRIFTED:g} ms may pass for drift of the clocks, at most\n{1e3 * _DRIFT:g} ms a second" in PAGE
+        f"rises by {1e3 * _DRIFT:g} ms a second at most, and only while packets are up to {1e3 * _DRIFTED:g} ms" in PAGE
     )
-    assert f"Up to {100 * FINE:g} % the rate is followed" in PAGE
+    assert (
+        f"up to {100 * FINE:g} % (119.88 for 120) is learnt from the first {_EXACT_BIN * _EXACT_BINS:g} s of a steady"
+        in PAGE
+    )
+    assert f"half a second keep within {1e3 * _STEADY * _EXACT_LAG * _EXACT_BIN:g} ms of a line" in PAGE
+    assert f"less than {1e3 * _DRIFT:g} ms a second, as a crystal's: {900e3 * _DRIFT:g} ms in 15 minutes" in PAGE
     assert f"{NEW_RUN} frames at the right pace" in PAGE
     assert f"if {FORGIVEN:g} s behind or more" in PAGE
     assert f"every {1e3 * REOPEN_INTERVAL:g} ms" in PAGE

@@ -18,6 +18,7 @@ from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, TrackerSetup
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality
 from doorman.hardware.mocap.connection import parse_connection
+from doorman.hardware.mocap.pipeline import Pipeline
 
 
 def test_poses_are_true_at_the_time_of_their_stamp(rig):
@@ -51,6 +52,16 @@ def test_frames_and_offsets(make_rig):
     truth = swaying(sample.time)
     w, x, y, z = truth.quaternion
     assert pin.rpy.rpyToMatrix(sample.attitude) == pytest.approx(pin.Quaternion(w, x, y, z).matrix(), abs=0.01)
+
+
+def test_frames_are_timed_by_the_clock_that_no_time_server_changes(make_rig, monkeypatch):
+    rig, fed = make_rig(), []
+    monkeypatch.setattr(Pipeline, "feed", lambda pipeline, *given: fed.append(given[2:]))
+    monkeypatch.setattr(time, "clock_gettime", {time.CLOCK_MONOTONIC_RAW: -1.0}.__getitem__)
+    with pytest.raises(BackendError, match="no packets come"):
+        rig.receiver.open(0.3)
+    assert fed
+    assert all(arrival > 0.0 and raw == -1.0 for arrival, raw in fed)
 
 
 def test_figures_of_the_stream(rig):
