@@ -63,6 +63,7 @@ ARDUPILOT_DEFAULTS: dict[str, tuple[float, int]] = {
     "EK3_SRC1_VELZ": (3, _INT8),
     "VISO_TYPE": (0, _INT8),
     "VISO_DELAY_MS": (10, _INT16),
+    "VISO_QUAL_MIN": (0, _INT8),
     "RTL_ALT": (1500, _INT32),
     "RTL_CONE_SLOPE": (3.0, _REAL32),
     "RTL_LOIT_TIME": (5000, _INT32),

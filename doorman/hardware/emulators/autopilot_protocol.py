@@ -150,6 +150,8 @@ class Protocol:
 
     def _execute(self, message: Any) -> int:
         brain = self._brain
+        if self._stumbles(message):
+            return DENIED
         if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             if self._too_fast(message.param2):
                 return FAILED
@@ -171,6 +173,12 @@ class Protocol:
         if message.command == mavlink.MAV_CMD_NAV_LAND:
             return brain.request_land()
         return UNSUPPORTED
+
+    def _stumbles(self, message: Any) -> bool:
+        """Whether ArduPilot before 4.5 would make integers of what is none, which aborts it in simulation."""
+        if self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
+            return False
+        return math.isnan(message.param5) or math.isnan(message.param6)
 
     def _too_fast(self, interval_us: float) -> bool:
         """Whether ArduPilot's main loop cannot send so often."""
@@ -246,6 +254,8 @@ class Protocol:
         values = [message.x, message.y, message.z, message.roll, message.pitch, message.yaw]
         if not all(math.isfinite(value) for value in values):
             return
+        if self._brain.vendor != mavlink.MAV_AUTOPILOT_PX4 and self._brain.parameters["VISO_QUAL_MIN"] > 0:
+            return  # ArduPilot takes these poses for ones of quality 0
         now = self._clock()
         stamp = self.companion_clock.stamp(message.usec, now)
         if self._brain.vendor != mavlink.MAV_AUTOPILOT_PX4:

@@ -129,7 +129,7 @@ class AuthorityKeeper:
             self._requests += 1
             confirmation = min(255, self._requests - 1)
             if self._requests % 2 == 0:
-                here = (0.0, 0.0, 0.0, *[float("nan")] * 3)
+                here = (0.0, 0.0, 0.0, *[dialect.no_place] * 3)
                 return [command_message(target, mavlink.MAV_CMD_NAV_LAND, *here, confirmation=confirmation)]
             mode = dialect.mode_parameters(dialect.land_mode)
             return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]

@@ -49,6 +49,11 @@ class Dialect:
     """Whether it maps stamps of poses by TIMESYNC requests of its own, which not every link streams unless asked to."""
     takes_thrust: frozenset[int]
     """MAV_TYPEs whose thrust it takes from attitude setpoints."""
+    no_place: float
+    """Fourth to sixth parameter of COMMAND_LONG that mean none: ArduPilot before 4.5 makes integers of two of them, which NaN
+    is not, and in simulation aborts."""
+    mode_hint: str
+    """What may keep it from the companion mode although it accepted the request."""
 
     def mode_parameters(self, mode: Mode) -> tuple[float, float, float]:
         """First three parameters of DO_SET_MODE."""
@@ -87,6 +92,8 @@ PX4 = Dialect(
     says_what_is_valid=True,
     asks_time=True,
     takes_thrust=MULTIROTORS - {29, 35},
+    no_place=float("nan"),
+    mode_hint="; PX4 1.13 and older enter it without a radio only with bit 2 (4) of COM_RCL_EXCEPT",
 )
 ARDUPILOT = Dialect(
     name="ArduPilot",
@@ -104,6 +111,8 @@ ARDUPILOT = Dialect(
     says_what_is_valid=False,
     asks_time=False,
     takes_thrust=MULTIROTORS,
+    no_place=0.0,
+    mode_hint="",
 )
 
 

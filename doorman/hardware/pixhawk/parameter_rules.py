@@ -134,6 +134,17 @@ _KEEPS_HEADING = "a turn in the doorway takes the arm with it, and the thrust th
 _LANDS = "back on its pad it must land, by dead reckoning: soon"
 
 PX4_RULES = (
+    Rule(
+        ("COM_OBL_ACT",),
+        "absent",
+        lambda _: False,
+        None,
+        _E,
+        When.ALWAYS,
+        "PX4 1.13 or older, with other parameters than these; without a radio it flies offboard only with bit 2 (4) of "
+        "COM_RCL_EXCEPT; update to 1.14 or newer",
+        optional=True,
+    ),
     _within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
     _one_of(
         "COM_OBL_RC_ACT",
@@ -180,7 +191,15 @@ ARDUPILOT_RULES = (
     _bit(
         "GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"
     ),
-    _within("GUID_TIMEOUT", 0.1, 1.0, 0.2, _W, When.ALWAYS, "time without setpoints until it levels and stops"),
+    _within(
+        "GUID_TIMEOUT",
+        0.1,
+        1.0,
+        0.2,
+        _W,
+        When.ALWAYS,
+        "time without setpoints until it levels and stops; before 4.5.2 it turns to north, too",
+    ),
     _one_of(
         "FS_GCS_ENABLE",
         (5, 1),
@@ -233,6 +252,14 @@ ARDUPILOT_RULES = (
     _equal("EK3_SRC1_VELXY", 0, _E, When.MOCAP, "mocap sends no velocity"),
     _equal("EK3_SRC1_VELZ", 0, _E, When.MOCAP, "mocap sends no velocity"),
     _equal("VISO_TYPE", 1, _E, When.MOCAP, "poses come by MAVLink"),
+    _one_of(
+        "VISO_QUAL_MIN",
+        (0, -1),
+        _E,
+        When.MOCAP,
+        "poses come without a quality, and are dropped otherwise",
+        optional=True,
+    ),
 )
 """Rules for ArduPilot; that of the ground station's id and those of delays depend on the set-up."""
 

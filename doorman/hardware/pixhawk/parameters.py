@@ -91,6 +91,12 @@ def _read_any(link: Sender, groups: Sequence[tuple[str, ...]], tries: int = _TRI
     return {name: answer.value for name, answer in answers.items() if answer is not None}
 
 
+def _read_for(link: Sender, rules: Sequence[Rule]) -> dict[str, float]:
+    """Read the parameters of rules."""
+    values = _read_any(link, [rule.names for rule in rules if not rule.optional])
+    return values | _read_any(link, [rule.names for rule in rules if rule.optional], _FEWER_TRIES)
+
+
 def write_parameter(link: Sender, name: str, value: float) -> bool:
     """Write a parameter, and see it read back.
 
@@ -128,11 +134,9 @@ def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
         What is not as it should be.
     """
     rules = tuple(rules)
-    values = _read_any(link, [rule.names for rule in rules if rule.only_with is None])
+    values = _read_for(link, [rule for rule in rules if rule.only_with is None])
     counting = [rule for rule in rules if rule.counts(values)]
-    further = [rule for rule in counting if rule.only_with is not None]
-    values |= _read_any(link, [rule.names for rule in further if not rule.optional])
-    values |= _read_any(link, [rule.names for rule in further if rule.optional], _FEWER_TRIES)
+    values |= _read_for(link, [rule for rule in counting if rule.only_with is not None])
     findings = []
     for rule in counting:
         name = next((name for name in rule.names if name in values), rule.names[0])

@@ -58,7 +58,7 @@ def await_autopilot(link: Link) -> None:
 
 def _hint(link: Link) -> str:
     if link.codec is not None and link.codec.counters.bad_signatures:
-        return ": messages come, but their signatures are missing or wrong"
+        return ": messages come, but their signatures are missing or wrong (PX4 before 1.17 cannot sign)"
     if link.inbox.foreign:
         return ": messages come, but none of a vehicle that is to be flown"
     return ""
@@ -86,7 +86,7 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
         link.stream.hold(place)
     if dialect.needs_stream:
         _sleep(link, timeouts.stream_before_mode)
-    outcome = Outcome(OutcomeStatus.TIMED_OUT, f"{dialect.companion_mode} was not entered")
+    outcome = Outcome(OutcomeStatus.TIMED_OUT, f"{dialect.companion_mode} was not entered{dialect.mode_hint}")
     link.authority.prepare()
 
     def taken() -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from pixhawk_parts import TARGET
 from pixhawk_rig import NO
@@ -91,6 +93,10 @@ def test_landing_is_asked_for_until_it_is_seen(keeper, stream, dialect, mode):
         assert keeper.request_landing(None), "asked again meanwhile, it goes on as it is"
     commands = [message.command for messages in asked for message in messages]
     assert commands == [mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_DO_SET_MODE]
+    places = [
+        message.param5 for messages in asked for message in messages if message.command == mavlink.MAV_CMD_NAV_LAND
+    ]
+    assert [math.isnan(place) for place in places] == [dialect is PX4], "ArduPilot before 4.5 makes an integer of it"
     assert stream.source is Source.HOLD, "until then it is held, so that no failsafe acts"
     beat(keeper, mode, dialect=dialect)
     assert keeper.state is Authority.LANDING and stream.source is Source.OFF

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from pixhawk_rig import WEIGHT, Rig, wait_until
+from pixhawk_rig import QUICK, WEIGHT, Rig, wait_until
 
 from doorman.exceptions import BackendError
+from doorman.hardware.emulators.autopilot_brain import ACCEPTED
 from doorman.hardware.emulators.autopilot_plant import SimplePlant
 from doorman.hardware.emulators.autopilot_px4 import RETURN
 from doorman.hardware.pixhawk import (
@@ -297,6 +299,14 @@ def test_px4_that_navigates_already_gets_no_place_on_earth(rigs):
     assert wait_until(lambda: rig.emulator.protocol.received["COMMAND_LONG"] > 10)
     time.sleep(3.0)
     assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] == 0
+
+
+def test_what_keeps_an_older_px4_from_offboard_is_told(rigs, monkeypatch):
+    """Without a radio PX4 1.13 accepts the mode, and takes the lost radio's instead."""
+    rig = rigs("px4", {"timeouts": replace(QUICK, mode=0.5)}).open()
+    monkeypatch.setattr(rig.emulator.brain, "request_mode", lambda parameters: ACCEPTED)
+    outcome = rig.pilot.engage()
+    assert outcome.status is OutcomeStatus.TIMED_OUT and "COM_RCL_EXCEPT" in outcome.message
 
 
 def test_why_it_would_not_arm_is_told_when_asked(rigs, flavour):
