@@ -227,11 +227,12 @@ class Telemetry:
     def _system(self, estimate: Estimate) -> Any:
         ready = estimate.position_valid and not self.brain.refusal.active
         health = _PREARM_CHECK if ready else 0
+        told = 0 if self.brain.vendor == mavlink.MAV_AUTOPILOT_PX4 else _PREARM_CHECK  # PX4 since 1.14: in health alone
         battery = self._battery
-        told = round(battery.voltage * 1e3), round(battery.current * 1e2), round(battery.remaining * 1e2)
+        power = round(battery.voltage * 1e3), round(battery.current * 1e2), round(battery.remaining * 1e2)
         unknown = 0xFFFF, -1, -1
         return mavlink.MAVLink_sys_status_message(
-            _PREARM_CHECK, _PREARM_CHECK, health, 200, *(unknown if battery.silent else told), 0, 0, 0, 0, 0, 0
+            told, told, health, 200, *(unknown if battery.silent else power), 0, 0, 0, 0, 0, 0
         )
 
     def _battery_status(self) -> Any:

@@ -89,7 +89,7 @@ class VehicleSample:
     heartbeat_time: float = -math.inf
     """When the newest heartbeat was received [s]."""
     ready_to_arm: bool | None = None
-    """The autopilot's own pre-arm checks; None where it does not report them."""
+    """The autopilot's own pre-arm checks; None where it does not report them, as PX4 since 1.14."""
     thrust_target: float = math.nan
     """Normalised thrust that the autopilot commands its mixer, 0 … 1; what hover calibration looks at."""
     attitude_target: Array = field(default_factory=lambda: unknown(3))

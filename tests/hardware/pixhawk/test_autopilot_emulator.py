@@ -125,6 +125,22 @@ def test_messages_to_other_systems_are_not_for_it(clients):
     assert client.emulator.protocol.received["COMMAND_LONG"] == 0
 
 
+@pytest.mark.parametrize(("flavour", "result"), [("px4", 0), ("ardupilot", 2)])
+def test_no_number_is_no_place_for_ardupilot(clients, flavour, result):
+    """Before 4.5 it makes an integer of it, which in simulation ends it."""
+    client = clients(flavour)
+    assert wait_until(lambda: client.emulator.brain.around is not None)
+    nan = float("nan")
+    assert client.command(mavlink.MAV_CMD_NAV_LAND, 0.0, 0.0, 0.0, nan, nan, nan) == result
+    assert client.command(mavlink.MAV_CMD_NAV_LAND) == 0
+
+
+def test_px4_says_nothing_of_its_checks_before_it_is_to_arm(clients):
+    bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    status = clients("px4").get("SYS_STATUS", lambda message: message.onboard_control_sensors_health & bit)
+    assert not (status.onboard_control_sensors_enabled | status.onboard_control_sensors_present) & bit
+
+
 def test_noise_does_not_stop_it(clients):
     client = clients("ardupilot")
     for size in (1, 3, 50, 300):
