@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,6 +97,10 @@ class ServoConfig:
     """Lower [rad], upper [rad] and rate limits [rad/s] as read-only arrays."""
 
     def __post_init__(self) -> None:
+        self._make_whole("ids", "whole numbers from 0 to 252")
+        self._make_whole("directions", "1 or -1, as whole numbers")
+        self._make_whole("zero_positions", "whole numbers of ticks")
+        self._make_whole("homing_offsets", "whole numbers of ticks")
         self._check_ids()
         arrays = tuple(
             vector(getattr(self, name), self.n, f"servos.{name}")
@@ -144,6 +149,17 @@ class ServoConfig:
     def watchdog_counts(self) -> int:
         """Content of the bus watchdog's register."""
         return round(self.watchdog / WATCHDOG_UNIT)
+
+    def _make_whole(self, name: str, allowed: str) -> None:
+        """Make Python's integers of what counts as such: a float fits into no register."""
+        values = getattr(self, name)
+        if values is None:
+            return
+        try:
+            whole = tuple(operator.index(value) for value in values)
+        except TypeError as error:
+            raise BackendError("not whole numbers", field=f"servos.{name}", given=values, allowed=allowed) from error
+        object.__setattr__(self, name, whole)
 
     def _check_ids(self) -> None:
         self._require(len(self.ids) >= 1 and len(set(self.ids)) == self.n, "ids", "distinct ids, at least one")

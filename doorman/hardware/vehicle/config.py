@@ -132,7 +132,7 @@ def vehicle_config(
             local_frame=LocalFrame((x, y, z), yaw),
         ),
         servos=ServoConfig(
-            servos, lower, upper, rates, ids=tuple(servo_ids or range(1, len(lower) + 1)),
+            servos, lower, upper, rates, ids=tuple(range(1, len(lower) + 1) if servo_ids is None else servo_ids),
             gripper=grips, write_eeprom=write_eeprom,
             latency=0.006, stale_after=0.05,
             directions=None if directions is None else tuple(directions),

@@ -52,6 +52,13 @@ def test_every_setting_of_a_link_can_be_given_by_name():
     assert config.mocap.origin_position == [1, 2, 0]
 
 
+def test_mounting_of_the_servos_may_be_given_as_arrays_of_integers():
+    config = configured(servo_ids=np.arange(11, 16), directions=np.array([1, -1, -1, 1, 1]))
+    assert (config.servos.ids, config.servos.directions) == ((11, 12, 13, 14, 15), (1, -1, -1, 1, 1))
+    with pytest.raises(BackendError, match="servos.directions: not whole numbers.*1 or -1"):
+        configured(directions=[1.0, -1.0, -1.0, 1.0, 1.0])
+
+
 @pytest.mark.parametrize(
     ("links", "words"),
     [
