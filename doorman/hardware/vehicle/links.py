@@ -78,7 +78,7 @@ class VehicleLinks:
         """
         if self._open is not None:
             raise BackendError("the links are open already", allowed="stop() before another open()")
-        self._inhibited = None
+        self._inhibited = self._grip_told = None
         with ExitStack() as stack:
             if self.mocap is not None:
                 stack.enter_context(self.mocap)

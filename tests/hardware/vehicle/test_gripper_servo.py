@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
 
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.emulators.servos_unit import DAMPING
-from doorman.hardware.vehicle import VehicleLinks
+from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPEN, OPENS_WITHIN, RATE, SHUT
 from doorman.hardware.vehicle.gripper import gripper_current as current
+from doorman.model import Model
 from doorman.rig.emulated import SPRING
+from doorman.scenario import Scenario
 
 
 @pytest.mark.parametrize(("begin", "closed", "end"), [(OPEN, True, SHUT), (SHUT, False, OPEN), (0.4, True, SHUT)])
@@ -49,6 +52,17 @@ def test_fingers_that_jam_half_open_hold_on(told: bool, angle: float, holds: boo
     links.__dict__.update(config=SimpleNamespace(gripper=True), servos=servos, _grip_told=(told, long_ago))
     assert links.holding is holds
     assert links.grip_failed is (holds is not told)
+
+
+def test_links_that_are_opened_again_know_nothing_of_the_grip_before(monkeypatch):
+    """Else a gripper that was told to hold an hour ago has failed at once."""
+    links = VehicleLinks(vehicle_config(Model(Scenario()), "udp:14540", "/dev/null"))
+    links._grip_told = (True, time.monotonic() - 2.0 * CLOSES_WITHIN)
+    for name in ("servos", "autopilot"):
+        monkeypatch.setattr(links, name, nullcontext())
+    links.open()
+    assert not links.grip_failed
+    links.stop()
 
 
 def test_an_open_gripper_draws_no_current():
