@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from types import TracebackType
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError, DimensionError
@@ -20,6 +22,8 @@ from doorman.hardware.dynamixel.worker import BusStatistics, BusWorker, Recovery
 
 FIRST_READS = 10
 """Attempts to hear all servos before the thread starts."""
+STRONGEST_GRIP = 2.0
+"""More than any of the servos takes [A]."""
 STOP_TIMEOUT = 3.0
 """How long `stop` waits for the thread [s]."""
 
@@ -39,6 +43,7 @@ class ServoBus:
         self._log = EventLog()
         self._worker: BusWorker | None = None
         self._ready: tuple[ReadyServo, ...] = ()
+        self._recovering = threading.Lock()
 
     def inspect(self) -> tuple[SettingFinding, ...]:
         """Open the port, compare every servo's settings with what is relied on, and close it; changes no setting.
@@ -56,6 +61,22 @@ class ServoBus:
         finally:
             connection.port.close()
 
+    def positions(self) -> tuple[int, ...]:
+        """Open the port, read every servo's present position, and close it; torque stays as it is, so that joints may be held.
+
+        Returns:
+            As `zero_position` takes them, in the order of the joints [tick].
+
+        Raises:
+            BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
+        """
+        self._require_closed()
+        connection = Connection.open(self.config)
+        try:
+            return tuple(connection.positions(self.config))
+        finally:
+            connection.port.close()
+
     def open(self) -> None:
         """Open the port, make every servo ready and start the thread; the arm stands still with torque on.
 
@@ -66,7 +87,7 @@ class ServoBus:
         self._require_closed()
         connection = Connection.open(self.config)
         try:
-            self._ready = connection.commission(self.config)
+            self._ready = connection.commission(self.config, self._log)
             self._worker = self._hear_all(connection)
             self._worker.start()
         except BaseException:
@@ -99,32 +120,35 @@ class ServoBus:
 
         Args:
             rates: Ḣ_d, shape (n_joints,) [rad/s].
-            grip: Current of the gripper, positive where it pushes the angle up [A]; None goes on with the last one. It holds
-                until it is changed, the bus is stopped or the servo's watchdog fires.
+            grip: Current of the gripper, up to ±2 and what the servo takes, positive where it pushes the angle up [A]; None goes
+                on with the last one. It holds until it is changed or the bus is stopped; a gripper that has let go by itself,
+                as by its watchdog or with the device, stays open until a current is given anew.
 
         Raises:
-            BackendError: if they are of wrong shape or not finite (the arm then stops), or the bus is not open.
+            BackendError: if they are of wrong shape, not finite or too large (the arm then stops), or the bus is not open;
+                `field` says which.
         """
         worker = self._opened()
         now = time.monotonic()
-        last = 0.0 if worker.command is None else worker.command.current
+        last = (0.0, now) if worker.command is None else (worker.command.current, worker.command.grip_time)
         try:
-            wanted = vector(rates, self.config.n_joints, "rates")
-            current = last if grip is None else float(vector([grip], 1, "grip")[0])
-        except DimensionError as error:
-            worker.command = ServoCommand((0.0,) * self.config.n_joints, last, now)
-            raise BackendError(f"not rates: {error}", field="rates") from error
+            wanted = _finite(rates, self.config.n_joints, "rates")
+            current, asked = last if grip is None else (_grip_current(grip), now)
+        except BackendError:
+            worker.command = ServoCommand((0.0,) * self.config.n_joints, last[0], now, last[1])
+            raise
         if worker.latest.state is BusState.STOPPED:
             raise BackendError("the servo bus is stopped", allowed="open() before command()")
-        worker.command = ServoCommand(tuple(float(rate) for rate in wanted), current, now)
+        worker.command = ServoCommand(tuple(float(rate) for rate in wanted), current, now, asked)
 
     def recover(self, timeout: float = 10.0) -> tuple[str, ...]:
         """Set up again every servo that is missing or has a latched fault; one that has shut down is rebooted.
 
-        A rebooted servo gives way meanwhile. It blocks, so it is not for the controller's thread; the bus goes on.
+        A rebooted servo gives way meanwhile. It blocks, so it is not for the controller's thread; the bus goes on. Who calls it
+        while another does waits for the other first.
 
         Args:
-            timeout: How long it may take [s].
+            timeout: How long it may take, the wait for another included [s].
 
         Returns:
             What failed, in words; nothing if all servos are well.
@@ -133,11 +157,17 @@ class ServoBus:
             BackendError: if the bus is not open.
         """
         worker = self._opened()
-        request = RecoveryRequest(time.monotonic() + timeout)
-        worker.request = request
-        if not request.done.wait(timeout + self.config.boot_timeout):
-            return (f"no recovery within {timeout:g} s",)
-        return tuple(request.failures)
+        deadline = time.monotonic() + timeout
+        if not self._recovering.acquire(timeout=timeout):
+            return (f"another recovery lasts longer than {timeout:g} s",)
+        try:
+            request = RecoveryRequest(deadline)
+            worker.request = request
+            if not request.done.wait(deadline - time.monotonic() + self.config.boot_timeout):
+                return (f"no recovery within {timeout:g} s",)
+            return tuple(request.failures)
+        finally:
+            self._recovering.release()
 
     def events(self) -> list[ServoEvent]:
         """Take what has happened since the last call, oldest first."""
@@ -191,3 +221,18 @@ class ServoBus:
         if self._worker is None:
             raise BackendError("the servo bus is not open", allowed="open() before read() and command()")
         return self._worker
+
+
+def _finite(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
+    try:
+        return vector(values, size, field)
+    except DimensionError as error:
+        raise BackendError(f"not {field}: {error}", field=field) from error
+
+
+def _grip_current(grip: float) -> float:
+    current = float(_finite([grip], 1, "grip")[0])
+    if abs(current) > STRONGEST_GRIP:
+        raise BackendError("more than any of the servos takes", field="grip", given=current,
+                           allowed=f"-{STRONGEST_GRIP:g} to {STRONGEST_GRIP:g} A")  # fmt: skip
+    return current

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.faults import EventLog
 from doorman.hardware.dynamixel.registers import (
     ANSWER_ALL,
     BUS_WATCHDOG,
     CURRENT_LIMIT,
+    FACTORY_GAINS,
     GOAL_CURRENT,
     GOAL_PWM,
     GOAL_VELOCITY,
@@ -79,7 +81,24 @@ def inspect(servo: Servo, index: int, config: ServoConfig) -> list[SettingFindin
     return check_settings(servo, index, config)
 
 
-def commission(servo: Servo, index: int, config: ServoConfig, reboot: bool, write_eeprom: bool) -> ReadyServo:
+def position(servo: Servo, config: ServoConfig) -> int:
+    """Present position of a servo [tick]; changes nothing but what lets it answer.
+
+    Args:
+        servo: The servo.
+        config: Models that are accepted.
+
+    Raises:
+        BackendError: if it does not answer, or is another model.
+    """
+    servo.identify(config.models)
+    servo.write_unanswered(STATUS_RETURN_LEVEL, ANSWER_ALL)
+    return servo.read(PRESENT_POSITION)
+
+
+def commission(
+    servo: Servo, index: int, config: ServoConfig, log: EventLog, *, reboot: bool, write_eeprom: bool
+) -> ReadyServo:
     """Make a servo ready: identified, settings checked, telemetry block gathered, standing still with torque on.
 
     The bus watchdog is left off, since the next instruction may take a while: `arm_watchdog` sets it.
@@ -88,6 +107,7 @@ def commission(servo: Servo, index: int, config: ServoConfig, reboot: bool, writ
         servo: The servo.
         index: Of its joint.
         config: What is wanted.
+        log: Gets every setting that is changed.
         reboot: Whether it may be rebooted if it has shut down.
         write_eeprom: Whether settings may be changed.
 
@@ -97,12 +117,14 @@ def commission(servo: Servo, index: int, config: ServoConfig, reboot: bool, writ
     findings = inspect(servo, index, config)
     _clear_errors(servo, config, reboot)
     if write_eeprom and findings:
-        write_settings(servo, findings)
+        write_settings(servo, findings, log)
         findings = check_settings(servo, index, config)
     blocking = [finding for finding in findings if finding.blocking]
     if blocking:
+        kept = ", ".join(finding.register for finding in blocking if not finding.writable)
+        how = "write_eeprom (doorman fly --write-eeprom) changes them" + (f", but never {kept}" if kept else "")
         raise BackendError("; ".join(str(finding) for finding in blocking), field="servos",
-                           allowed="settings as above; write_eeprom (doorman fly --write-eeprom) changes them")  # fmt: skip
+                           allowed=f"settings as above; {how}")  # fmt: skip
     _stand_still(servo, index, config)
     _gather_telemetry(servo)
     servo.write(TORQUE_ENABLE, TORQUE_ON)
@@ -110,8 +132,7 @@ def commission(servo: Servo, index: int, config: ServoConfig, reboot: bool, writ
         raise BackendError("torque does not come on", field=f"servo {servo.id}", given=_errors(servo), allowed="0")
     _stop(servo, index, config)
     lower, upper, _ = config.limits
-    position = servo.read(PRESENT_POSITION)
-    angle = joint_angle(position, config.zeros[index], config.signs[index])
+    angle = joint_angle(servo.read(PRESENT_POSITION), config.zeros[index], config.signs[index])
     turns = whole_turns(angle, float(lower[index]), float(upper[index]))
     limits = servo.read(VELOCITY_LIMIT), servo.read(CURRENT_LIMIT)
     return ReadyServo(servo.id, servo.model, servo.firmware, *limits, turns, tuple(findings))
@@ -143,7 +164,7 @@ def rest(servo: Servo, index: int, config: ServoConfig) -> None:
         BackendError: if the servo does not answer or refuses.
     """
     if servo.read(BUS_WATCHDOG) == WATCHDOG_FIRED:
-        servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
+        _clear_watchdog(servo, index, config)
     _stop(servo, index, config)
     servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
     if config.torque_off_at_stop:
@@ -179,14 +200,26 @@ def _shut_down(servo: Servo) -> int:
     return servo.read(HARDWARE_ERROR) & (~VOLTAGE_ONLY | servo.read(SHUTDOWN))
 
 
+def _goal(index: int, config: ServoConfig) -> Register:
+    return GOAL_VELOCITY if index < config.n_joints else GOAL_CURRENT
+
+
 def _stop(servo: Servo, index: int, config: ServoConfig) -> None:
-    servo.write(GOAL_VELOCITY if index < config.n_joints else GOAL_CURRENT, 0)
+    servo.write(_goal(index, config), 0)
+
+
+def _clear_watchdog(servo: Servo, index: int, config: ServoConfig) -> None:
+    """Clear the watchdog, so that goals are accepted; the old one is zeroed at once, before any answer could be awaited."""
+    servo.clear_watchdog(_goal(index, config))
+    servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
 
 
 def _stand_still(servo: Servo, index: int, config: ServoConfig) -> None:
-    """Clear the watchdog, so that goals are accepted, and make zero the goal; profile and power limit as at the factory."""
-    servo.write(BUS_WATCHDOG, WATCHDOG_OFF)
+    """Clear the watchdog, and make zero the goal; profile, gains and power limit as at the factory."""
+    _clear_watchdog(servo, index, config)
     _stop(servo, index, config)
+    for gain, value in FACTORY_GAINS.items():
+        _ensure(servo, gain, value)
     _ensure(servo, PROFILE_ACCELERATION, 0)
     _ensure(servo, GOAL_PWM, servo.read(PWM_LIMIT))
 

@@ -6,8 +6,9 @@ import time
 from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.commissioning import ReadyServo, arm_watchdog, commission, inspect, rest
+from doorman.hardware.dynamixel.commissioning import ReadyServo, arm_watchdog, commission, inspect, position, rest
 from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.faults import EventLog
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.port import PortLost, SerialPort
 from doorman.hardware.dynamixel.settings import TOLERATED_RETURN_DELAY, SettingFinding
@@ -67,11 +68,25 @@ class Connection:
             findings += inspect(Servo(self.patient, servo_id, deadline), joint, config)
         return findings
 
-    def commission(self, config: ServoConfig) -> tuple[ReadyServo, ...]:
+    def positions(self, config: ServoConfig) -> list[int]:
+        """Present position of every servo [tick].
+
+        Args:
+            config: Which they are.
+
+        Raises:
+            BackendError: if a servo does not answer, or is another model.
+        """
+        deadline = time.monotonic() + config.open_timeout
+        servos = [Servo(self.patient, servo_id, deadline) for servo_id in config.ids]
+        return [position(servo, config) for servo in servos]
+
+    def commission(self, config: ServoConfig, log: EventLog) -> tuple[ReadyServo, ...]:
         """Make every servo ready, torque on, standing still under its watchdog.
 
         Args:
             config: What is wanted.
+            log: Gets every setting that is changed.
 
         Raises:
             BackendError: if one cannot be made ready.
@@ -82,7 +97,7 @@ class Connection:
             servo.identify(config.models)
         try:
             ready = tuple(
-                commission(servo, joint, config, config.reboot_at_open, config.write_eeprom)
+                commission(servo, joint, config, log, reboot=config.reboot_at_open, write_eeprom=config.write_eeprom)
                 for joint, servo in enumerate(servos)
             )
             for servo in servos:

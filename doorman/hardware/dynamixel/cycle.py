@@ -39,6 +39,8 @@ class ServoCommand:
     """Of the gripper, positive where it pushes the angle up [A]."""
     time: float
     """When it did [s]."""
+    grip_time: float
+    """When it asked for this current; later ones went on with it [s]."""
 
 
 class ServoCycle:
@@ -78,6 +80,7 @@ class ServoCycle:
             link: To the same servos.
         """
         self._link = link
+        self._released = link.now()
         self.reader = ServoReader(link, self._config)
 
     def replace(self, joint: int, ready: ReadyServo) -> None:
@@ -137,7 +140,7 @@ class ServoCycle:
             counts = self._governor.counts(rates, self._angles(), ages)
         self._send(counts)
         if self._config.gripper and command is not None:
-            self._grip(0.0 if self.bus_fault & ServoFault.INTERNAL else command.current)
+            self._grip(self._wanted_current(command, now))
         sample = self.sample(BusState.HOLDING if holding else BusState.FOLLOWING)
         self._loosen_one()
         self._revive_one()
@@ -214,6 +217,14 @@ class ServoCycle:
         self._link.sync_write(GOAL_VELOCITY, dict(zip(self._config.ids[:n], counts, strict=True)))
         self._goals = [sign * count * VELOCITY_UNIT for sign, count in zip(self._config.signs[:n], counts, strict=True)]
 
+    def _wanted_current(self, command: ServoCommand, now: float) -> float:
+        """Current of the gripper: none once it has let go by itself, until somebody asks for one anew."""
+        gripper = self.monitors[-1]
+        failed = gripper.latched or gripper.fault & ServoFault.WATCHDOG or self.bus_fault & ServoFault.INTERNAL
+        if failed or self.reader.excluded == self._config.n_joints:
+            self._released = now
+        return command.current if command.grip_time > self._released else 0.0
+
     def _grip(self, current: float) -> None:
         servo = self._ready[-1]
         limit = servo.current_limit
@@ -243,6 +254,7 @@ class ServoCycle:
                 continue
             servo_id, counts = self._config.ids[joint], self._config.watchdog_counts
             goal = GOAL_VELOCITY if joint < self._config.n_joints else GOAL_CURRENT
+            self._link.clear_watchdog(servo_id, goal)
             cleared = self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(WATCHDOG_OFF)).ok
             cleared = self._link.write(servo_id, goal.address, goal.encode(0)).ok and cleared
             if cleared and self._link.write(servo_id, BUS_WATCHDOG.address, BUS_WATCHDOG.encode(counts)).ok:

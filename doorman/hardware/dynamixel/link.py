@@ -9,7 +9,7 @@ from enum import Enum
 
 from doorman.hardware.dynamixel.packets import BROADCAST_ID, OVERHEAD, StatusPacket, StatusParser, instruction_packet
 from doorman.hardware.dynamixel.port import Port
-from doorman.hardware.dynamixel.registers import Instruction, Register
+from doorman.hardware.dynamixel.registers import BUS_WATCHDOG, WATCHDOG_OFF, Instruction, Register
 from doorman.hardware.dynamixel.units import RETURN_DELAY_UNIT
 
 BITS_PER_BYTE = 10
@@ -145,6 +145,16 @@ class Link:
             parameters += bytes((servo_id,)) + register.encode(value)
         packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
         return self._port.send(packet, self._clock() + self._allowance(len(packet), 0, 0))
+
+    def clear_watchdog(self, servo_id: int, goal: Register) -> None:
+        """Clear a servo's bus watchdog and zero its goal back to back; neither is answered, so look whether it was heard.
+
+        Args:
+            servo_id: Of the servo.
+            goal: Of its operating mode.
+        """
+        self.sync_write(BUS_WATCHDOG, {servo_id: WATCHDOG_OFF})
+        self.sync_write(goal, {servo_id: 0})
 
     def _ask(self, servo_id: int, instruction: Instruction, parameters: bytes, length: int) -> Reply:
         return self._exchange(instruction_packet(servo_id, instruction, parameters), (servo_id,), length)[0]

@@ -43,7 +43,7 @@ def recover(
         cycle.reader.excluded = joint
         servo = Servo(link, servo_id, deadline, breathe)
         try:
-            ready = commission(servo, joint, config, reboot=True, write_eeprom=False)
+            ready = commission(servo, joint, config, log, reboot=True, write_eeprom=False)
             arm_watchdog(servo, config)
             cycle.replace(joint, ready)
             log.write(ServoEvent(time.monotonic(), servo_id, ServoFault.NONE, True, "set up again"))

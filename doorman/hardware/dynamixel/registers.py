@@ -60,6 +60,8 @@ SHUTDOWN = Register("shutdown", 63, 1)
 TORQUE_ENABLE = Register("torque enable", 64, 1)
 STATUS_RETURN_LEVEL = Register("status return level", 68, 1)
 HARDWARE_ERROR = Register("hardware error status", 70, 1)
+VELOCITY_I_GAIN = Register("velocity i gain", 76, 2)
+VELOCITY_P_GAIN = Register("velocity p gain", 78, 2)
 BUS_WATCHDOG = Register("bus watchdog", 98, 1)
 GOAL_PWM = Register("goal pwm", 100, 2, signed=True)
 GOAL_CURRENT = Register("goal current", 102, 2, signed=True)
@@ -84,6 +86,12 @@ INDIRECT_COUNT = 28
 
 MODELS = MappingProxyType({1000: "XH430-W350", 1010: "XH430-W210", 1040: "XH430-V350", 1050: "XH430-V210"})
 """Name by model number."""
+FACTORY_CURRENT_LIMITS = MappingProxyType({1000: 648, 1010: 648, 1040: 689, 1050: 689})
+"""Content of `current limit` of a new servo by model number; it is the largest."""
+FULL_PWM = 885
+"""Content of `pwm limit` of a new servo: the whole supply."""
+FACTORY_GAINS = MappingProxyType({VELOCITY_I_GAIN: 1920, VELOCITY_P_GAIN: 100})
+"""Of the velocity's control, after power-on."""
 BAUD_CODES = MappingProxyType({9600: 0, 57_600: 1, 115_200: 2, 1_000_000: 3, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6})
 """Content of `baud rate` by bit/s."""
 OLDEST_FIRMWARE = 38
@@ -96,6 +104,8 @@ CURRENT_MODE = 0
 VELOCITY_MODE = 1
 """Operating mode in which the goal is a velocity; position limits are ignored there."""
 TORQUE_ON, TORQUE_OFF = 1, 0
+REVERSED = 0x01
+"""Bit of drive mode: positions, velocities and currents count the other way round."""
 ANSWER_ALL = 2
 """Status return level at which every instruction is answered."""
 WATCHDOG_OFF = 0

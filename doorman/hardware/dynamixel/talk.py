@@ -117,8 +117,19 @@ class Servo:
         """
         self._link.write(self.id, register.address, register.encode(value))
 
+    def clear_watchdog(self, goal: Register) -> None:
+        """Clear the bus watchdog and zero a goal in one go: the servo refuses the goal before, and may pursue the old one after.
+
+        Args:
+            goal: Of the servo's operating mode.
+        """
+        self._between()
+        self._link.clear_watchdog(self.id, goal)
+
     def reboot(self, boot_timeout: float) -> None:
-        """Restart the servo and wait until it answers again.
+        """Restart a servo that has shut down, and wait until it answers again.
+
+        It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
 
         Args:
             boot_timeout: How long to wait [s].
@@ -126,15 +137,16 @@ class Servo:
         Raises:
             BackendError: if it does not come back.
         """
-        heard = self._link.reboot(self.id).ok
+        heard, silent = self._link.reboot(self.id).ok, False
         end = min(time.monotonic() + boot_timeout, self.deadline)
         while True:
             self._between()
-            answers = self._link.ping(self.id).ok
-            if answers and heard:
+            answer = self._link.ping(self.id)
+            if answer.ok and (silent or not answer.alert):
                 return
-            # one that restarts is silent for a while; one that goes on answering has not heard of it
-            heard = self._link.reboot(self.id).ok if answers else True
+            silent = silent or not answer.ok
+            if answer.ok and not heard:
+                heard = self._link.reboot(self.id).ok
             if time.monotonic() > end:
                 raise BackendError("the servo did not come back after a reboot", field=f"servo {self.id}",
                                    given=f"{boot_timeout:g} s", allowed="an answer to ping")  # fmt: skip

@@ -241,7 +241,7 @@ def fuzz(inputs: int, seed: int) -> dict[str, int]:
 def _check(line: HostileLine, cycle: ServoCycle, counts: dict[str, int]) -> None:
     before = [monitor.time for monitor in cycle.monitors]
     began = line.now
-    sample = cycle.step(ServoCommand((0.5, -0.5, 0.3, -0.3), 0.0, line.now))
+    sample = cycle.step(ServoCommand((0.5, -0.5, 0.3, -0.3), 0.0, line.now, line.now))
     assert line.calls < STEPS_ALLOWED, f"{line.kind}: {line.calls} calls of the port"
     assert line.now - began < 0.2, f"{line.kind}: a cycle of {line.now - began:.3f} s"
     for servo_id, monitor, previous in zip(IDS, cycle.monitors, before, strict=True):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import numpy as np
 import pytest
 from servo_rig import SLOW, assert_moving, assert_stopped, follows, has, holds
 
-from doorman.hardware.dynamixel import ServoFault
+from doorman.hardware.dynamixel import STOPPING, ServoFault
 from doorman.hardware.emulators.servos import ServoEmulator
 from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
 from doorman.hardware.emulators.servos_unit import ENCODER, OVERLOAD, READY, SHOCK, ServoSetup
@@ -56,10 +57,16 @@ def test_servo_that_does_not_know_its_angle(rig):
     rig.fly(SLOW, 0.05)
     with rig.emulator.lock:
         rig.servo(3).trip(ENCODER)
-    assert holds(rig.until(has(ServoFault.ENCODER), rates=SLOW))
+    sample = rig.until(has(ServoFault.ENCODER), rates=SLOW)
+    assert holds(sample)
+    seen = sample.times[2]
     rig.until(has(ServoFault.TORQUE_OFF), rates=SLOW)
     assert [rig.row(servo_id, "torque enable") for servo_id in (1, 2, 3, 4)] == [1, 1, 0, 1]
     assert_stopped(rig)
+    sample = rig.until(has(ServoFault.MISSING), rates=SLOW)
+    assert sample.times[2] == seen, "its angle is as old as the last that it saw"
+    assert not sample.fresh
+    assert [bool(fault & STOPPING) for fault in sample.faults] == [False, False, True, False]
     assert rig.bus.recover() == ()
     rig.until(follows, rates=SLOW)
     assert_moving(rig)
@@ -88,6 +95,21 @@ def test_recovery_keeps_the_other_servos_alive(rig):
     sample = rig.until(follows, rates=SLOW)
     assert sample.fresh
     assert not [event for event in rig.events() if "cleared and set again" in event.text], "a watchdog fired meanwhile"
+
+
+def test_two_recoveries_at_a_time_are_one_after_the_other(rig):
+    """Neither is forgotten."""
+    with rig.emulator.lock:
+        rig.servo(3).trip(OVERLOAD)
+        rig.servo(3).setup.boot_time = 0.5
+    rig.until(has(ServoFault.OVERLOAD))
+    said = []
+    callers = [threading.Thread(target=lambda: said.append(rig.bus.recover())) for _ in range(3)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join(10.0)
+    assert said == [(), (), ()]
 
 
 def test_servo_that_shuts_down_by_heat(rig):
@@ -147,8 +169,29 @@ def test_bus_watchdog_fired(rig):
     rig.until(follows, rates=SLOW)
     assert rig.row(1, "bus watchdog") == rig.config.watchdog_counts
     cleared = written.index((98, 0))
-    assert written[cleared + 1 : cleared + 3] == [(104, 0), (98, rig.config.watchdog_counts)]
+    assert written[cleared + 1 : cleared + 5] == [(104, 0), (98, 0), (104, 0), (98, rig.config.watchdog_counts)]
     assert_moving(rig)
+
+
+@pytest.mark.parametrize("at", ["open", "rest"])
+def test_the_goal_is_zero_before_the_clearing_of_a_watchdog_is_answered(rig, at):
+    """An answer may take long to come, and the servo would pursue its old goal meanwhile."""
+    if at == "open":
+        rig.bus.stop()
+    servo, goals = rig.servo(1), []
+    with rig.emulator.lock:
+        execute = servo.execute
+
+        def watched(now, instruction):
+            if instruction.code == 0x03 and instruction.parameters == b"\x62\x00\x00":
+                goals.append(servo.memory.get("goal velocity"))
+            return execute(now, instruction)
+
+        servo.execute = watched
+        servo.memory.set("goal velocity", 40)
+        servo.memory.set("bus watchdog", 0xFF)
+    rig.bus.open() if at == "open" else rig.bus.stop()
+    assert goals and not any(goals)
 
 
 def test_restarted_servo(rig):

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from servo_rig import SLOW, has, holds
+from servo_rig import SLOW, follows, has, holds
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
@@ -49,6 +49,12 @@ def fingers(rig):
     return float(rig.true_angles()[-1])
 
 
+def fired(rig, servo_id):
+    """Let a servo's watchdog fire, and wait until the adapter has seen it."""
+    rig.set_row(servo_id, "bus watchdog", 0xFF)
+    rig.until(lambda _: bool(rig.began(ServoFault.WATCHDOG, servo_id=servo_id)), rates=(ARM, None))
+
+
 def wait_until_open(rig, timeout=1.0):
     end = time.monotonic() + timeout
     while fingers(rig) > 0.1:
@@ -78,6 +84,9 @@ def test_currents_stay_below_the_servos_limit(make_hand, servos):
     servos[3].eeprom["current limit"] = 150
     rig = make_hand(servos)
     rig.bus.open()
+    (finding,) = rig.bus.servos[3].findings
+    assert str(finding) == "servo 4: current limit is 150, should be 648: its grip is weaker"
+    assert not (finding.blocking or finding.writable)
     rig.fly((ARM, 1.0), 0.1)
     assert rig.row(4, "goal current") == 150
 
@@ -146,11 +155,67 @@ def test_a_gripper_in_velocity_mode_is_refused(make_hand, servos):
         rig.bus.open()
 
 
-@pytest.mark.parametrize("current", [np.nan, np.inf, "much", (1.0, 2.0)])
+def stays_open(rig):
+    """However long the arm alone is commanded."""
+    rig.fly((ARM, None), 0.3)
+    assert fingers(rig) < 0.1
+    assert rig.row(4, "goal current") == 0
+
+
+def test_it_stays_open_after_its_watchdog_until_it_is_commanded_again(hand):
+    grip(hand)
+    fired(hand, 4)
+    wait_until_open(hand)
+    hand.until(follows, rates=(ARM, None))
+    stays_open(hand)
+    grip(hand)
+
+
+def test_it_holds_on_when_the_watchdog_of_another_servo_fires(hand):
+    grip(hand)
+    fired(hand, 2)
+    hand.until(follows, rates=(ARM, None))
+    hand.fly((ARM, None), 0.3)
+    assert fingers(hand) > CLOSED
+
+
+def test_plugged_in_again_it_stays_open_until_it_is_commanded_again(make_rig, make_emulator, servos, tmp_path):
+    plant = LaggingJoints(np.zeros(4), stops=(OPEN, SHUT))
+    rig = make_rig(make_emulator(servos, plant=plant, link=tmp_path / "servos"), gripper=True)
+    rig.bus.open()
+    grip(rig)
+    rig.emulator.unplug()
+    wait_until_open(rig)
+    rig.emulator.plug_in()
+    rig.until(follows, rates=(ARM, None))
+    stays_open(rig)
+    grip(rig)
+
+
+@pytest.mark.parametrize("failure", ["restarted", "internal"])
+def test_recovered_it_stays_open_until_it_is_commanded_again(hand, monkeypatch, failure):
+    grip(hand)
+    if failure == "restarted":
+        with hand.emulator.lock:
+            hand.servo(4).reboot(time.monotonic())
+        hand.until(has(ServoFault.RESTARTED), rates=(ARM, None))
+    else:
+        with monkeypatch.context() as patch:
+            patch.setattr(hand.bus._worker._cycle, "_faults", lambda: 1 / 0)
+            wait_until_open(hand)
+    wait_until_open(hand)
+    assert hand.bus.recover() == ()
+    hand.until(follows, rates=(ARM, None))
+    stays_open(hand)
+    grip(hand)
+
+
+@pytest.mark.parametrize("current", [np.nan, np.inf, "much", (1.0, 2.0), 1e300, -2.1])
 def test_what_is_no_current_stops_the_arm_and_holds_on(hand, current):
     grip(hand)
-    with pytest.raises(BackendError, match="grip"):
+    with pytest.raises(BackendError, match="grip") as caught:
         hand.bus.command(ARM, current)
+    assert caught.value.field == "grip"
     hand.fly(([0.0] * 3, None), 0.1)
     assert fingers(hand) > CLOSED
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from doorman.exceptions import BackendError
@@ -10,22 +12,23 @@ from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD, READY,
 
 WRONG = [
     ("operating mode", 3, 1),
-    ("drive mode", 1, 0),
     ("drive mode", 8, 0),
     ("return delay time", 250, 0),
-    ("homing offset", -17, 0),
     ("shutdown", 4, 52),
     ("secondary id", 2, 255),
     ("startup configuration", 1, 0),
 ]
 """Register, what it holds, what is wanted: each keeps the arm from being used."""
+CALIBRATED = [("drive mode", 1, 0), ("homing offset", -17, 0)]
+"""The same, but zeros and directions may have been measured with it: never written."""
 QUESTIONABLE = [
     ("return delay time", 5, 0),
     ("velocity limit", 100, 129),
     ("temperature limit", 70, 71),
+    ("pwm limit", 600, 885),
     ("baud rate", 1, 3),
 ]
-"""The same, but the arm may be used."""
+"""As those before, but the arm may be used."""
 
 
 @pytest.fixture
@@ -39,7 +42,7 @@ def with_setting(make_rig, make_emulator):
     return make
 
 
-@pytest.mark.parametrize(("name", "given", "wanted"), WRONG)
+@pytest.mark.parametrize(("name", "given", "wanted"), WRONG + CALIBRATED)
 def test_wrong_settings_are_refused_and_not_changed(with_setting, name, given, wanted):
     rig = with_setting(name, given)
     (finding,) = rig.bus.inspect()
@@ -60,6 +63,26 @@ def test_settings_are_changed_on_request(with_setting, name, given, wanted):
     assert rig.row(1, name) == wanted
     assert rig.bus.servos[0].findings == ()
     assert rig.row(1, "torque enable") == 1
+    assert [str(event) for event in rig.events()] == [f"servo 1: {name} changed from {given} to {wanted}"]
+
+
+@pytest.mark.parametrize(("name", "given", "wanted"), CALIBRATED)
+def test_what_the_calibration_rests_on_is_never_written(with_setting, name, given, wanted):
+    """Zero and direction that were measured with it would be wrong from then on, and nothing would say so."""
+    rig = with_setting(name, given, write_eeprom=True)
+    with pytest.raises(BackendError, match=f"{name} is {given}, should be {wanted}: .*measure both again") as caught:
+        rig.bus.open()
+    assert f"but never {name}" in caught.value.allowed
+    assert rig.row(1, name) == given
+    assert rig.events() == []
+
+
+def test_other_bits_of_the_drive_mode_are_written_without_the_reversal(with_setting):
+    rig = with_setting("drive mode", 9, write_eeprom=True)
+    with pytest.raises(BackendError, match="drive mode is 1, should be 0: it counts and turns the other way round"):
+        rig.bus.open()
+    assert rig.row(1, "drive mode") == 1
+    assert [event.text for event in rig.events()] == ["drive mode changed from 9 to 1"]
 
 
 @pytest.mark.parametrize(("name", "given", "wanted"), QUESTIONABLE)
@@ -106,6 +129,24 @@ def test_torque_that_another_program_left_on_does_not_keep_the_telemetry_from_be
     rig.bus.open()
     assert rig.row(1, "indirect address 168") != 224
     assert rig.row(1, "torque enable") == 1
+
+
+def test_gains_of_another_program_are_as_after_power_on_again(with_setting):
+    rig = with_setting("velocity p gain", 100)
+    rig.set_row(1, "velocity p gain", 7)
+    rig.set_row(1, "velocity i gain", 0)
+    rig.bus.open()
+    assert [rig.row(1, f"velocity {which} gain") for which in "pi"] == [100, 1920]
+
+
+def test_present_positions_without_torque(make_rig, make_emulator):
+    """As the zeros are measured: nothing but positions is asked for, and the joints may be turned by hand."""
+    rig = make_rig(make_emulator([1, 2], angles=[0.0, math.pi / 2]), ids=(1, 2))
+    assert rig.bus.positions() == (2048, 3072)
+    assert [rig.row(servo_id, "torque enable") for servo_id in (1, 2)] == [0, 0]
+    rig.bus.open()
+    with pytest.raises(BackendError, match="open already"):
+        rig.bus.positions()
 
 
 def test_old_firmware_has_no_startup_configuration(with_setting):
@@ -182,6 +223,16 @@ def test_a_reboot_that_the_servo_does_not_hear_is_asked_for_again(make_rig, monk
     rig.bus.open()
     assert len(asked) == lost + 1
     assert rig.row(2, "hardware error status") == 0
+
+
+def test_a_servo_that_answers_on_before_it_reboots(make_rig, make_emulator):
+    """Its answers do not say that it has."""
+    rig = make_rig(make_emulator([ServoSetup(1), ServoSetup(2, reboot_delay=0.08)]), ids=(1, 2))
+    with rig.emulator.lock:
+        rig.servo(2).trip(OVERLOAD)
+    rig.bus.open()
+    assert rig.row(2, "hardware error status") == 0
+    assert rig.bus.read().fault is ServoFault.NONE
 
 
 def test_a_servo_that_shut_down_is_left_alone_if_told_so(make_rig):
