@@ -56,7 +56,7 @@ class ServoMonitor:
             reply: To the read of the telemetry block.
 
         Returns:
-            Telemetry if it is whole, fresh and of a servo that is set up, else None.
+            Telemetry if it is whole, fresh and of a servo that is set up and sees its angle, else None.
         """
         fault = _OUTCOMES.get(reply.outcome, ServoFault.NONE)
         telemetry = Telemetry.decode(reply.data) if reply.ok else None
@@ -66,9 +66,14 @@ class ServoMonitor:
         elif telemetry is not None and self.clock.lateness(reply.sent, reply.received, telemetry.tick) > 0.0:
             telemetry = None
             fault |= ServoFault.LATE
+        if telemetry is None:  # what was known of it before stands
+            fault |= self.fault & (ServoFault.HOT | ServoFault.WARM | ServoFault.WATCHDOG)
+        else:
+            fault |= self._health(telemetry, reply.sent)
+            if fault & ServoFault.ENCODER:  # what it tells of itself is so, but for its angle
+                telemetry = None
         if telemetry is not None:
             self.telemetry, self.time = telemetry, reply.sent
-            fault |= self._health(telemetry, reply.sent)
         else:
             fault |= self._lasting(reply.received)
         self.fault = fault | self._latched
@@ -95,12 +100,11 @@ class ServoMonitor:
         self.fault |= fault
 
     def _lasting(self, now: float) -> ServoFault:
-        """Faults of a servo without a fresh answer; what was known of it before stands."""
-        kept = self.fault & (ServoFault.HOT | ServoFault.WARM | ServoFault.WATCHDOG)
+        """Faults of a servo without a fresh answer."""
         age = now - self.time
         if age > self._config.missing_after:
-            return kept | ServoFault.STALE | ServoFault.MISSING
-        return kept | (ServoFault.STALE if age > self._config.stale_after else ServoFault.NONE)
+            return ServoFault.STALE | ServoFault.MISSING
+        return ServoFault.STALE if age > self._config.stale_after else ServoFault.NONE
 
     def _latch(self, fault: ServoFault) -> ServoFault:
         """Latch what two answers in a row say: one damaged answer in 65536 has the right CRC."""

@@ -45,6 +45,8 @@ class ServoSetup:
     """+1 where the servo's positive direction is the joint's, else −1."""
     boot_time: float = 0.1
     """Silence after a reboot [s]."""
+    reboot_delay: float = 0.0
+    """How long it goes on answering after it was told to reboot [s]."""
     spring: float = 0.0
     """Current that balances a spring, which turns the joint down [A]."""
 
@@ -66,6 +68,7 @@ class EmulatedServo:
         self._heard = 0.0
         self._booted = 0.0
         self._silent_until = -math.inf
+        self._reboots_at = math.inf
 
     @property
     def servo_id(self) -> int:
@@ -89,13 +92,18 @@ class EmulatedServo:
             rate: Of the joint [rad/s].
             current: Of the motor, in the joint's sign [A].
         """
+        if self._reboot_if_due(time):
+            return
         memory, sign = self.memory, self.setup.direction
         reverse = -1 if memory.get("drive mode") & 1 else 1
         ticks = self.setup.zero + round(sign * angle * TICKS_PER_TURN / (2.0 * math.pi))
         if self._turn_base is None:
             self._turn_base = ticks // TICKS_PER_TURN * TICKS_PER_TURN
         counts = round(sign * rate / RATE_UNIT)
-        memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
+        if memory.get("hardware error status") & ENCODER:
+            counts = 0  # it does not see itself turn: the position stands, too
+        else:
+            memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
         memory.set("present velocity", reverse * counts)
         if memory.get("operating mode") == CURRENT_MODE:
             memory.set("present current", memory.get("goal current") if self._is_on(time) else 0)
@@ -167,7 +175,8 @@ class EmulatedServo:
             answers = instruction.code == 0x01 and instruction.intact
         status = (self.error_byte(error), data) if answers else None
         if instruction.code == 0x08 and instruction.intact:
-            self.reboot(time)
+            self._reboots_at = min(self._reboots_at, time + self.setup.reboot_delay)
+            self._reboot_if_due(time)
         return status
 
     def error_byte(self, error: PacketError) -> int:
@@ -211,6 +220,7 @@ class EmulatedServo:
         self.memory.set("present input voltage", voltage)
         self._turn_base = None
         self._registered = None
+        self._reboots_at = math.inf
         self._booted = self._heard = time
         self._silent_until = time + self.setup.boot_time
 
@@ -236,6 +246,12 @@ class EmulatedServo:
 
     def _is_shut_down(self) -> bool:
         return bool(self.memory.get("hardware error status") & self.memory.get("shutdown"))
+
+    def _reboot_if_due(self, time: float) -> bool:
+        due = time >= self._reboots_at
+        if due:
+            self.reboot(time)
+        return due
 
     def _watch_bus(self, time: float) -> None:
         allowed = self.memory.get("bus watchdog")

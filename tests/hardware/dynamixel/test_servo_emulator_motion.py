@@ -16,7 +16,7 @@ from doorman.hardware.emulators.servos_bus import ServoBusLogic
 from doorman.hardware.emulators.servos_faults import BusFaults
 from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
 from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD, RATE_UNIT, EmulatedServo, ServoSetup
+from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD, RATE_UNIT, EmulatedServo, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
 TORQUE, GOAL_VELOCITY, WATCHDOG, VELOCITY, POSITION = 64, 104, 98, 128, 132
@@ -137,6 +137,28 @@ def test_overload_takes_the_torque_until_a_reboot(connect):
     assert client.read(70, 1) == 0
     assert client.read(168, 2) == 224, "RAM is forgotten"
     assert client.write(TORQUE, 1, 1) == 0
+
+
+def test_without_its_encoder_it_turns_and_does_not_see_it(connect):
+    emulator, client = connect()
+    client.write(TORQUE, 1, 1)
+    with emulator.lock:
+        emulator.servo(1).trip(ENCODER)
+    before = client.read(POSITION, 4)
+    time.sleep(0.3)
+    assert emulator.plant.motion(time.monotonic()).angles[0] > 0.01
+    assert (client.read(POSITION, 4), client.read(VELOCITY, 4)) == (before, 0)
+
+
+def test_it_answers_on_for_a_while_before_it_reboots():
+    servo = EmulatedServo(ServoSetup(1, reboot_delay=0.5))
+    servo.memory.set("led", 1)
+    assert servo.execute(10.0, Instruction(1, 0x08, b"", True)) == (0, b"")
+    servo.sense(10.4, 0.0, 0.0, 0.0)
+    assert servo.is_up(10.4) and servo.memory.get("led") == 1
+    servo.sense(10.5, 0.0, 0.0, 0.0)
+    assert not servo.is_up(10.5) and servo.memory.get("led") == 0
+    assert servo.is_up(10.61)
 
 
 def test_heat_comes_back_after_a_reboot(connect):

@@ -86,6 +86,25 @@ def test_what_was_measured_before_a_servo_was_set_up_again_stays_as_old_as_it_is
     assert monitor.time == 1.0 and monitor.fault & ServoFault.STALE
 
 
+def test_the_angle_of_a_servo_without_its_encoder_is_not_taken():
+    monitor = ServoMonitor(config(), 0.0, 1000)
+
+    def take(time, **changes):
+        healthy = Telemetry(2048, 0, 0, 0, 30, 120, 1, config().watchdog_counts, int(1e3 * time))
+        row = dataclasses.astuple(replace(healthy, **changes))
+        data = b"".join(register.encode(value) for register, value in zip(BLOCK, row, strict=True))
+        return monitor.take(Reply(Outcome.OK, time, time + 0.001, data=data))
+
+    assert take(1.0).position == 2048
+    assert take(1.005, position=99, hardware_error=8, bus_watchdog=0xFF) is None
+    assert monitor.telemetry.position == 2048 and monitor.time == 1.0
+    assert monitor.fault == ServoFault.ENCODER | ServoFault.WATCHDOG
+    assert take(1.4, position=99, hardware_error=8, temperature=75) is None
+    assert monitor.fault & ServoFault.HOT and monitor.fault & ServoFault.MISSING, "its health is"
+    assert not monitor.fault & ServoFault.WATCHDOG
+    assert monitor.latched == ServoFault.ENCODER
+
+
 # ---------------------------------------------------------------- units
 
 
@@ -249,6 +268,12 @@ def test_a_restart_begins_afresh():
         ({"rate_limits": [1.0, 0.0]}, BackendError, "servos.rate_limits"),
         ({"directions": (1, 2)}, BackendError, "servos.directions"),
         ({"directions": (1,)}, BackendError, "servos.directions"),
+        ({"directions": (1.0, -1.0)}, BackendError, "servos.directions"),
+        ({"directions": np.array([1.0, -1.0])}, BackendError, "servos.directions"),
+        ({"directions": 1}, BackendError, "servos.directions"),
+        ({"ids": (1.0, 2.0)}, BackendError, "servos.ids"),
+        ({"zero_positions": (2048.5, 2048)}, BackendError, "servos.zero_positions"),
+        ({"homing_offsets": ("0", "0")}, BackendError, "servos.homing_offsets"),
         ({"zero_positions": (0, 10**7)}, BackendError, "servos.zero_positions"),
         ({"homing_offsets": (0, 1_044_480)}, BackendError, "servos.homing_offsets"),
         ({"models": ()}, BackendError, "servos.models"),
@@ -280,6 +305,13 @@ def test_configuration_is_frozen():
     assert (made.signs, made.zeros, made.offsets) == ((1, 1), (2048, 2048), (0, 0))
     with pytest.raises(ValueError, match="read-only"):
         made.limits[0][0] = 7.0
+
+
+def test_integers_of_numpy_are_integers():
+    names = ("ids", "directions", "zero_positions", "homing_offsets")
+    made = config(**{name: np.array([1, -1] if name == "directions" else [3, 4]) for name in names})
+    assert (made.ids, made.signs, made.zeros, made.offsets) == ((3, 4), (1, -1), (3, 4), (3, 4))
+    assert all(type(value) is int for name in names for value in getattr(made, name))
 
 
 def test_limits_come_from_the_urdf(model):
