@@ -83,5 +83,6 @@ def test_an_arm_that_is_mirrored_is_not_flown() -> None:
     start = np.append(model.start_arm, 0.3)  # a gripper's angle does not count
     assert judge_posture(model, start).verdict is Verdict.GOOD
     assert judge_posture(model, start + 0.2).verdict is Verdict.WARNING
+    assert judge_posture(model, model.goal_state[5:]).verdict is Verdict.WARNING, "given up in the swing"
     mirrored = judge_posture(model, -start)
-    assert mirrored.verdict is Verdict.BAD and "joint 2" in mirrored.found and "directions" in mirrored.advice
+    assert mirrored.verdict is Verdict.BAD and "2.00 rad" in mirrored.found and "directions" in mirrored.advice

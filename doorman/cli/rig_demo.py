@@ -52,10 +52,10 @@ def fly_the_rig(
     model = Model(Scenario.load(source, parse_overrides(settings)))
     truth = out or Path(tempfile.mkdtemp(prefix="doorman-rig-")) / "truth.mcap"
     flight = truth.with_name("flight.mcap")
-    flight.unlink(missing_ok=True)  # of an earlier one
     overrides = [word for setting in settings for word in ("--set", setting)]
     options = ["--autopilot", autopilot, "--out", str(truth), "--seed", str(seed), *overrides]
     with _rig([source, *options, "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]) as wiring:
+        flight.unlink(missing_ok=True)  # of an earlier one
         status = fly_mission(
             source, settings, wiring, flight, None, dry_run=False, yes=True, output="quiet" if as_json else "words"
         )

@@ -28,7 +28,8 @@ _LEAST_RATE = 0.6
 _LEAST_BATTERY, _FOR_THE_FLIGHT = 0.3, 0.1
 """Of its charge, and above what the mission is given up at."""
 _POSTURE, _ELSEWHERE = 0.15, 0.5
-"""Angle between the arm's posture and that of the start that is worth a word, and that is no longer flown with [rad]."""
+"""Angle between the arm's posture and that of the start that is worth a word, and between it and all those that the arm has in
+the swing, as after a mission that was given up, that is not flown with [rad]."""
 _STEP = math.radians(5.0)
 """Between doors' angles at which the vehicle's way is looked at [rad]."""
 _PLACE = 0.5
@@ -192,15 +193,17 @@ def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
         model: Model of the scenario.
         angles: Of the arm's joints, and a gripper's, shape (n,) or (n + 1,) [rad].
     """
-    off = np.abs(angles[: model.n_arm] - model.start_arm)
-    worst = int(np.argmax(off))
-    found = f"{off[worst]:.2f} rad off the start posture" + (f" in joint {worst + 1}" if off[worst] >= _POSTURE else "")
-    if off[worst] < _ELSEWHERE:
-        return _row("arm's posture", bool(off[worst] < _POSTURE), found,
-                    "the arm moves there in the air; see that it has room", Verdict.WARNING)  # fmt: skip
-    seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (angles[: model.n_arm], model.start_arm))
-    return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}",
-                 "if it stands as it should, the servos' zeros, directions or ids are wrong; else put it there")  # fmt: skip
+    arm = angles[: model.n_arm]
+    off = float(np.abs(arm - model.start_arm).max())
+    found = f"{off:.2f} rad off the start posture"
+    if min(float(np.abs(arm - state[5:]).max()) for state in _swing(model)) < _ELSEWHERE:
+        return _row("arm's posture", off < _POSTURE, found, "the arm moves there in the air; see that it has room",
+                    Verdict.WARNING)  # fmt: skip
+    seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (arm, model.start_arm))
+    advice = (
+        "if it stands as it should, the servos' zeros, directions or ids are wrong; else cut its power and put it there"
+    )
+    return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}", advice)
 
 
 def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> Check:
@@ -261,11 +264,14 @@ def judge_limits(model: Model) -> Iterator[Check]:
 def _way(model: Model) -> list[NDArray[np.float64]]:
     """Places of O_B from the pad to the open door and out again, shape (3,) each, world frame [m]."""
     places, still = Places.of(model), np.zeros(3)
-    first, last = float(model.start_state[3]), float(model.goal_state[3])
-    angles = np.linspace(first, last, 2 + int(abs(first - last) / _STEP))
-    states = [model.on_the_way(float(angle)) for angle in angles]
-    swing = [model.coupling.vehicle_motion(state, still, np.zeros(model.n_arm)).position for state in states]
+    swing = [model.coupling.vehicle_motion(state, still, np.zeros(model.n_arm)).position for state in _swing(model)]
     return [places.pad, places.hover, *swing, *out_of_the_doorway(model, swing[-1])]
+
+
+def _swing(model: Model) -> list[NDArray[np.float64]]:
+    """States from the closed to the open door, shape (5 + n,) each."""
+    first, last = float(model.start_state[3]), float(model.goal_state[3])
+    return [model.on_the_way(float(angle)) for angle in np.linspace(first, last, 2 + int(abs(first - last) / _STEP))]
 
 
 def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:

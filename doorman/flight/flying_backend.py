@@ -42,7 +42,8 @@ class FlyingBackend(Backend):
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
         recorder: Gets what the links and the supervisor tell; written by the thread that flies, as a mission's is.
-        say: Told of the checklist's warnings and of every step, by the thread that flies: a warning in Python's log by default.
+        say: Told of the checklist's warnings and of every step by the thread that flies, so it must not block; by default the
+            warnings go to Python's log.
         confirm: Asked once the checklist is passed, with all of its rows, whether to arm and fly; it is flown by default.
         **settings: Further ones of `vehicle_config`, such as `directions` and `zero_positions` of the servos.
     """
@@ -58,7 +59,7 @@ class FlyingBackend(Backend):
         mocap: str | None = None,
         *,
         recorder: Recorder | None = None,
-        say: Callable[[str], None] = logging.getLogger(__name__).warning,
+        say: Callable[[str], None] | None = None,
         confirm: Callable[[list[Check]], bool] = lambda checks: True,
         **settings: Any,
     ) -> None:
@@ -88,11 +89,14 @@ class FlyingBackend(Backend):
             BackendError: if a link cannot be opened, the checklist is not passed or the flight not confirmed, or the vehicle
                 does not get to the hover point; it is on the ground then, or the error has a note that says where else.
         """
-        self.flight, self.end = self._new_flight(), None
-        findings = check(self._model.scenario)
-        rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
+        if self.links.is_open:
+            raise BackendError(
+                "it flies already: a mission opens its backend itself", allowed="stop() before another open()"
+            )
         try:
-            self._stopping = False
+            self.flight, self.end, self._stopping = self._new_flight(), None, False
+            findings = check(self._model.scenario)
+            rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
             self._closing.enter_context(_ended_by_exceptions(lambda: not self._stopping))
             self._closing.enter_context(real_time())
             self._closing.callback(self.links.stop)
@@ -133,26 +137,26 @@ class FlyingBackend(Backend):
         Raises:
             BackendError: if the vehicle did not land, as `end` says, too: it may still be armed.
         """
-        self._stopping = True
+        self._stopping, self._abort = True, None
         with self._closing:
             if not self.links.is_open:
                 return
             try:
                 self.flight.backend.stop()
             finally:
-                self._abort = None
                 self.end = self.flight.descend()
         if self.end not in (End.LANDED, End.NOT_FLOWN):
             raise BackendError(self.end.value, field="landing")
 
     def _new_flight(self) -> GuardedFlight:
-        return GuardedFlight(self._model, self.links, self._recorder, self._say)
+        return GuardedFlight(self._model, self.links, self._recorder, self._say or (lambda words: None))
 
     def _go_through(self, checks: list[Check]) -> None:
         """Tell of the checklist's warnings, and refuse what it is not passed by."""
+        say = self._say or logging.getLogger(__name__).warning
         for one in checks:
             if one.verdict is Verdict.WARNING:
-                self._say(f"{one.name}: {one.found} → {one.advice}" if one.advice else f"{one.name}: {one.found}")
+                say(f"{one.name}: {one.found} → {one.advice}" if one.advice else f"{one.name}: {one.found}")
         bad = [one for one in checks if one.verdict is Verdict.BAD]
         if bad:
             raise BackendError("; ".join(f"{one.name}: {one.found}" for one in bad), field="checklist")

@@ -19,10 +19,10 @@ from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.mission.approach import Approach
 from doorman.mission.at_the_leaf import AtTheLeaf
+from doorman.mission.held_door import MOVING, After, HeldDoor
 from doorman.mission.letting_go import LOST_PAST, LettingGo, Then
 from doorman.mission.motion import in_the_doorway
 from doorman.mission.opening import Opening
-from doorman.mission.progress import STILL_OPEN
 from doorman.mission.retreat import Retreat
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector
@@ -36,10 +36,6 @@ _MISSING = math.radians(5.0)
 """A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
 _SEARCH_SPEED = 0.08
 """at this speed [m/s]."""
-_PATIENCE = 5.0
-"""Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
-_OPEN_ENOUGH = math.radians(2.0)
-"""and is given up if it is farther off by then [rad]."""
 _DOUBT = 0.1
 """For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
 _PAST = math.radians(10.0)
@@ -54,8 +50,6 @@ _WHOLE_SEARCH = 3.0
 the goal by that [rad], but for no more than so many time-outs."""
 _FAR = 1.0
 """A tip that has looked for the leaf for longer is far from where it lost it [s]."""
-_MOVING = 0.03
-"""A held door that is faster is not left yet [rad/s]."""
 
 
 class Phase(Enum):
@@ -116,6 +110,7 @@ class Sequence:
         self._on_change = on_change
         self._slam = SlamDetector(model.vehicle.mass)
         self._approaching = Approach(model, self._leaf)
+        self._held_door: HeldDoor | None = None
         self._letting_go: LettingGo | None = None
         self._way_out: Retreat | None = None
         self._since: float | None = None
@@ -218,7 +213,7 @@ class Sequence:
         near = self._leaf.hits_the_rotors(estimate, searching)
         if not self._grips:
             beside = self._leaf.meets_a_jamb(estimate)
-        elif abs(estimate.door_rate) < _MOVING:
+        elif abs(estimate.door_rate) < MOVING:
             beside = self._leaf.levels_into_a_jamb(estimate)
         else:  # a leaf that swings meets a vehicle that lets go
             near = beside = False
@@ -277,6 +272,8 @@ class Sequence:
             self._opening.resume(estimate.time, self._settings.touch_force)
             if not self._grips:
                 self._estimator.contact.declare(True)
+        elif phase is Phase.HOLD:
+            self._held_door = HeldDoor(self._model, estimate.time, self.comes_back)
         elif phase is Phase.TOUCH:
             self._leaf.begin(float(self._model.start_state[2]))
             self._estimator.contact.expect()
@@ -351,18 +348,14 @@ class Sequence:
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; a mission that need not come back ends so, the tip on the leaf."""
-        assert self._entered is not None
-        held, off = estimate.time - self._entered, abs(estimate.door_angle - float(self._model.goal_state[3]))
-        stands = off < STILL_OPEN and abs(estimate.door_rate) < _MOVING
-        if held >= self._settings.hold_open * (1.0 if stands else _PATIENCE):
-            if off < _OPEN_ENOUGH and not self.comes_back:
-                self._enter(Phase.DONE, estimate, "")
-            elif off < _OPEN_ENOUGH:
-                if held >= self._settings.time_out.hold:
-                    self.abort(estimate, f"the door would not stay by itself, and was left after {held:.0f} s")
-            else:
-                angle = float(np.degrees(estimate.door_angle))
-                self._give_up(estimate, f"the door could not be held at the goal, and is at {angle:.0f}°")
+        assert self._held_door is not None
+        after, reason = self._held_door.judge(estimate)
+        if after is After.OPEN:
+            self._enter(Phase.DONE, estimate, "")
+        elif after is After.LOST:
+            self._give_up(estimate, reason)
+        elif after is After.LEAVE:
+            self.abort(estimate, reason)
         return self._in_touch(self._opening.step(estimate, body_rates), estimate)
 
     def _in_touch(self, setpoint: Setpoint, estimate: Estimate) -> Setpoint:

@@ -158,6 +158,28 @@ def test_a_vehicle_that_comes_back_leaves_a_door_that_would_not_stay(scenario: s
     assert truth["position"][-1, 0] < -0.8, "out of the doorway"
 
 
+def test_who_takes_a_held_door_is_not_approached_again() -> None:
+    """A person moves it by 6° out of the gripper's hold: they have it, and the vehicle leaves for good."""
+    taken: list[float] = []
+
+    def note(mission: Mission, time: float, angle: float) -> None:
+        if mission.phase is Phase.HOLD and not taken:
+            taken.append(time + 8.0)
+
+    def person(time: float, angle: float, rate: float) -> float:
+        there = taken and time > taken[0]
+        return 60.0 * (math.radians(26.0) - angle) - 30.0 * rate if there else 0.0
+
+    recording, mission = flown(
+        person, scenario="paper", on_progress=note, comes_back=True, simulation__door_stiffness=1.0
+    )
+    opened, reason = mission.outcome
+    assert not opened and "the door was moved while it was held" in reason
+    assert phases(recording) == [*ATTEMPT, "hold", "release", "retreat", "done", "end"]
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+
+
 @pytest.mark.slow
 def test_a_leaf_that_is_blown_past_the_goal_is_not_chased() -> None:
     recording, mission = flown(hand(50.0, 6.0, lambda off, rate: -3.0 - 5.0 * rate))

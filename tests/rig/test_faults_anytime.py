@@ -180,7 +180,7 @@ FAULTS = {
     "servo of another model": Row(swap_servo, Fault.SERVOS_FAILED, STILL),
     "servo restarts": Row(call("restart_servo", 2), Fault.SERVOS_FAILED, STILL),
     "servo's watchdog fires": Row(call("set_register", 2, "bus watchdog", WATCHDOG_ERROR)),
-    "servo missing": Row(lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2), SERVO_GONE),
+    "servo missing": Row(lambda rig, _: rig.far.call("rig.servos.faults.silent.add", 2), SERVO_GONE, STILL),
     "servo bus noisy": Row(put("rig.servos.faults.noise", 0.3)),
     "servo bus corrupt": Row(put("rig.servos.faults.corrupt", 0.5), SERVO_GONE),
     "servos unplugged": Row(call("rig.servos.unplug"), Fault.SERVOS_DISCONNECTED),

@@ -144,7 +144,7 @@ class Servo:
             answer = self._link.ping(self.id)
             if answer.ok and (silent or not answer.alert):
                 return
-            silent = silent or not answer.ok
+            silent = silent or answer.outcome is Outcome.TIMEOUT
             if answer.ok and not heard:
                 heard = self._link.reboot(self.id).ok
             if time.monotonic() > end:

@@ -2,7 +2,7 @@ r"""Whether frames come at the rate that their numbers are read by.
 
 With :math:`u = \text{arrival} - k T`, the deviation is :math:`\Delta u / \Delta t`: positive where frames come too slowly, or
 ever later, which cannot be told apart. u is that of the quickest packet of every bin of time, and medians keep delays that set in
-or end from moving the figure. The first one over 10 s of a steady stream is the cameras' rate; what changes later is delay.
+or end from moving the figure. The first one over 20 s of a steady stream is the cameras' rate; what changes later is delay.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ GROSS = 0.02
 """Deviation over 0.8 s that is a fault."""
 FINE = 0.002
 """Deviation over 10 s that is a fault; smaller ones are learnt."""
-_STEADY = 2e-4
+_STEADY = 5e-5
 """Spread of slopes (median) below which their median is the rate: a busy computer makes it larger."""
 _QUICK_BIN, _QUICK_BINS, _QUICK_LEAST = 0.1, 8, 3
 _SETTLED = 4
@@ -22,6 +22,8 @@ _SETTLED = 4
 _TRUSTED = 6
 """Bins before a deviation is called a fault."""
 _EXACT_BIN, _EXACT_BINS, _EXACT_LAG, _EXACT_LEAST = 0.5, 20, 4, 8
+_LEARNING_BINS, _LEARNING_LAG = 40, 20
+"""As long as it takes for noise of half a millisecond to spoil the rate by no more than a clock may drift."""
 
 Point = tuple[float, float]
 
@@ -37,13 +39,13 @@ class RateMonitor:
         self._period = 1.0 / rate
         self._first: tuple[int, float] | None = None
         self._quick = _Bins(_QUICK_BIN, _QUICK_BINS)
-        self._exact = _Bins(_EXACT_BIN, _EXACT_BINS)
+        self._exact = _Bins(_EXACT_BIN, _LEARNING_BINS)
         self.quick: float | None = None
         """Deviation over the last 0.8 s; None for the first 0.3 s."""
         self.exact: float | None = None
         """Deviation over up to 10 s; None for the first 4 s."""
         self.learnt: float | None = None
-        """Deviation of the cameras' rate: `exact`, until it has been steady for 10 s; then kept."""
+        """Deviation of the cameras' rate: `exact`, until that over 20 s has been steady, which is kept."""
         self._settled = False
 
     def near(self, tolerance: float) -> bool | None:
@@ -90,13 +92,19 @@ class RateMonitor:
         if news and len(self._quick.points) >= _QUICK_LEAST:
             self.quick = _cautious(list(self._quick.points))
         if self._exact.add(elapsed, offset) and len(self._exact.points) >= _EXACT_LEAST:
-            slopes = _slopes(list(self._exact.points), _EXACT_LAG)
-            self.exact = statistics.median(slopes)
+            points = list(self._exact.points)
+            self.exact = statistics.median(_slopes(points[-_EXACT_BINS:], _EXACT_LAG))
             if not self._settled and not self.wrong:
-                self.learnt = self.exact
-                spread = statistics.median(abs(slope - self.exact) for slope in slopes)
-                self._settled = len(self._exact.points) == _EXACT_BINS and spread < _STEADY
+                self._learn(points, self.exact)
         return news
+
+    def _learn(self, points: list[Point], exact: float) -> None:
+        self.learnt = exact
+        if len(points) == _LEARNING_BINS:
+            slopes = _slopes(points, _LEARNING_LAG)
+            rate = statistics.median(slopes)
+            if statistics.median(abs(slope - rate) for slope in slopes) < _STEADY:
+                self.learnt, self._settled = rate, True
 
 
 class _Bins:

@@ -71,7 +71,7 @@ def test_clocks_that_drift_apart_are_followed(drift):
 @pytest.mark.parametrize("drift", [1e-4, -1e-4])
 def test_crystals_that_drift_for_a_flight_are_followed(drift):
     wire = Wire()
-    wire.run(15.0)
+    wire.run(25.0)
     wire.drift = drift
     errors = wire.run(900.0)
     assert max(errors) < 0.002
@@ -81,17 +81,19 @@ def test_crystals_that_drift_for_a_flight_are_followed(drift):
 @pytest.mark.parametrize(("ramp", "followed"), [(0.2e-3, 0.012), (0.5e-3, 0.003), (1.0e-3, 0.002), (1.9e-3, 0.002)])
 def test_a_queue_that_grows_is_no_rate(ramp, followed):
     wire = Wire()
-    wire.run(15.0)
+    wire.run(25.0)
     assert max(wire.run(200.0, ramp=ramp)) < followed
     assert not wire.monitor.wrong
 
 
 def test_a_rate_is_not_learnt_from_a_busy_computer():
     wire = Wire()
-    for _ in range(40):  # twice what a quiet one takes
+    for _ in range(80):  # twice what a quiet one takes
         wire.run(0.5, delay=wire.random.uniform(0.0, 0.01))
-    wire.run(20.0)
-    assert wire.monitor.learnt == pytest.approx(0.0, abs=2e-5)
+    wire.run(40.0)
+    assert wire.monitor.learnt == pytest.approx(0.0, abs=5e-5), "half of what may be made up for as drift"
+    errors = wire.run(900.0)
+    assert max(errors) < 0.002 and min(errors) > -0.002
 
 
 def test_a_short_delay_passes_for_drift_but_slowly():

@@ -14,7 +14,7 @@ from mocap_table import PAGE, table
 from doorman.hardware.emulators.mocap import MocapEmulator, StreamFaults, TrackerSetup
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapStatistics, PoseQuality, PoseSample
 from doorman.hardware.mocap.clock import _DRIFT, _DRIFTED
-from doorman.hardware.mocap.rate import _EXACT_BIN, _EXACT_BINS, _EXACT_LAG, _STEADY, FINE
+from doorman.hardware.mocap.rate import _EXACT_BIN, _LEARNING_BINS, _LEARNING_LAG, _STEADY, FINE
 from doorman.hardware.mocap.sequence import FORGIVEN, NEW_RUN
 from doorman.hardware.mocap.worker import REOPEN_INTERVAL
 
@@ -79,10 +79,10 @@ def test_numbers_are_those_of_the_code():
         f"rises by {1e3 * _DRIFT:g} ms a second at most, and only while packets are up to {1e3 * _DRIFTED:g} ms" in PAGE
     )
     assert (
-        f"up to {100 * FINE:g} % (119.88 for 120) is learnt from the first {_EXACT_BIN * _EXACT_BINS:g} s of a steady"
+        f"up to {100 * FINE:g} % (119.88 for 120) is learnt from the first {_EXACT_BIN * _LEARNING_BINS:g} s of a steady"
         in PAGE
     )
-    assert f"half a second keep within {1e3 * _STEADY * _EXACT_LAG * _EXACT_BIN:g} ms of a line" in PAGE
+    assert f"half a second keep within {1e3 * _STEADY * _LEARNING_LAG * _EXACT_BIN:g} ms of a line" in PAGE
     assert f"less than {1e3 * _DRIFT:g} ms a second, as a crystal's: {900e3 * _DRIFT:g} ms in 15 minutes" in PAGE
     assert f"{NEW_RUN} frames at the right pace" in PAGE
     assert f"if {FORGIVEN:g} s behind or more" in PAGE
