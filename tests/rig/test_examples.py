@@ -90,6 +90,9 @@ def test_what_is_found_before_and_in_a_flight_is_told(rig: FlightRig):
             backend.flight.supervisor.report(Fault.BATTERY_LOW)
             assert asked == [Fault.BATTERY_LOW.value], "the mission's own controller may fly back"
             assert backend.flight.supervisor.action is Action.ABORT
+            with pytest.raises(BackendError, match="flies already"):
+                backend.open()
+            assert rig.snapshot.motors and not rig.snapshot.on_ground
         assert backend.end is End.LANDED and "land" in said
         backend.open()  # another flight, which knows nothing of the last one
         assert not backend.flight.supervisor.findings

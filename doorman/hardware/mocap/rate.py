@@ -14,7 +14,7 @@ GROSS = 0.02
 """Deviation over 0.8 s that is a fault."""
 FINE = 0.002
 """Deviation over 10 s that is a fault; smaller ones are learnt."""
-_STEADY = 5e-5
+_STEADY = 1e-4
 """Spread of slopes (median) below which their median is the rate: a busy computer makes it larger."""
 _QUICK_BIN, _QUICK_BINS, _QUICK_LEAST = 0.1, 8, 3
 _SETTLED = 4
@@ -22,8 +22,8 @@ _SETTLED = 4
 _TRUSTED = 6
 """Bins before a deviation is called a fault."""
 _EXACT_BIN, _EXACT_BINS, _EXACT_LAG, _EXACT_LEAST = 0.5, 20, 4, 8
-_LEARNING_BINS, _LEARNING_LAG = 40, 20
-"""As long as it takes for noise of half a millisecond to spoil the rate by no more than a clock may drift."""
+_LEARNING_BINS, _LEARNING_LAG = 40, 8
+"""So many bins, and so long slopes, that noise spoils the rate by less than clocks drift, and a step in the delay not at all."""
 
 Point = tuple[float, float]
 

@@ -96,6 +96,14 @@ def test_a_rate_is_not_learnt_from_a_busy_computer():
     assert max(errors) < 0.002 and min(errors) > -0.002
 
 
+@pytest.mark.parametrize("step", [0.002, -0.002])
+def test_a_rate_is_not_learnt_from_a_step_in_the_delay(step):
+    wire = Wire()
+    wire.run(10.0, delay=max(-step, 0.0))
+    wire.run(20.0, delay=max(step, 0.0))
+    assert wire.monitor.learnt == pytest.approx(0.0, abs=2e-5)
+
+
 def test_a_short_delay_passes_for_drift_but_slowly():
     wire = Wire(jitter=0.0)
     wire.run(2.0)
