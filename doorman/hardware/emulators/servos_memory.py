@@ -11,6 +11,8 @@ from doorman.hardware.emulators.servos_table import (
     INDIRECT_BLOCKS,
     ITEM_AT,
     ITEMS,
+    OPERATING_MODES,
+    POSITION_MODE,
     TABLE_END,
     Item,
 )
@@ -137,10 +139,13 @@ class ServoMemory:
             return PacketError.ACCESS
         if watchdog_error and (item.name in GOALS or (item.name == "bus watchdog" and value != 0)):
             return PacketError.DATA_RANGE
-        if not item.low <= value <= item.high:
+        if not item.low <= value <= item.high or (item.name == "operating mode" and value not in OPERATING_MODES):
             return PacketError.DATA_RANGE
         if item.limited_by is not None and abs(value) > self.get(item.limited_by):
             return PacketError.DATA_LIMIT
+        if item.name == "goal position" and self.get("operating mode") == POSITION_MODE:
+            if not self.get("min position limit") <= value <= self.get("max position limit"):
+                return PacketError.DATA_LIMIT
         return PacketError.NONE
 
     def _target(self, address: int) -> int:

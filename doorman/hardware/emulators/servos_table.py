@@ -5,11 +5,23 @@ Source: ROBOTIS e-Manual, XH430-W350-T/R, "Control Table of EEPROM Area" and "Co
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 EEPROM_END = 64
 """Below this address, values survive power-off and are locked while torque is on."""
 TABLE_END = 662
+TICKS_PER_TURN = 4096
+"""Counts of a position in one turn."""
+RATE_UNIT = 0.229 * 2.0 * math.pi / 60.0
+"""One count of a velocity [rad/s]."""
+CURRENT_MODE, VELOCITY_MODE, POSITION_MODE, EXTENDED_POSITION_MODE, CURRENT_BASED_POSITION_MODE, PWM_MODE = (
+    0, 1, 3, 4, 5, 16,
+)  # fmt: skip
+OPERATING_MODES = frozenset(
+    (CURRENT_MODE, VELOCITY_MODE, POSITION_MODE, EXTENDED_POSITION_MODE, CURRENT_BASED_POSITION_MODE, PWM_MODE)
+)
+"""What `operating mode` may hold."""
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,22 @@ from types import MappingProxyType
 
 from doorman.hardware.emulators.servos_memory import WATCHDOG_ERROR, PacketError, ServoMemory
 from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
+from doorman.hardware.emulators.servos_position import POSITION_MODES, position_rate
+from doorman.hardware.emulators.servos_table import (
+    CURRENT_BASED_POSITION_MODE,
+    CURRENT_MODE,
+    POSITION_MODE,
+    RATE_UNIT,
+    TICKS_PER_TURN,
+    VELOCITY_MODE,
+)
 
-TICKS_PER_TURN = 4096
-RATE_UNIT = 0.229 * 2.0 * math.pi / 60.0
-"""One count of a velocity [rad/s]."""
 CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
 """One count of a current by model number [A]."""
 ASTRAY = 0.3
 """Rate of a servo that does not see itself turn, whatever it is told [rad/s]."""
 WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
-CURRENT_MODE, VELOCITY_MODE = 0, 1
 DAMPING = 0.2
 """Of a servo in current mode [A s/rad]."""
 ALERT = 0x80
@@ -30,6 +35,10 @@ READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mod
 """EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
 READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
 """The same for current mode, as a gripper needs it."""
+
+
+def _whole_turns(ticks: int) -> int:
+    return ticks // TICKS_PER_TURN * TICKS_PER_TURN
 
 
 @dataclass
@@ -94,16 +103,18 @@ class EmulatedServo:
         """
         if self._reboot_if_due(time):
             return
-        memory, sign = self.memory, self.setup.direction
-        reverse = -1 if memory.get("drive mode") & 1 else 1
+        memory, sign, reverse = self.memory, self.setup.direction, self._reverse
         ticks = self.setup.zero + round(sign * angle * TICKS_PER_TURN / (2.0 * math.pi))
+        is_lost = self._turn_base is None
         if self._turn_base is None:
-            self._turn_base = ticks // TICKS_PER_TURN * TICKS_PER_TURN
+            self._turn_base = reverse * _whole_turns(reverse * ticks)
         counts = round(sign * rate / RATE_UNIT)
         if memory.get("hardware error status") & ENCODER:
             counts = 0  # it does not see itself turn: the position stands, too
         else:
             memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
+        if is_lost:
+            memory.set("goal position", memory.get("present position"))
         memory.set("present velocity", reverse * counts)
         if memory.get("operating mode") == CURRENT_MODE:
             memory.set("present current", memory.get("goal current") if self._is_on(time) else 0)
@@ -123,7 +134,7 @@ class EmulatedServo:
         return self._has_torque(time) or self.setup.spring != 0.0
 
     def goal_rate(self, time: float) -> float:
-        """Rate that motor and spring bring about, in the joint's sign; only velocity and current mode move.
+        """Rate that motor and spring bring about, in the joint's sign; in PWM mode nothing moves.
 
         In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
 
@@ -134,15 +145,17 @@ class EmulatedServo:
             [rad/s].
         """
         memory = self.memory
-        on = self._is_on(time)
-        sign = self.setup.direction * (-1 if memory.get("drive mode") & 1 else 1)
-        if memory.get("operating mode") == CURRENT_MODE:
+        on, mode = self._is_on(time), memory.get("operating mode")
+        sign = self.setup.direction * self._reverse
+        if mode == CURRENT_MODE:
             current = sign * memory.get("goal current") * self._current_unit if on else 0.0
             return (current - self.setup.spring) / DAMPING
         if on and memory.get("hardware error status") & ENCODER:
             return ASTRAY
-        if memory.get("operating mode") == VELOCITY_MODE and on:
+        if mode == VELOCITY_MODE and on:
             return sign * memory.get("goal velocity") * RATE_UNIT
+        if mode in POSITION_MODES and on:
+            return sign * position_rate(memory)
         return 0.0
 
     def hear(self, time: float) -> None:
@@ -198,10 +211,10 @@ class EmulatedServo:
             if item.name == "torque enable" and value and self._is_shut_down():
                 return PacketError.RESULT_FAIL  # only a reboot brings torque back
             if item.name == "torque enable" and value and not self.memory.get("torque enable"):
-                self.memory.set("goal velocity", 0)
-                self.memory.set("goal current", 0)
+                self._stay_put()
         self.memory.store(changes)
         if any(item.name == "operating mode" for item, _ in changes):
+            self._keep_to_one_turn()
             self.memory.set("profile velocity", 0)
             self.memory.set("profile acceleration", 0)
             self.memory.set("goal pwm", self.memory.get("pwm limit"))
@@ -235,6 +248,10 @@ class EmulatedServo:
             self.memory.set("torque enable", 0)
 
     @property
+    def _reverse(self) -> int:
+        return -1 if self.memory.get("drive mode") & 1 else 1
+
+    @property
     def _current_unit(self) -> float:
         return CURRENT_UNITS.get(self.memory.get("model number"), CURRENT_UNITS[1000])
 
@@ -246,6 +263,24 @@ class EmulatedServo:
 
     def _is_shut_down(self) -> bool:
         return bool(self.memory.get("hardware error status") & self.memory.get("shutdown"))
+
+    def _stay_put(self) -> None:
+        """Forget goals from before torque comes on; in current-based position mode the current is a bound and stays."""
+        memory = self.memory
+        memory.set("goal velocity", 0)
+        if memory.get("operating mode") != CURRENT_BASED_POSITION_MODE:
+            memory.set("goal current", 0)
+        self._keep_to_one_turn()
+        memory.set("goal position", memory.get("present position"))
+
+    def _keep_to_one_turn(self) -> None:
+        """In position mode, count from the beginning of the turn that it is in."""
+        if self.memory.get("operating mode") != POSITION_MODE or self._turn_base is None:
+            return
+        position = self.memory.get("present position")
+        turns = _whole_turns(position - self.memory.get("homing offset"))
+        self._turn_base += self._reverse * turns
+        self.memory.set("present position", position - turns)
 
     def _reboot_if_due(self, time: float) -> bool:
         due = time >= self._reboots_at

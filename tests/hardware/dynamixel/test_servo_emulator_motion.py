@@ -16,7 +16,8 @@ from doorman.hardware.emulators.servos_bus import ServoBusLogic
 from doorman.hardware.emulators.servos_faults import BusFaults
 from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
 from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD, RATE_UNIT, EmulatedServo, ServoSetup
+from doorman.hardware.emulators.servos_table import RATE_UNIT
+from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD, EmulatedServo, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
 TORQUE, GOAL_VELOCITY, WATCHDOG, VELOCITY, POSITION = 64, 104, 98, 128, 132
