@@ -6,6 +6,7 @@ import contextlib
 import heapq
 import os
 import select
+import termios
 import threading
 import time
 import tty
@@ -28,6 +29,10 @@ SOON = 0.002
 """Shortest such time, but where somebody asks or writes [s]."""
 TICK = 0.01
 """Longest time between two looks at plant and watchdogs [s]."""
+LINE_RATES = {
+    code: int(name[1:]) for name, code in vars(termios).items() if name.startswith("B") and name[1:].isdigit()
+}
+"""Rate of a port by the code that its settings show [bit/s]; other rates, such as 4.5 Mbaud, they do not show."""
 
 
 class ServoEmulator:
@@ -149,6 +154,7 @@ class ServoEmulator:
                 return
             self._master, self._slave = os.openpty()
             tty.setraw(self._slave)
+            self._set_line_rate()
             os.set_blocking(self._master, False)
             if self._link is not None:
                 self._link.unlink(missing_ok=True)
@@ -163,6 +169,14 @@ class ServoEmulator:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.stop()
+
+    def _set_line_rate(self) -> None:
+        """Leave the port as somebody left it who spoke to the first servo: who opens it and sets no rate is heard."""
+        settings = termios.tcgetattr(self._slave)
+        for code, rate in LINE_RATES.items():
+            if self._servos and self._servos[0].baud_rate == rate:
+                settings[4] = settings[5] = code
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
 
     def _nudge(self) -> None:
         if self._wake is not None:
@@ -204,9 +218,10 @@ class ServoEmulator:
         if self.faults.echo:
             self._write(data)
         acts = False
+        rate = LINE_RATES.get(termios.tcgetattr(self._slave)[5])
         for instruction in self._stream.feed(data):
             acts = acts or instruction.code not in QUESTIONS
-            for due, packet in self._logic.respond(now, instruction):
+            for due, packet in self._logic.respond(now, instruction, rate):
                 self._sent += 1
                 heapq.heappush(self._replies, (due, self._sent, packet))
         return acts

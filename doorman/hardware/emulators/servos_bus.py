@@ -63,18 +63,23 @@ class ServoBusLogic:
             if servo.is_up(now):
                 servo.sense(now, motion.angles[index], motion.rates[index], motion.currents[index])
 
-    def respond(self, now: float, instruction: Instruction) -> list[tuple[float, bytes]]:
+    def respond(self, now: float, instruction: Instruction, rate: int | None = None) -> list[tuple[float, bytes]]:
         """Let the servos act on an instruction.
 
         Args:
             now: When it was heard [s].
             instruction: What was heard.
+            rate: Of the port that it came from [bit/s]; to servos of another one it is noise. None: everyone hears it.
 
         Returns:
             Status packets as they arrive at the adapter, with the times when they do.
         """
         self.tick(now)
-        listening = [s for s in self._servos if s.is_up(now) and s.servo_id not in self._faults.silent]
+        listening = [
+            servo
+            for servo in self._servos
+            if servo.is_up(now) and servo.servo_id not in self._faults.silent and rate in (None, servo.baud_rate)
+        ]
         if instruction.intact:
             for servo in listening:
                 servo.hear(now)

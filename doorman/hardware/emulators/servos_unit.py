@@ -11,6 +11,7 @@ from doorman.hardware.emulators.servos_memory import WATCHDOG_ERROR, PacketError
 from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
 from doorman.hardware.emulators.servos_position import POSITION_MODES, position_rate
 from doorman.hardware.emulators.servos_table import (
+    BAUD_RATES,
     CURRENT_BASED_POSITION_MODE,
     CURRENT_MODE,
     POSITION_MODE,
@@ -83,6 +84,11 @@ class EmulatedServo:
     def servo_id(self) -> int:
         """Id that it answers to."""
         return self.memory.get("id")
+
+    @property
+    def baud_rate(self) -> int:
+        """Rate at which it listens and speaks [bit/s]."""
+        return BAUD_RATES[self.memory.get("baud rate")]
 
     def is_up(self, time: float) -> bool:
         """Whether it is not booting.

@@ -10,7 +10,7 @@ import pytest
 from servo_client import exchange
 
 from doorman.hardware.emulators.servos_packets import HEADER, checksum
-from doorman.hardware.emulators.servos_unit import ServoSetup
+from doorman.hardware.emulators.servos_unit import READY, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
 TORQUE, GOAL_VELOCITY, WATCHDOG, VELOCITY, POSITION = 64, 104, 98, 128, 132
@@ -63,7 +63,7 @@ def test_register_write_and_action_of_the_manual(make_emulator):
 
 
 def test_clear_of_the_manual_drops_whole_turns(connect):
-    emulator, client = connect([ServoSetup(1, {"operating mode": 1, "velocity limit": 1023})])
+    emulator, client = connect([ServoSetup(1, READY | {"velocity limit": 1023})])
     clear = "FF FF FD 00 01 08 00 10 01 44 58 4C 22 B1 DC"
     client.write(TORQUE, 1, 1)
     client.write(GOAL_VELOCITY, 4, 1023)

@@ -17,7 +17,7 @@ from doorman.hardware.emulators.servos_faults import BusFaults
 from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
 from doorman.hardware.emulators.servos_plant import LaggingJoints
 from doorman.hardware.emulators.servos_table import RATE_UNIT
-from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD, EmulatedServo, ServoSetup
+from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD, READY, EmulatedServo, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
 TORQUE, GOAL_VELOCITY, WATCHDOG, VELOCITY, POSITION = 64, 104, 98, 128, 132
@@ -60,7 +60,7 @@ def test_torque_on_begins_at_zero_velocity(client):
 
 
 def test_mounting_homing_offset_and_reverse_mode(connect):
-    setup = ServoSetup(1, {"operating mode": 1, "homing offset": 100}, zero=1000, direction=-1)
+    setup = ServoSetup(1, READY | {"homing offset": 100}, zero=1000, direction=-1)
     emulator, client = connect([setup], angles=[0.5])
     ticks = round(0.5 * 4096 / (2 * np.pi))
     time.sleep(0.03)

@@ -8,6 +8,7 @@ import pytest
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
+from doorman.hardware.emulators import servos
 from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD, READY, ServoSetup
 
 WRONG = [
@@ -26,7 +27,6 @@ QUESTIONABLE = [
     ("velocity limit", 100, 129),
     ("temperature limit", 70, 71),
     ("pwm limit", 600, 885),
-    ("baud rate", 1, 3),
 ]
 """As those before, but the arm may be used."""
 
@@ -36,8 +36,8 @@ def with_setting(make_rig, make_emulator):
     """Two servos, the first with one odd setting."""
 
     def make(name, value, **fields):
-        servos = [ServoSetup(1, READY | {name: value}), ServoSetup(2)]
-        return make_rig(make_emulator(servos), ids=(1, 2), **fields)
+        setups = [ServoSetup(1, READY | {name: value}), ServoSetup(2)]
+        return make_rig(make_emulator(setups), ids=(1, 2), **fields)
 
     return make
 
@@ -95,11 +95,19 @@ def test_questionable_settings_are_reported(with_setting, name, given, wanted):
     assert rig.row(1, name) == given
 
 
-def test_what_would_cut_the_servo_off_is_never_written(with_setting):
+def test_a_servo_at_another_baud_rate_is_not_there(with_setting):
+    with pytest.raises(BackendError, match="servo 1: no answer to ping .*at this baud rate"):
+        with_setting("baud rate", 1).bus.open()
+
+
+def test_what_would_cut_the_servo_off_is_never_written(with_setting, monkeypatch):
+    monkeypatch.setattr(servos, "LINE_RATES", {})  # as if a bridge on the way spoke to the servos at their rate
     rig = with_setting("baud rate", 1, write_eeprom=True)
     rig.bus.open()
     assert rig.row(1, "baud rate") == 1
-    assert [finding.register for finding in rig.bus.servos[0].findings] == ["baud rate"]
+    (finding,) = rig.bus.servos[0].findings
+    assert (finding.register, finding.given, finding.wanted, finding.blocking) == ("baud rate", 1, 3, False)
+    assert str(finding).startswith("servo 1: baud rate is 1, should be 3: ")
 
 
 def test_inspection_changes_nothing(with_setting):
@@ -264,8 +272,8 @@ def test_an_error_that_comes_back_is_reported(make_rig):
 
 
 def test_a_servo_that_does_not_come_back_is_reported(make_rig, make_emulator):
-    servos = [ServoSetup(1, boot_time=60.0)]
-    rig = make_rig(make_emulator(servos), ids=(1,), boot_timeout=0.2)
+    setups = [ServoSetup(1, boot_time=60.0)]
+    rig = make_rig(make_emulator(setups), ids=(1,), boot_timeout=0.2)
     with rig.emulator.lock:
         rig.servo(1).trip(OVERLOAD)
     with pytest.raises(BackendError, match="servo 1: the servo did not come back after a reboot"):
