@@ -14,6 +14,7 @@ from doorman.hardware.emulators.servos_table import (
     BAUD_RATES,
     CURRENT_BASED_POSITION_MODE,
     CURRENT_MODE,
+    EEPROM_END,
     POSITION_MODE,
     RATE_UNIT,
     TICKS_PER_TURN,
@@ -28,6 +29,8 @@ WATCHDOG_UNIT = 0.02
 """One count of the bus watchdog [s]."""
 DAMPING = 0.2
 """Of a servo in current mode [A s/rad]."""
+LAST_ID = 252
+"""Above it, a secondary id is none."""
 ALERT = 0x80
 VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 """Bits of hardware error status and of shutdown."""
@@ -167,6 +170,13 @@ class EmulatedServo:
     def hear(self, time: float) -> None:
         """Note that an instruction packet went over the bus: that is what the bus watchdog watches."""
         self._heard = time
+
+    def is_grouped(self, instruction: Instruction) -> bool:
+        """Whether an instruction is for its secondary id, and may be: EEPROM is not written by that."""
+        if instruction.servo_id != self.memory.get("secondary id") or instruction.servo_id > LAST_ID:
+            return False
+        writes = instruction.code in (0x03, 0x04)
+        return not writes or int.from_bytes(instruction.parameters[:2], "little") >= EEPROM_END
 
     def execute(self, time: float, instruction: Instruction) -> tuple[int, bytes] | None:
         """Carry out an instruction for this servo.

@@ -51,6 +51,74 @@ def test_bulk_instructions_of_the_manual(make_emulator):
     assert emulator.servo(2).memory.get("temperature limit") == 80
 
 
+def test_fast_sync_read_of_the_manual(make_emulator):
+    emulator = make_emulator([3, 4, 7], angles=[(ticks - 2048) * np.pi / 2048 for ticks in (166, 1023, 2079)])
+    read = "FF FF FD 00 FE 0A 00 8A 84 00 04 00 03 07 04 20 F2"
+    head, three = "FF FF FD 00 FE 19 00 55", " 00 03 A6 00 00 00 84 08"
+    seven, four = " 00 07 1F 08 00 00 16 CA", " 00 04 FF 03 00 00 D1 9E"
+    assert exchange(emulator, read) == bytes.fromhex(head + three + seven + four)
+    emulator.faults.silent.add(4)
+    assert exchange(emulator, read) == bytes.fromhex(head + three + seven), "the last is not there"
+    with emulator.lock:
+        emulator.servo(7).memory.set("firmware version", 44)
+    assert exchange(emulator, read) == bytes.fromhex(head + three), "the second does not know the instruction"
+    emulator.faults.mute.add(3)
+    assert exchange(emulator, read) == b""
+
+
+def test_fast_reads_by_the_sdk(connect):
+    emulator, client = connect()
+    with emulator.lock:
+        for servo_id in (1, 2, 3):
+            emulator.servo(servo_id).memory.set("present temperature", 40 + servo_id)
+            emulator.servo(servo_id).memory.set("goal velocity", 0xFDFFFF)  # what else would be stuffed
+    sync = sdk.GroupSyncRead(client.port, client.packets, 104, 43)
+    bulk = sdk.GroupBulkRead(client.port, client.packets)
+    # The SDK looks for an id among all bytes that it has sent: none of them may be one before its turn.
+    for servo_id, address, length in ((1, 104, 4), (2, 140, 7), (3, 146, 1)):
+        assert sync.addParam(servo_id) and bulk.addParam(servo_id, address, length)
+    assert sync.fastSyncRead() == sdk.COMM_SUCCESS
+    assert [sync.getData(servo_id, 146, 1) for servo_id in (1, 2, 3)] == [41, 42, 43]
+    assert [sync.getData(servo_id, 104, 4) for servo_id in (1, 2, 3)] == [0xFDFFFF] * 3
+    assert bulk.fastBulkRead() == sdk.COMM_SUCCESS
+    assert (bulk.getData(3, 146, 1), bulk.getData(1, 104, 4), bulk.getData(2, 146, 1)) == (43, 0xFDFFFF, 42)
+
+
+@pytest.mark.parametrize("length", [1, 4, 662, 1020, 65_535])
+def test_fast_reads_that_cannot_be_answered_are_not(make_emulator, length):
+    """Rows that do not exist, and packets longer than any may be."""
+    emulator = make_emulator([1, 2])
+    rows = bytes((1, 144, 0, 1, 0)) + bytes((2, 15, 0)) + length.to_bytes(2, "little")
+    read = HEADER + b"\xfe" + (len(rows) + 3).to_bytes(2, "little") + b"\x9a" + rows
+    answer = exchange(emulator, (read + checksum(read).to_bytes(2, "little")).hex())
+    assert len(answer) == (13 if length < 1024 - 9 else 0)
+    assert len(exchange(emulator, "FF FF FD 00 01 03 00 01 19 4E")) == 14
+
+
+def test_secondary_id_of_the_manual(make_emulator):
+    """The manual's example, step by step, but for EEPROM, which only the servo's own id writes."""
+    emulator = make_emulator([ServoSetup(number, READY | {"secondary id": 5}) for number in (1, 2, 5)])
+
+    def light(servo_id, value, address=65):
+        packet = HEADER + bytes((servo_id, 6, 0, 3, address, 0, value))
+        return exchange(emulator, (packet + checksum(packet).to_bytes(2, "little")).hex())
+
+    def lights():
+        return [emulator.servo(number).memory.get("led") for number in (1, 2, 5)]
+
+    assert light(1, 1)[4] == 1 and lights() == [1, 0, 0]
+    answer = light(5, 1)
+    assert (len(answer), answer[4]) == (11, 5) and lights() == [1, 1, 1], "all of them, and one answers"
+    assert light(100, 0) == b"" and lights() == [1, 1, 1]
+    for number in (1, 2, 5):
+        assert light(number, 100, 12)[8] == 0
+    assert light(100, 0) == b"" and lights() == [0, 0, 0]
+    assert light(100, 77, 12) == b""
+    assert [emulator.servo(number).memory.get("secondary id") for number in (1, 2, 5)] == [100] * 3
+    assert light(2, 253, 12)[8] == 0
+    assert light(253, 1) == b"" and lights() == [0, 0, 0], "253 and above are none"
+
+
 def test_register_write_and_action_of_the_manual(make_emulator):
     emulator = make_emulator([ServoSetup(1, {"operating mode": 1, "velocity limit": 300})])
     done, refused = "FF FF FD 00 01 04 00 55 00 A1 0C", 2
