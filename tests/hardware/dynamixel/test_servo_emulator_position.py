@@ -141,7 +141,7 @@ def test_torque_from_start_up_stays_where_it_is():
     assert bench.angle == 0.5
 
 
-def test_bus_watchdog_and_shutdown_stop_it_on_its_way():
+def test_the_bus_watchdog_stops_it_on_its_way():
     bench = Bench({})
     bench.write(TORQUE, 1, 1)
     bench.servo.hear(bench.time)
