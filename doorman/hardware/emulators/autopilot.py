@@ -209,8 +209,7 @@ class EmulatedAutopilot:
     def forget_origin(self) -> None:
         """Lose the place on earth, as ArduPilot's filter does that begins after it was told."""
         with self._lock:
-            self.estimator.has_origin = False
-            self.protocol.forget_origin()
+            self.estimator.origin = None
 
     def lead_astray(self, offset: Sequence[float]) -> None:
         """Let the position estimate be wrong by this much more, shape (3,), world frame [m], until poses put it right."""
@@ -277,6 +276,9 @@ class EmulatedAutopilot:
                 for datagram in self._line.receive():
                     if not silent:
                         self._onboard.receive(datagram)
+                if self._onboard.protocol.commands.reboots:
+                    self.reboot()
+                    continue
                 steps = 0
                 while stepped + _STEP <= time.monotonic():
                     stepped, steps = stepped + _STEP, steps + 1

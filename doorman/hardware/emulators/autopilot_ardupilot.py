@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -26,6 +27,8 @@ _NAMES = {"stabilize": STABILIZE, "altitude": ALTITUDE_HOLD, "guided": GUIDED, "
           "return": RETURN, "land": LAND}  # fmt: skip
 _NEED_POSITION = (GUIDED, LOITER, RETURN)
 _CLIMB_SPEED, _DESCENT_SPEED = 2.5, 1.5
+_STOPPING, _SLOW_SHARE = 0.05, 0.1
+"""A take-off is over within this distance [m], at less than this share of the climb speed."""
 _UNIT_TOLERANCE = 1e-3
 _LEAST_RETURN, _LEAST_SLOPE = 0.3, 0.5
 """Height of a return above home [m]; a flatter cone is none."""
@@ -47,6 +50,7 @@ class ArduPilotBrain(Brain):
 
     vendor = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
     stick_mode = LOITER
+    heeds_force = True
 
     def __init__(self, parameters: ParameterStore, start_up: float) -> None:
         super().__init__(parameters)
@@ -71,7 +75,7 @@ class ArduPilotBrain(Brain):
         """Between NAV_TAKEOFF and whatever comes next."""
         return self._taking_off_to is not None
 
-    def request_mode(self, parameters: tuple[float, float, float]) -> int:
+    def request_mode(self, parameters: Sequence[float]) -> int:
         """Refused where the mode needs a position that is not known."""
         if not int(parameters[0]) & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             return DENIED
@@ -96,13 +100,18 @@ class ArduPilotBrain(Brain):
         self._enter(LAND)
         return ACCEPTED
 
+    def request_return(self) -> int:
+        """RTL."""
+        return self.request_mode((mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, RETURN, 0))
+
     def attitude_target(self, target: AttitudeTarget) -> None:
         """Obeyed in guided only; a quaternion off unit length stops the vehicle."""
         if self.mode != GUIDED or not self.armed or self.around is None:
             return
         norm = float(np.linalg.norm(target.quaternion))
         rates_ignored = target.mask & 7 == 7
-        if target.mask & 0x40 or not rates_ignored or not abs(norm - 1.0) <= _UNIT_TOLERANCE:
+        unit = abs(norm - 1.0) <= _UNIT_TOLERANCE
+        if target.mask & 0x40 or not rates_ignored or not unit or not math.isfinite(target.thrust):
             self._stop()
             return
         if int(self.parameters["GUID_OPTIONS"]) & 8:
@@ -122,6 +131,7 @@ class ArduPilotBrain(Brain):
         if self.mode != GUIDED or not self.armed:
             return
         used = [target.position] * target.has_position + [target.velocity] * target.has_velocity
+        used += [target.acceleration] * target.has_acceleration
         allowed = target.has_velocity or (target.has_position and not target.has_acceleration)
         if target.frame != mavlink.MAV_FRAME_LOCAL_NED or not allowed or not np.isfinite(np.concatenate(used)).all():
             self._stop()
@@ -132,7 +142,7 @@ class ArduPilotBrain(Brain):
             position=target.position if target.has_position else zero,
             velocity=target.velocity if target.has_velocity else zero,
             acceleration=target.acceleration if target.has_acceleration and target.has_velocity else zero,
-            yaw=None if target.mask & 0x400 else target.yaw,
+            yaw=None if target.mask & 0x400 or not math.isfinite(target.yaw) else target.yaw,
         )
         self._aim(demand)
 
@@ -161,9 +171,12 @@ class ArduPilotBrain(Brain):
             return thrust
         return min(1.0, thrust / min(max(float(thrust_axis(target.quaternion)[2]), 0.1), 1.0))
 
-    def _arming_refused(self) -> tuple[int, str] | None:
+    def _arming_refused(self, forced: bool) -> tuple[int, str] | None:
         around = self.around
         assert around is not None
+        if forced:
+            lost = self.mode in _NEED_POSITION and not around.estimate.position_valid
+            return (FAILED, "Arm: Need Position Estimate") if lost else None
         if around.now < self._start_up:
             return FAILED, "PreArm: Gyros not calibrated"
         if not around.estimate.position_valid:
@@ -208,7 +221,11 @@ class ArduPilotBrain(Brain):
             hold = self.hold_here(around)
             place = hold.position.copy()
             place[2] = self._taking_off_to
-            return Demand(Task.POSITION, position=place, yaw=hold.yaw)
+            demand = Demand(Task.POSITION, position=place, yaw=hold.yaw)
+            left, rate = place[2] - around.estimate.position[2], around.estimate.velocity[2]
+            if left < _STOPPING and rate < _SLOW_SHARE * _CLIMB_SPEED:
+                self._aim(demand)
+            return demand
         if self.landed:
             return self._on_ground(around)
         target, age = self._target, around.now - self._target_time

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -91,6 +92,8 @@ class Brain(ABC):
     """MAV_AUTOPILOT."""
     stick_mode: int
     """The mode in which the pilot's sticks are velocities, and a vehicle whose sticks are let go of stays where it is."""
+    heeds_force = False
+    """Whether a forced request arms it in spite of its checks."""
 
     def __init__(self, parameters: ParameterStore) -> None:
         self.parameters = parameters
@@ -116,16 +119,20 @@ class Brain(ABC):
     # ------------------------------------------------------------ requests
 
     @abstractmethod
-    def request_mode(self, parameters: tuple[float, float, float]) -> int:
-        """DO_SET_MODE; returns a MAV_RESULT."""
+    def request_mode(self, parameters: Sequence[float]) -> int:
+        """DO_SET_MODE with its first three parameters; returns a MAV_RESULT."""
 
     @abstractmethod
     def request_take_off(self, height: float) -> int:
-        """NAV_TAKEOFF to a height above home [m]; returns a MAV_RESULT."""
+        """NAV_TAKEOFF to a height [m], of PX4 in its local frame, of ArduPilot above home; returns a MAV_RESULT."""
 
     @abstractmethod
     def request_land(self) -> int:
         """NAV_LAND; returns a MAV_RESULT."""
+
+    @abstractmethod
+    def request_return(self) -> int:
+        """NAV_RETURN_TO_LAUNCH; returns a MAV_RESULT."""
 
     @abstractmethod
     def attitude_target(self, target: AttitudeTarget) -> None:
@@ -140,8 +147,8 @@ class Brain(ABC):
         """The pilot turns the mode switch of the radio."""
 
     @abstractmethod
-    def _arming_refused(self) -> tuple[int, str] | None:
-        """Result and words of a refusal, None if it may arm."""
+    def _arming_refused(self, forced: bool) -> tuple[int, str] | None:
+        """Result and words of a refusal, None if it may arm; forced, of the checks that nobody skips."""
 
     @abstractmethod
     def _decide(self, around: Surroundings) -> Demand:
@@ -161,16 +168,17 @@ class Brain(ABC):
                 return self.refused_result
             self._disarm()
             return ACCEPTED
-        refused = self.check_arming()
+        refused = self.check_arming(forced and self.heeds_force)
         if refused is not None:
             return refused
         self.armed, self._armed_at = True, self.around.now
         self.home = Home.of(self.around.estimate)
         return ACCEPTED
 
-    def check_arming(self) -> int | None:
+    def check_arming(self, forced: bool = False) -> int | None:
         """MAV_RESULT of a request to arm that would be refused now, and its words by STATUSTEXT; None if it may arm."""
-        refusal = (self.refused_result, self.refusal.text) if self.refusal.active else self._arming_refused()
+        refuses = self.refusal.active and not forced
+        refusal = (self.refused_result, self.refusal.text) if refuses else self._arming_refused(forced)
         if refusal is None:
             return None
         if refusal[1]:

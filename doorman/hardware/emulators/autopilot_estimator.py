@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from doorman.hardware.emulators.autopilot_earth import ZURICH, Place
 from doorman.hardware.emulators.autopilot_plant import Array, PlantTruth
 
 _HISTORY = 2.0
@@ -35,6 +36,8 @@ class Estimate:
     position_valid: bool
     on_earth: bool = True
     """Whether it knows where on earth that is, too: what has no home cannot return."""
+    origin: Place | None = None
+    """Where on earth zero is."""
 
 
 class Estimator:
@@ -65,22 +68,28 @@ class Estimator:
         self.failed = False
         """Whether the position estimate is lost."""
         self._shift, self._datum_due, self._elevation = np.zeros(3), math.inf, 0.0
-        self.has_origin = not vision
+        self.origin = None if vision else ZURICH
+        """Where on earth the zero of its position is; None before it has one."""
+
+    @property
+    def has_origin(self) -> bool:
+        """Whether it has a place on earth."""
+        return self.origin is not None
 
     @property
     def navigates(self) -> bool:
         """Whether it has what it needs for a position, an origin perhaps excepted."""
         return not self.vision or self.accepted_poses >= _POSES_NEEDED
 
-    def set_origin(self, now: float, armed: bool, altitude: float) -> None:
-        """Take an origin, at an altitude [m].
+    def set_origin(self, now: float, armed: bool, place: Place) -> None:
+        """Take an origin.
 
         What ArduPilot believes to be its height soon after becomes zero, unless it is armed or the altitude is not new: poses
         that come go on being fused as they are, and what is told of the height is larger by that from then on. What PX4 tells
         moves by the altitude, and by the way from the equator where it navigates already, as its development version of August
         2026 does.
         """
-        self.has_origin = True
+        self.origin, altitude = place, place.altitude
         if self._px4:
             self._shift = np.array([0.0, 0.0, -altitude]) + (_FAR_AWAY if self.navigates else 0.0)
         else:
@@ -111,6 +120,7 @@ class Estimator:
             truth.body_rates,
             valid,
             valid and self.has_origin,
+            self.origin,
         )
 
     def lead_astray(self, offset: Array) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -17,15 +19,14 @@ from doorman.hardware.emulators.autopilot_parameters import ParameterStore
 from doorman.hardware.emulators.autopilot_plant import GRAVITY, AutopilotPlant
 from doorman.hardware.emulators.autopilot_protocol import Protocol
 from doorman.hardware.emulators.autopilot_px4 import Px4Brain
-from doorman.hardware.emulators.autopilot_telemetry import (
+from doorman.hardware.emulators.autopilot_schedule import (
     ARDUPILOT_RATES,
     PX4_RATES,
     PX4_SETTABLE,
     SETTABLE,
-    EmulatedBattery,
     Schedule,
-    Telemetry,
 )
+from doorman.hardware.emulators.autopilot_telemetry import EmulatedBattery, Telemetry, estimator_status
 
 _BOOT_CLOCK = 3.0
 """Reading of the clock when the link comes up [s]."""
@@ -83,14 +84,16 @@ class Onboard:
             self.estimator,
             self._schedule,
             self.send,
+            self._tell,
             lambda: self.clock,
             lambda: self.uptime,
             build.system_id,
         )
-        self.telemetry = Telemetry(self.brain, battery, build.vehicle_type)
+        self.telemetry = Telemetry(self.brain, battery, build.vehicle_type, satellites=not build.vision)
         """What it sends unasked."""
         self._controller = FlightController(plant.weight, GRAVITY)
         self._normalised = 0.0
+        self._told: set[str] = set()
         self._mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
         self._mav.robust_parsing = True
         if build.signing_key is not None:
@@ -121,7 +124,8 @@ class Onboard:
             return
         for message in messages:
             if message.get_type() != "BAD_DATA":
-                self.protocol.take(message)
+                with self._surviving(message.get_type()):
+                    self.protocol.take(message)
 
     def step(self, dt: float) -> None:
         """Estimate, decide, control, and let the plant move [s]."""
@@ -146,9 +150,8 @@ class Onboard:
             if identifier == mavlink.MAVLINK_MSG_ID_TIMESYNC:
                 self.send(mavlink.MAVLink_timesync_message(0, round(now * 1e9)))
             elif identifier != mavlink.MAVLINK_MSG_ID_HEARTBEAT or not self.heartbeats_stopped:
-                message = self.telemetry.message(identifier, now, self.estimate, self._steered, self._normalised)
-                if message is not None:
-                    self.send(message)
+                with self._surviving(f"message {identifier}"):
+                    self._send_if_any(self._message(identifier))
         for severity, text in self.brain.texts:
             self.send(mavlink.MAVLink_statustext_message(severity, text.encode()[:50]))
         self.brain.texts.clear()
@@ -158,3 +161,27 @@ class Onboard:
         data = message.pack(self._mav)
         self._mav.seq = (self._mav.seq + 1) % 256
         self._transmit(data)
+
+    def _message(self, identifier: int) -> Any | None:
+        return self.telemetry.message(identifier, self.clock, self.estimate, self._steered, self._normalised)
+
+    def _send_if_any(self, message: Any | None) -> bool:
+        if message is not None:
+            self.send(message)
+        return message is not None
+
+    def _tell(self, identifier: int) -> bool:
+        """Send the message that somebody asks for; False if there is none."""
+        if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
+            return self._send_if_any(estimator_status(self.clock, self.brain.landed, self.estimator.navigates))
+        return self._send_if_any(self._message(identifier))
+
+    @contextmanager
+    def _surviving(self, what: str) -> Iterator[None]:
+        """Go on after whatever goes wrong with one message, and tell of it once a kind."""
+        try:
+            yield
+        except Exception:
+            if what not in self._told:
+                logging.getLogger(__name__).exception("the emulated autopilot goes on without this %s", what)
+            self._told.add(what)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 
 _REAL32, _INT8, _INT16, _INT32 = 9, 2, 4, 6
@@ -21,6 +22,8 @@ PX4_DEFAULTS: dict[str, tuple[float, int]] = {
     "RTL_LAND_DELAY": (0.0, _REAL32),
     "RTL_TYPE": (0, _INT32),
     "NAV_ACC_RAD": (10.0, _REAL32),
+    "NAV_MC_ALT_RAD": (0.8, _REAL32),
+    "MIS_TAKEOFF_ALT": (2.5, _REAL32),
     "MPC_YAW_MODE": (0, _INT32),
     "MPC_THR_HOVER": (0.5, _REAL32),
     "EKF2_EV_CTRL": (0, _INT32),
@@ -134,8 +137,8 @@ class ParameterStore:
         return float(struct.unpack("<f", struct.pack("<f", value))[0]), kind
 
     def from_wire(self, name: str, field: float, kind: int) -> bool:
-        """Take PARAM_SET's field; False if the parameter is unknown or of another type."""
-        if name not in self._values:
+        """Take PARAM_SET's field; False if the parameter is unknown or of another type, or no number for ArduPilot."""
+        if name not in self._values or not (self._bytewise or math.isfinite(field)):
             return False
         true_kind = self._values[name][1]
         if self._bytewise and true_kind != kind:

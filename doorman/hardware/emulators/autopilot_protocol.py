@@ -11,22 +11,30 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import (
-    ACCEPTED,
-    DENIED,
-    FAILED,
-    TEMPORARILY_REJECTED,
-    UNSUPPORTED,
-    AttitudeTarget,
-    Brain,
-    PositionTarget,
-)
+from doorman.hardware.emulators.autopilot_brain import AttitudeTarget, Brain, PositionTarget
+from doorman.hardware.emulators.autopilot_commands import Command, Commands
+from doorman.hardware.emulators.autopilot_earth import Place, global_origin
 from doorman.hardware.emulators.autopilot_estimator import Estimator
-from doorman.hardware.emulators.autopilot_telemetry import FLIP, FLIP_QUATERNION, Schedule, estimator_status
+from doorman.hardware.emulators.autopilot_schedule import Schedule
+from doorman.hardware.emulators.autopilot_telemetry import FLIP, FLIP_QUATERNION
 
-_FORCE_MAGIC = 21196.0
-_SHARE_OF_LOOP = 0.8
-"""Of ArduPilot's main loop, up to which a message is sent."""
+_STREAMS = {
+    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (mavlink.MAVLINK_MSG_ID_SYS_STATUS, mavlink.MAVLINK_MSG_ID_GPS_RAW_INT),
+    mavlink.MAV_DATA_STREAM_POSITION: (
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+    ),
+    mavlink.MAV_DATA_STREAM_EXTRA1: (mavlink.MAVLINK_MSG_ID_ATTITUDE,),
+    mavlink.MAV_DATA_STREAM_EXTRA3: (mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,),
+}
+"""Messages of ArduPilot's streams."""
+_VISUAL = (
+    mavlink.MAV_ESTIMATOR_TYPE_UNKNOWN,
+    mavlink.MAV_ESTIMATOR_TYPE_NAIVE,
+    mavlink.MAV_ESTIMATOR_TYPE_VISION,
+    mavlink.MAV_ESTIMATOR_TYPE_VIO,
+)
+"""Of ODOMETRY, what PX4 fuses."""
 
 
 class ClockOfOthers:
@@ -69,6 +77,7 @@ class Protocol:
         estimator: Takes poses.
         schedule: Of the telemetry.
         send: Sends a message.
+        tell: Sends the message of an identifier; False if there is none.
         clock: The autopilot's clock, of its stamps [s].
         uptime: The one of its time-outs, which does not jump [s].
         system_id: Of the vehicle.
@@ -80,6 +89,7 @@ class Protocol:
         estimator: Estimator,
         schedule: Schedule,
         send: Callable[[Any], None],
+        tell: Callable[[int], bool],
         clock: Callable[[], float],
         uptime: Callable[[], float],
         system_id: int,
@@ -94,17 +104,20 @@ class Protocol:
         """When setpoints came, by `time.monotonic()`; the newest 5000."""
         self.mute_commands = 0  # to be executed but not acknowledged
         self.ignore_commands = 0  # to be lost
-        self.companion_clock = ClockOfOthers(brain.vendor == mavlink.MAV_AUTOPILOT_PX4)
+        self.commands = Commands(brain, estimator, schedule, tell)
+        self._px4 = brain.vendor == mavlink.MAV_AUTOPILOT_PX4
+        self.companion_clock = ClockOfOthers(self._px4)
         self._brain = brain
         self._estimator = estimator
         self._schedule = schedule
         self._send = send
         self._clock, self._uptime = clock, uptime
         self._system = system_id
-        self._origin_message: Any = None
         self._handlers: dict[str, Callable[[Any], None]] = {
             "HEARTBEAT": self._heartbeat,
             "COMMAND_LONG": self._command,
+            "COMMAND_INT": self._command,
+            "SET_MODE": self._mode,
             "PARAM_REQUEST_READ": self._parameter_read,
             "PARAM_REQUEST_LIST": self._parameter_list,
             "PARAM_SET": self._parameter_set,
@@ -112,13 +125,17 @@ class Protocol:
             "SET_ATTITUDE_TARGET": self._attitude_target,
             "SET_POSITION_TARGET_LOCAL_NED": self._position_target,
             "VISION_POSITION_ESTIMATE": self._vision,
+            "ODOMETRY": self._odometry,
             "SET_GPS_GLOBAL_ORIGIN": self._origin,
             "REQUEST_DATA_STREAM": self._data_stream,
+            "MISSION_REQUEST_LIST": self._missions,
         }
 
     def take(self, message: Any) -> None:
-        """Act on a message; those to other systems are not for us."""
+        """Act on a message; those to other systems are not for us, nor for PX4 those to other components."""
         if getattr(message, "target_system", 0) not in (0, self._system):
+            return
+        if self._px4 and getattr(message, "target_component", 0) not in (0, mavlink.MAV_COMP_ID_AUTOPILOT1):
             return
         self.received[message.get_type()] += 1
         handler = self._handlers.get(message.get_type())
@@ -127,7 +144,7 @@ class Protocol:
 
     def _heartbeat(self, message: Any) -> None:
         self.heartbeat_types.add((message.get_srcSystem(), message.get_srcComponent(), message.type))
-        if self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
+        if self._px4:
             from_station = message.type == mavlink.MAV_TYPE_GCS
         else:
             from_station = message.get_srcSystem() == int(self._brain.parameters["SYSID_MYGCS"])
@@ -138,65 +155,27 @@ class Protocol:
         if self.ignore_commands > 0:
             self.ignore_commands -= 1
             return
-        result = self._execute(message)
+        result = self.commands.execute(Command.of(message))
         if self.mute_commands > 0:
             self.mute_commands -= 1
             return
+        self._acknowledge(message, message.command, result)
+
+    def _mode(self, message: Any) -> None:
+        """SET_MODE, the older way; PX4 makes a command of it, which it acknowledges, ArduPilot says nothing."""
+        mode = message.custom_mode
+        words = (mode >> 16 & 0xFF, mode >> 24) if self._px4 else (mode, 0)
+        command = Command(mavlink.MAV_CMD_DO_SET_MODE, (message.base_mode, *words, 0.0, 0.0, 0.0, 0.0))
+        result = self.commands.execute(command)
+        if self._px4:
+            self._acknowledge(message, command.number, result)
+
+    def _acknowledge(self, message: Any, command: int, result: int) -> None:
         self._send(
             mavlink.MAVLink_command_ack_message(
-                message.command, result, 0, 0, message.get_srcSystem(), message.get_srcComponent()
+                command, result, 0, 0, message.get_srcSystem(), message.get_srcComponent()
             )
         )
-
-    def _execute(self, message: Any) -> int:
-        brain = self._brain
-        if self._stumbles(message):
-            return DENIED
-        if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
-            if self._too_fast(message.param2):
-                return FAILED
-            return ACCEPTED if self._schedule.set_interval(int(message.param1), message.param2) else DENIED
-        if message.command == mavlink.MAV_CMD_REQUEST_MESSAGE:
-            return self._tell(int(message.param1))
-        if brain.around is None:
-            return TEMPORARILY_REJECTED
-        if message.command == mavlink.MAV_CMD_DO_SET_MODE:
-            return brain.request_mode((message.param1, message.param2, message.param3))
-        if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
-            return brain.request_arming(message.param1 > 0.5, message.param2 == _FORCE_MAGIC)
-        if message.command == mavlink.MAV_CMD_RUN_PREARM_CHECKS:
-            if not brain.armed:
-                brain.check_arming()
-            return TEMPORARILY_REJECTED if brain.armed else ACCEPTED
-        if message.command == mavlink.MAV_CMD_NAV_TAKEOFF:
-            return brain.request_take_off(message.param7)
-        if message.command == mavlink.MAV_CMD_NAV_LAND:
-            return brain.request_land()
-        return UNSUPPORTED
-
-    def _stumbles(self, message: Any) -> bool:
-        """Whether ArduPilot before 4.5 would make integers of what is none, which aborts it in simulation."""
-        if self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
-            return False
-        return math.isnan(message.param5) or math.isnan(message.param6)
-
-    def _too_fast(self, interval_us: float) -> bool:
-        """Whether ArduPilot's main loop cannot send so often."""
-        if self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4 or interval_us <= 0.0:
-            return False
-        return 1e6 / interval_us > _SHARE_OF_LOOP * self._brain.parameters["SCHED_LOOP_RATE"]
-
-    def _tell(self, identifier: int) -> int:
-        """REQUEST_MESSAGE; of its origin, and of PX4's estimator, only."""
-        if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS and self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
-            self._send(estimator_status(self._clock(), self._brain.landed, self._estimator.navigates))
-            return ACCEPTED
-        if identifier != mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
-            return UNSUPPORTED
-        if self._origin_message is None:
-            return FAILED
-        self._send(self._origin_message)
-        return ACCEPTED
 
     def _parameter_read(self, message: Any) -> None:
         parameters = self._brain.parameters
@@ -252,38 +231,50 @@ class Protocol:
 
     def _vision(self, message: Any) -> None:
         values = [message.x, message.y, message.z, message.roll, message.pitch, message.yaw]
+        self._pose(message.usec, values, quality=0)
+
+    def _odometry(self, message: Any) -> None:
+        """ArduPilot takes one frame, PX4 the local ones that look down, and of estimators the visual ones."""
+        frames = [mavlink.MAV_FRAME_LOCAL_FRD, *[mavlink.MAV_FRAME_LOCAL_NED] * self._px4]
+        if message.frame_id not in frames or (self._px4 and message.estimator_type not in _VISUAL):
+            return
+        if not self._px4 and message.child_frame_id != mavlink.MAV_FRAME_BODY_FRD:
+            return
+        self._pose(message.time_usec, [message.x, message.y, message.z, *message.q], message.quality)
+
+    def _pose(self, stamp_us: int, values: list[float], quality: int) -> None:
+        """Fuse a position, NED [m], with the attitude behind it, of which the estimator needs none."""
         if not all(math.isfinite(value) for value in values):
             return
-        if self._brain.vendor != mavlink.MAV_AUTOPILOT_PX4 and self._brain.parameters["VISO_QUAL_MIN"] > 0:
-            return  # ArduPilot takes these poses for ones of quality 0
+        if not self._px4 and quality < self._brain.parameters["VISO_QUAL_MIN"]:
+            return
         now = self._clock()
-        stamp = self.companion_clock.stamp(message.usec, now)
-        if self._brain.vendor != mavlink.MAV_AUTOPILOT_PX4:
+        stamp = self.companion_clock.stamp(stamp_us, now)
+        if not self._px4:
             stamp -= 1e-3 * self._brain.parameters["VISO_DELAY_MS"]
         since = now - stamp
         self._estimator.pose(self._uptime(), self._uptime() - since, np.array(values[:3]) * FLIP)
 
-    def forget_origin(self) -> None:
-        """Have none to tell of any more."""
-        self._origin_message = None
-
     def _origin(self, message: Any) -> None:
-        if not self._estimator.has_origin or self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4:
-            self._estimator.set_origin(self._uptime(), self._brain.armed, 1e-3 * message.altitude)
-            self._origin_message = mavlink.MAVLink_gps_global_origin_message(
-                message.latitude, message.longitude, message.altitude
-            )
-            self._send(self._origin_message)
+        if not self._estimator.has_origin or self._px4:
+            place = Place(1e-7 * message.latitude, 1e-7 * message.longitude, 1e-3 * message.altitude)
+            self._estimator.set_origin(self._uptime(), self._brain.armed, place)
+            self._send(global_origin(place))
 
     def _data_stream(self, message: Any) -> None:
         """The older way; only ArduPilot still listens to it, and only for messages of old."""
-        if self._brain.vendor == mavlink.MAV_AUTOPILOT_PX4 or not message.start_stop:
+        if self._px4:
             return
-        rate = max(1, message.req_message_rate)
-        streams = {
-            mavlink.MAV_DATA_STREAM_EXTRA1: mavlink.MAVLINK_MSG_ID_ATTITUDE,
-            mavlink.MAV_DATA_STREAM_POSITION: mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
-            mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: mavlink.MAVLINK_MSG_ID_SYS_STATUS,
-        }
-        if message.req_stream_id in streams:
-            self._schedule.set_interval(streams[message.req_stream_id], 1e6 / rate)
+        rate = min(message.req_message_rate, self.commands.most_often) if message.start_stop else 0
+        asked = message.req_stream_id
+        for identifiers in _STREAMS.values() if asked == mavlink.MAV_DATA_STREAM_ALL else [_STREAMS.get(asked, ())]:
+            for identifier in identifiers:
+                self._schedule.set_interval(identifier, 1e6 / rate if rate > 0 else -1.0)
+
+    def _missions(self, message: Any) -> None:
+        """There are none."""
+        self._send(
+            mavlink.MAVLink_mission_count_message(
+                message.get_srcSystem(), message.get_srcComponent(), 0, message.mission_type
+            )
+        )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -53,6 +55,7 @@ class Px4Brain(Brain):
         self._stream = StreamMemory()
         self._target = Demand(Task.IDLE)
         self._lost_at: float | None = None
+        self._told_frame: int | None = None
         self._goes_back = False
         """Whether it left offboard for want of setpoints: it is back as soon as they are."""
 
@@ -66,36 +69,54 @@ class Px4Brain(Brain):
         """COM_DISARM_LAND."""
         return self.parameters["COM_DISARM_LAND"]
 
-    def request_mode(self, parameters: tuple[float, float, float]) -> int:
-        """Accepted even where the mode does not change: the heartbeat tells."""
+    @property
+    def taking_off(self) -> bool:
+        """In its own mode for that."""
+        return self.mode == TAKE_OFF
+
+    def request_mode(self, parameters: Sequence[float]) -> int:
+        """Disarmed, accepted even where the mode does not change: the heartbeat tells."""
         if not int(parameters[0]) & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             return DENIED
         main, sub = int(parameters[1]), int(parameters[2])
         mode = main << 16 | (sub << 24 if main == 4 else 0)
-        if mode not in _NAMES.values() and mode != TAKE_OFF:
+        if mode == TAKE_OFF:
+            return self.request_take_off(math.nan)
+        if mode not in _NAMES.values():
             return DENIED
-        if mode == OFFBOARD and not self._stream_available():
-            self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to Offboard is currently not available")
-            return ACCEPTED
         if self._available(mode):
             self._enter(mode)
-        return ACCEPTED
+            return ACCEPTED
+        return TEMPORARILY_REJECTED if self.armed else ACCEPTED
 
     def _available(self, mode: int) -> bool:
+        if mode == OFFBOARD:
+            if not self._stream_available():
+                self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to Offboard is currently not available")
+                return False
+            return True
         if mode not in _NEED_HOME or (self.around is not None and self.around.estimate.on_earth):
             return True
         self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to that mode is currently not available")
         return False
 
     def request_take_off(self, height: float) -> int:
-        """Climb to the height and loiter."""
-        if self.around is None:
+        """Climb to the height, of its local frame, and loiter; no number is MIS_TAKEOFF_ALT above here."""
+        if self.around is None or (self.armed and not self.around.estimate.position_valid):
             return TEMPORARILY_REJECTED
-        self._enter(TAKE_OFF)
         place = self.around.estimate.position.copy()
-        place[2] = float(self.home.position[2]) + height
+        if not math.isfinite(height):
+            height = float(place[2]) + self.parameters["MIS_TAKEOFF_ALT"]
+        if height < place[2]:
+            self.say(mavlink.MAV_SEVERITY_CRITICAL, "Already higher than takeoff altitude")
+        place[2] = max(height, float(place[2]))
+        self._enter(TAKE_OFF)
         self._hold = Demand(Task.POSITION, position=place, yaw=yaw_of(self.around.estimate.quaternion))
         return ACCEPTED
+
+    def request_return(self) -> int:
+        """AUTO_RTL."""
+        return self.request_mode((mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, RETURN >> 16 & 0xFF, RETURN >> 24))
 
     def request_land(self) -> int:
         """Land here."""
@@ -104,27 +125,40 @@ class Px4Brain(Brain):
 
     def attitude_target(self, target: AttitudeTarget) -> None:
         """Heard in every mode, obeyed in offboard."""
-        if target.mask & 0x80 or not np.isfinite([*target.quaternion, target.thrust]).all():
+        if (
+            target.mask & 0x80
+            or not np.isfinite([*target.quaternion, target.thrust]).all()
+            or not target.quaternion.any()
+        ):
             return
         self._heard(needs_position=False)
         quaternion = target.quaternion / np.linalg.norm(target.quaternion)
         self._target = Demand(Task.ATTITUDE, quaternion=quaternion, thrust=min(max(target.thrust, 0.0), 1.0))
 
     def position_target(self, target: PositionTarget) -> None:
-        """Heard in every mode, obeyed in offboard; frames other than LOCAL_NED are dropped silently."""
-        if target.frame != mavlink.MAV_FRAME_LOCAL_NED or not (target.has_position or target.has_velocity):
+        """Heard in every mode, obeyed in offboard; BODY_NED has a velocity along the heading, other frames are dropped."""
+        if target.frame == mavlink.MAV_FRAME_BODY_NED and self.around is not None:
+            target = _along_heading(target, yaw_of(self.around.estimate.quaternion))
+        elif target.frame != mavlink.MAV_FRAME_LOCAL_NED:
+            if target.frame != self._told_frame:  # the real one repeats it
+                words = f"SET_POSITION_TARGET coordinate frame {target.frame} unsupported"
+                self.say(mavlink.MAV_SEVERITY_CRITICAL, words)
+            self._told_frame = target.frame
+            return
+        if not (target.has_position or target.has_velocity):
             return
         used = [target.position] * target.has_position + [target.velocity] * target.has_velocity
         if not np.isfinite(np.concatenate(used)).all():
             return
+        accelerates = target.has_acceleration and bool(np.isfinite(target.acceleration).all())
         self._heard(needs_position=True)
         zero = np.zeros(3)
         self._target = Demand(
             Task.POSITION if target.has_position else Task.VELOCITY,
             position=target.position if target.has_position else zero,
             velocity=target.velocity if target.has_velocity else zero,
-            acceleration=target.acceleration if target.has_acceleration else zero,
-            yaw=None if target.mask & 0x400 or math.isnan(target.yaw) else target.yaw,
+            acceleration=target.acceleration if accelerates else zero,
+            yaw=None if target.mask & 0x400 or not math.isfinite(target.yaw) else target.yaw,
         )
 
     def pilot_mode(self, name: str) -> None:
@@ -156,7 +190,7 @@ class Px4Brain(Brain):
             return False
         return around.estimate.position_valid or not self._stream.needs_position
 
-    def _arming_refused(self) -> tuple[int, str] | None:
+    def _arming_refused(self, forced: bool) -> tuple[int, str] | None:
         around = self.around
         assert around is not None
         if self.parameters["NAV_DLL_ACT"] > 0 and around.ground_station_age > self.parameters["COM_DL_LOSS_T"]:
@@ -176,6 +210,11 @@ class Px4Brain(Brain):
             return Demand(Task.LAND)
         if self.mode == RETURN:
             return self.return_home(around)
+        if self.mode == TAKE_OFF and not self.landed:
+            hold = self.hold_here(around)
+            if float(hold.position[2] - around.estimate.position[2]) < self.parameters["NAV_MC_ALT_RAD"]:
+                self._enter(LOITER)
+                self._hold = hold
         if self.landed and self.mode != TAKE_OFF:
             if self.armed and around.now - self._armed_at > self.parameters["COM_DISARM_PRFLT"]:
                 self._disarm()
@@ -245,3 +284,10 @@ class Px4Brain(Brain):
     def _disarm(self) -> None:
         super()._disarm()
         self.failsafe = False
+
+
+def _along_heading(target: PositionTarget, yaw: float) -> PositionTarget:
+    """A target of BODY_NED in the world: it has no position, and no acceleration here."""
+    x, y, z = target.velocity.tolist()
+    velocity = np.array([math.cos(yaw) * x - math.sin(yaw) * y, math.sin(yaw) * x + math.cos(yaw) * y, z])
+    return replace(target, mask=target.mask | 0x1C7, velocity=velocity)

@@ -1,4 +1,4 @@
-"""What the emulated autopilot sends by itself: messages, their intervals, and their stamps."""
+"""What the emulated autopilot sends by itself: messages and their stamps."""
 
 from __future__ import annotations
 
@@ -11,41 +11,26 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.emulators.autopilot_brain import Brain
 from doorman.hardware.emulators.autopilot_control import Task
+from doorman.hardware.emulators.autopilot_earth import global_origin, global_position, home_position, satellites
 from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_plant import Array
+from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
+from doorman.hardware.emulators.autopilot_return import Home
 
 FLIP = np.array([1.0, -1.0, -1.0])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
 FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
 
-PX4_RATES = {
-    mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
-    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: 50.0,
-    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30.0,
-    mavlink.MAVLINK_MSG_ID_ODOMETRY: 30.0,
-    mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
-    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 0.5,
-    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
-}
-"""Of a PX4 link before anybody asks for others [1/s]; for its own TIMESYNC it must be asked, as on a link in normal mode."""
-ARDUPILOT_RATES = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0, mavlink.MAVLINK_MSG_ID_TIMESYNC: 0.1}
-"""Of a fresh ArduPilot link [1/s]: nothing but the heartbeat until it is asked."""
-SETTABLE = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_ATTITUDE,
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
-        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
-        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
-        mavlink.MAVLINK_MSG_ID_ODOMETRY,
-        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
-        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
-        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
-    }
-)
-"""Messages whose interval may be set, of both;"""
-PX4_SETTABLE = SETTABLE | {mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, mavlink.MAVLINK_MSG_ID_TIMESYNC}
-"""of PX4."""
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_CAPABILITIES = (
+    mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+)
+"""Those of the real ones that are emulated: no missions, fences or files."""
+_PX4_VERSION, _ARDUPILOT_VERSION = 0x01_10_00_FF, 0x04_06_03_FF
+"""Releases 1.16.0 and 4.6.3, whose rules these are."""
 
 
 @dataclass
@@ -65,49 +50,6 @@ class EmulatedBattery:
     def charge_state(self) -> int:
         """MAV_BATTERY_CHARGE_STATE by the remaining charge."""
         return 3 if self.remaining < 0.07 else 2 if self.remaining < 0.15 else 1
-
-
-class Schedule:
-    """When which message is due.
-
-    Args:
-        rates: Messages per second by identifier.
-        settable: Messages whose interval may be set.
-    """
-
-    def __init__(self, rates: dict[int, float], settable: frozenset[int] = SETTABLE) -> None:
-        self._settable = settable
-        self._defaults = dict(rates)
-        self._periods: dict[int, float] = {}
-        self._next: dict[int, float] = {}
-        self.reset()
-
-    def reset(self) -> None:
-        """Rates as after a reboot."""
-        self._periods = {identifier: 1.0 / rate for identifier, rate in self._defaults.items()}
-        self._next = {}
-
-    def set_interval(self, identifier: int, interval_us: float) -> bool:
-        """SET_MESSAGE_INTERVAL: −1 stops, 0 is the default; False for a message that cannot be set."""
-        if identifier not in self._settable:
-            return False
-        if interval_us < 0:
-            self._periods.pop(identifier, None)
-        elif interval_us == 0 and identifier in self._defaults:
-            self._periods[identifier] = 1.0 / self._defaults[identifier]
-        elif interval_us > 0:
-            self._periods[identifier] = max(0.002, interval_us * 1e-6)
-        return True
-
-    def due(self, now: float) -> list[int]:
-        """Identifiers of the messages that are due at a time [s]."""
-        due = []
-        for identifier, period in self._periods.items():
-            at = self._next.get(identifier, now)
-            if now >= at:
-                self._next[identifier] = at + period if now - at < 3.0 * period else now + period
-                due.append(identifier)
-        return due
 
 
 def estimator_status(boot_seconds: float, landed: bool, located: bool) -> Any:
@@ -131,12 +73,14 @@ class Telemetry:
         brain: Modes.
         battery: Power.
         vehicle_type: MAV_TYPE.
+        satellites: Whether it has a receiver for them.
     """
 
-    def __init__(self, brain: Brain, battery: EmulatedBattery, vehicle_type: int) -> None:
+    def __init__(self, brain: Brain, battery: EmulatedBattery, vehicle_type: int, *, satellites: bool) -> None:
         self.brain = brain
         self._battery = battery
         self._type = vehicle_type
+        self._satellites = satellites
         self.confused = False
         """Whether its state is not numbers."""
 
@@ -155,6 +99,9 @@ class Telemetry:
         boot_ms = int(boot_seconds * 1e3) % (1 << 32)
         if identifier == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             return self._heartbeat()
+        if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE:
+            angles, rates = _angles(estimate.quaternion) * FLIP * self._sense, estimate.body_rates * FLIP
+            return mavlink.MAVLink_attitude_message(boot_ms, *angles.tolist(), *rates.tolist())
         if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION:
             q, rates = estimate.quaternion * FLIP_QUATERNION * self._sense, estimate.body_rates * FLIP
             return mavlink.MAVLink_attitude_quaternion_message(boot_ms, *q.tolist(), *rates.tolist())
@@ -176,7 +123,36 @@ class Telemetry:
             return mavlink.MAVLink_extended_sys_state_message(0, self._landed_state())
         if identifier == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
             return estimator_status(boot_seconds, self.brain.landed, estimate.position_valid)
+        if identifier == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            return self._version()
+        return self._on_earth(identifier, boot_ms, estimate)
+
+    def _on_earth(self, identifier: int, boot_ms: int, estimate: Estimate) -> Any | None:
+        """Messages that need an origin, and all but that of the origin a position."""
+        origin = estimate.origin
+        if origin is None:
+            return None
+        if identifier == mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+            return global_origin(origin)
+        if not estimate.on_earth:
+            return None
+        home = self.brain.home if self.brain.armed else Home.of(estimate)
+        if identifier == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
+            yaw = yaw_of(estimate.quaternion)
+            return global_position(boot_ms, origin, estimate.position, estimate.velocity, yaw, home.position)
+        if identifier == mavlink.MAVLINK_MSG_ID_HOME_POSITION:
+            return home_position(boot_ms, origin, home.position, home.yaw)
+        if identifier == mavlink.MAVLINK_MSG_ID_GPS_RAW_INT and self._satellites:
+            return satellites(boot_ms, origin, estimate.position)
         return None
+
+    def _version(self) -> Any:
+        px4 = self.brain.vendor == mavlink.MAV_AUTOPILOT_PX4
+        capabilities = _CAPABILITIES | (mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE if px4 else 0)
+        version, nothing = _PX4_VERSION if px4 else _ARDUPILOT_VERSION, [0] * 8
+        return mavlink.MAVLink_autopilot_version_message(
+            capabilities, version, version if px4 else 0, 0, 0, nothing, nothing, nothing, 0, 0, 0
+        )
 
     @property
     def _sense(self) -> float:
@@ -242,6 +218,14 @@ class Telemetry:
             0, 0, 1, 32767, cells, round(battery.current * 1e2), -1, -1, round(battery.remaining * 1e2), 0,
             battery.charge_state,
         )  # fmt: skip
+
+
+def _angles(quaternion: Array) -> Array:
+    """Roll, pitch and yaw [rad]."""
+    w, x, y, z = quaternion.tolist()
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    return np.array([roll, pitch, yaw_of(quaternion)])
 
 
 def _into_body(quaternion: Array, vector: Array) -> Array:

@@ -25,6 +25,7 @@ class Sandbox:
         self.now = 30.0
         self.position = np.array([0.0, 0.0, 0.0])
         self.velocity = np.zeros(3)
+        self.attitude = LEVEL
         self.valid = self.on_earth = True
         self.station_age = 0.1
         self.step(0.0)
@@ -37,7 +38,7 @@ class Sandbox:
                 stream()
             on_ground = bool(self.position[2] <= 0.01)
             estimate = Estimate(
-                self.position.copy(), self.velocity.copy(), LEVEL, NO, self.valid, self.valid and self.on_earth
+                self.position.copy(), self.velocity.copy(), self.attitude, NO, self.valid, self.valid and self.on_earth
             )
             demand = self.brain.update(Surroundings(self.now, estimate, on_ground, self.station_age))
             if self.now >= end - 1e-9:

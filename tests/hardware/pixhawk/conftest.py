@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from autopilot_client import Client
 from autopilot_sandbox import Sandbox
 from pixhawk_parts import CONFIG
-from pixhawk_rig import Rig
+from pixhawk_rig import Rig, free_port
 
 from doorman.hardware.emulators import autopilot_px4 as px4
+from doorman.hardware.emulators.autopilot import EmulatedAutopilot
 from doorman.hardware.emulators.autopilot_ardupilot import ArduPilotBrain
 from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
 from doorman.hardware.pixhawk import Authority
@@ -68,6 +70,25 @@ def events() -> EventLog:
 def stream(events: EventLog) -> SetpointStream:
     """A stream that notes its events in that log."""
     return SetpointStream(CONFIG, events)
+
+
+@pytest.fixture
+def clients() -> Iterator[Callable[..., Client]]:
+    """Makes emulated autopilots with a client each, which end with the test."""
+    made: list[Client] = []
+
+    def make(flavour: str, **settings: Any) -> Client:
+        port = free_port()
+        emulator = EmulatedAutopilot(flavour, remote=("127.0.0.1", port), heartbeat_rate=10.0, **settings)  # type: ignore[arg-type]
+        emulator.start()
+        made.append(Client(emulator, port))
+        return made[-1]
+
+    yield make
+    for client in made:
+        client.emulator.stop()
+        client.emulator.stop()
+        client.socket.close()
 
 
 @pytest.fixture

@@ -33,11 +33,69 @@ def test_px4_calls_less_than_two_setpoints_a_second_no_stream(vehicle_px4):
     assert vehicle_px4.brain.mode != px4.OFFBOARD
 
 
-def test_px4_drops_other_frames_silently(vehicle_px4):
+def test_px4_drops_other_frames_and_says_so(vehicle_px4):
     target = PositionTarget(2552, mavlink.MAV_FRAME_LOCAL_FRD, NO, NO, NO, 0.0)
     vehicle_px4.step(1.0, lambda: vehicle_px4.brain.position_target(target))
+    assert [text for _, text in vehicle_px4.brain.texts] == ["SET_POSITION_TARGET coordinate frame 20 unsupported"]
     vehicle_px4.brain.request_mode((1.0, 6.0, 0.0))
     assert vehicle_px4.brain.mode != px4.OFFBOARD
+
+
+def test_px4_flies_velocities_along_its_heading(vehicle_px4):
+    vehicle_px4.attitude = np.array([math.cos(0.25 * math.pi), 0.0, 0.0, math.sin(0.25 * math.pi)])
+    body = PositionTarget(2503, mavlink.MAV_FRAME_BODY_NED, NO, np.array([1.0, 0.0, 0.5]), NO, 0.0)
+    offboard(vehicle_px4)
+    vehicle_px4.brain.request_arming(True, False)
+    demand = vehicle_px4.step(0.2, lambda: vehicle_px4.brain.position_target(body))
+    assert demand.task is Task.VELOCITY
+    assert demand.velocity == pytest.approx([0.0, 1.0, 0.5], abs=1e-9)
+
+
+def test_px4_in_the_air_refuses_a_mode_that_it_cannot_fly(vehicle_px4):
+    vehicle_px4.brain.request_arming(True, False)
+    vehicle_px4.position[2] = 1.0
+    vehicle_px4.step(0.1)
+    assert vehicle_px4.brain.request_mode((1.0, 6.0, 0.0)) == 1, "no stream"
+    vehicle_px4.on_earth = False
+    vehicle_px4.step(0.1)
+    assert vehicle_px4.brain.request_return() == 1, "no home"
+    assert vehicle_px4.brain.mode == px4.LOITER
+    vehicle_px4.valid = False
+    vehicle_px4.step(0.02)
+    assert vehicle_px4.brain.request_take_off(2.0) == 1
+    assert vehicle_px4.brain.request_mode((1.0, 4.0, 6.0)) == 0, "a landing is never refused"
+
+
+def test_px4_takes_off_and_holds_where_it_arrived(vehicle_px4):
+    brain = vehicle_px4.brain
+    vehicle_px4.position[2] = 0.005
+    brain.request_arming(True, False)
+    vehicle_px4.step(0.1)
+    for ask in (lambda: brain.request_take_off(math.nan), lambda: brain.request_mode((1.0, 4.0, 2.0))):
+        assert ask() == 0
+        demand = vehicle_px4.step(0.1)
+        assert demand.position[2] == pytest.approx(2.505) and brain.taking_off
+    vehicle_px4.position[2] = 1.5
+    vehicle_px4.step(0.1)
+    assert brain.mode == px4.TAKE_OFF, "not there"
+    vehicle_px4.position[2] = 1.8
+    assert vehicle_px4.step(0.1).position[2] == pytest.approx(2.505)
+    assert brain.mode == px4.LOITER and not brain.taking_off
+    assert brain.request_take_off(0.5) == 0
+    assert vehicle_px4.step(0.1).position[2] == pytest.approx(1.8), "it does not go down"
+    assert "higher" in brain.texts[-1][1]
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_px4_leaves_out_what_is_no_number(vehicle_px4, bad):
+    offboard(vehicle_px4)
+    vehicle_px4.brain.request_arming(True, False)
+    push = np.array([bad, 0.0, 0.0])
+    target = PositionTarget(2048, NED, np.array([0.0, 0.0, 1.0]), NO, push, bad)
+    demand = vehicle_px4.step(0.2, lambda: vehicle_px4.brain.position_target(target))
+    assert demand.task is Task.POSITION and demand.yaw is None and not demand.acceleration.any()
+    vehicle_px4.tilt(0.6, 0.0 * LEVEL)
+    assert vehicle_px4.step(0.0).task is Task.POSITION, "no attitude at all"
 
 
 @pytest.mark.parametrize(("action", "mode"), [(4, px4.LAND), (0, px4.RETURN), (5, px4.LOITER)])
@@ -195,6 +253,43 @@ def test_ardupilot_takes_off_by_command_only(vehicle_ardupilot):
     assert brain.request_take_off(1.0) == 4, "it flies already"
     vehicle_ardupilot.hold()
     assert vehicle_ardupilot.step(0.0).position[2] == pytest.approx(0.8), "a setpoint ends the take-off"
+
+
+def test_ardupilot_ends_its_take_off_where_it_wanted_to(vehicle_ardupilot):
+    guided(vehicle_ardupilot)
+    vehicle_ardupilot.brain.request_take_off(1.0)
+    vehicle_ardupilot.step(0.1)
+    vehicle_ardupilot.position[2], vehicle_ardupilot.velocity[2] = 0.97, 1.0
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.taking_off, "it still climbs"
+    vehicle_ardupilot.velocity[2] = 0.1
+    vehicle_ardupilot.step(0.1)
+    assert not vehicle_ardupilot.brain.taking_off
+    assert vehicle_ardupilot.step(60.0).position[2] == 1.0, "and stays there"
+
+
+def test_ardupilot_that_must_arm_still_needs_a_position_where_the_mode_does(vehicle_ardupilot):
+    vehicle_ardupilot.now = 1.0
+    vehicle_ardupilot.brain.request_mode((1.0, 4.0, 0.0))
+    vehicle_ardupilot.valid = False
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.request_arming(True, True) == 4
+    vehicle_ardupilot.valid = True
+    vehicle_ardupilot.step(0.1)
+    assert vehicle_ardupilot.brain.request_arming(True, False) == 4, "its gyros"
+    assert vehicle_ardupilot.brain.request_arming(True, True) == 0
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_ardupilot_stops_at_what_is_no_number(vehicle_ardupilot, bad):
+    airborne(vehicle_ardupilot)
+    vehicle_ardupilot.tilt(bad)
+    assert vehicle_ardupilot.step(0.0).task is Task.VELOCITY
+    push = np.array([bad, 0.0, 0.0])
+    vehicle_ardupilot.brain.position_target(PositionTarget(2048, NED, NO, np.ones(3), push, 0.0))
+    assert not vehicle_ardupilot.step(0.0).velocity.any()
+    vehicle_ardupilot.brain.position_target(PositionTarget(2552, NED, NO, NO, NO, bad))
+    assert vehicle_ardupilot.step(0.0).yaw is None
 
 
 def airborne(sandbox: Sandbox) -> None:
