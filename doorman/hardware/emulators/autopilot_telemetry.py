@@ -30,7 +30,7 @@ _CAPABILITIES = (
 )
 """Those of the real ones that are emulated: no missions, fences or files."""
 _PX4_VERSION, _ARDUPILOT_VERSION = 0x01_10_00_FF, 0x04_06_03_FF
-"""Releases 1.16.0 and 4.6.3, whose rules these are."""
+"""Releases 1.16.0 and 4.6.3."""
 
 
 @dataclass
