@@ -55,7 +55,6 @@ class FlightSession:
         self.flight = GuardedFlight(model, links, recorder, say)
         self.backend, self.supervisor, self.journal = self.flight.backend, self.flight.supervisor, self.flight.journal
         self._recorder = recorder
-        self._patience = model.scenario.mission.time_out.hold
         self._mission = Mission(model, planner, recorder)
         self._interrupted_at: float | None = None
         self._asked_to_end_at: float | None = None
@@ -124,16 +123,16 @@ class FlightSession:
             self._recorder.write("epoch", 0.0, {"epoch": self.backend.epoch})
 
     def _with_journal(self, on_progress: OnProgress | None) -> OnProgress:
-        holding = False
+        patience, last = self._mission.model.scenario.mission.time_out.hold, self._mission.phase
 
         def progress(now: float, door_angle: float) -> None:
-            nonlocal holding
+            nonlocal last
             self.journal.take(self.backend.epoch)
-            if not holding and self._mission.phase is Phase.HOLD:
+            before, last = last, self._mission.phase
+            if last is Phase.HOLD and before is not last:
                 self.flight.say(
-                    f"the door would not stay by itself: somebody take it, then Ctrl-C; it is left after {self._patience:g} s"
+                    f"the door would not stay by itself: somebody take it, then Ctrl-C; it is left after {patience:g} s"
                 )
-            holding = self._mission.phase is Phase.HOLD
             if on_progress is not None:
                 on_progress(now, door_angle)
 

@@ -48,18 +48,21 @@ class HeldDoor:
             estimate: What is known now.
         """
         held, off = estimate.time - self._begin, abs(estimate.door_angle - self._goal)
-        angle = f"{math.degrees(estimate.door_angle):.0f}°"
         is_open = off < _OPEN_ENOUGH
         self._open_at = estimate.time if is_open else self._open_at
         if self._waits:
             if estimate.time - self._open_at > self._settings.hold_open:
-                return After.LEAVE, f"the door was moved while it was held, to {angle}"
-            left = f"the door would not stay by itself, and was left after {held:.0f} s"
-            return (After.LEAVE, left) if is_open and held >= self._settings.time_out.hold else (After.MORE, "")
+                return After.LEAVE, f"the door was moved while it was held, to {math.degrees(estimate.door_angle):.0f}°"
+            if is_open and held >= self._settings.time_out.hold:
+                return After.LEAVE, f"the door would not stay by itself, and was left after {held:.0f} s"
+            return After.MORE, ""
         stands = off < STILL_OPEN and abs(estimate.door_rate) < MOVING
         if held < self._settings.hold_open * (1.0 if stands else _PATIENCE):
             return After.MORE, ""
         if not is_open:
-            return After.LOST, f"the door could not be held at the goal, and is at {angle}"
+            return (
+                After.LOST,
+                f"the door could not be held at the goal, and is at {math.degrees(estimate.door_angle):.0f}°",
+            )
         self._waits = self._comes_back
         return (After.MORE if self._waits else After.OPEN), ""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 
 import numpy as np
@@ -54,12 +56,8 @@ class ServoBus:
         Raises:
             BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
         """
-        self._require_closed()
-        connection = Connection.open(self.config)
-        try:
+        with self._for_a_moment() as connection:
             return tuple(connection.inspect(self.config))
-        finally:
-            connection.port.close()
 
     def positions(self) -> tuple[int, ...]:
         """Open the port, read every servo's present position, and close it; torque stays as it is, so that joints may be held.
@@ -70,12 +68,8 @@ class ServoBus:
         Raises:
             BackendError: if the bus is open, the port cannot be opened, or a servo does not answer or is another model.
         """
-        self._require_closed()
-        connection = Connection.open(self.config)
-        try:
+        with self._for_a_moment() as connection:
             return tuple(connection.positions(self.config))
-        finally:
-            connection.port.close()
 
     def open(self) -> None:
         """Open the port, make every servo ready and start the thread; the arm stands still with torque on.
@@ -212,6 +206,16 @@ class ServoBus:
         connection.rest(self.config)
         raise BackendError("not every servo answers a sync read in time", field="servos.latency",
                            given=self.config.latency, allowed="longer than adapter and computer take")  # fmt: skip
+
+    @contextmanager
+    def _for_a_moment(self) -> Iterator[Connection]:
+        """The port, closed again afterwards."""
+        self._require_closed()
+        connection = Connection.open(self.config)
+        try:
+            yield connection
+        finally:
+            connection.port.close()
 
     def _require_closed(self) -> None:
         if self._worker is not None:
