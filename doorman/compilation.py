@@ -8,16 +8,18 @@ other instructions, and other last bits, in a process that compiles than in one 
 
 Solver kernels are compiled once more for every type of model. For a type from outside the package they are kept in files of
 their own, named by a hash over the sources behind it: its kernels may change too, and who runs doorman alone cannot import it.
+
+`cache_place` says where the cache is, `cache_files` how its files are checked. A cache that cannot be read or written costs time
+and a warning, nothing else.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
+import inspect
 import platform
 import re
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -28,15 +30,21 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 from llvmlite import binding
-from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.runtime.nrt import rtsys
+
+from doorman.cache_files import CheckedFiles
+from doorman.cache_place import find_directory, say_once
+from doorman.exceptions import DoormanError
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 _PACKAGE = Path(__file__).parent
 _FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}  # no assumption that NaN or inf cannot occur: they must show
+_SHAPE_CODE = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
+"""numba's settings, from the environment, that change what is compiled."""
 _TEACHES_NUMBA = re.compile(rb"^\s*(from|import) (numba|llvmlite)\b", re.MULTILINE)
 
 _sources: dict[type, set[Path]] = {}
@@ -66,14 +74,33 @@ class CacheContent:
     """[bytes]."""
 
 
+def check_compiler() -> None:
+    """Check that numba compiles.
+
+    Raises:
+        DoormanError: if it is told not to.
+    """
+    if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+        raise DoormanError(
+            "doorman's kernels exist as compiled code only", field="NUMBA_DISABLE_JIT", given=1, allowed="0, or not set"
+        )
+
+
+check_compiler()  # before anything teaches numba, which then fails in other words
+
+
 @cache
 def cache_directory() -> Path:
     """Directory of compiled kernels: under NUMBA_CACHE_DIR if set, else under the user's cache directory.
 
     Returns:
-        An existing, writable directory; a temporary one where the user's cache directory cannot be written.
+        An existing directory that this user alone may write; a temporary one where the user's cache directory is not such.
+
+    Raises:
+        OSError: if nothing can be written anywhere.
     """
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()}".encode())
+    settings = [f"{name}={getattr(numba.config, name, None)}" for name in _SHAPE_CODE]
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version} {platform.machine()} {settings}".encode())
     texts = {source: source.read_bytes() for source in sorted(_PACKAGE.rglob("*.py"))}
     folders = {source.parent for source, text in texts.items() if b"\n@kernel\n" in text}
     digest.update(Path(__file__).read_bytes())
@@ -81,16 +108,7 @@ def cache_directory() -> Path:
         # the whole folder, as kernels depend on the layout of its NamedTuples, and whatever teaches numba something
         if source.parent in folders or _TEACHES_NUMBA.search(text):
             digest.update(text)
-    base = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    name = f"doorman-{digest.hexdigest()[:16]}"
-    for candidate in (Path(base) / name, Path(tempfile.gettempdir()) / name):
-        try:
-            candidate.mkdir(parents=True, exist_ok=True)
-            if os.access(candidate, os.W_OK):
-                return candidate
-        except OSError:
-            continue
-    return Path(tempfile.mkdtemp(prefix="doorman-"))
+    return find_directory(f"doorman-{digest.hexdigest()[:16]}")
 
 
 def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
@@ -101,18 +119,27 @@ def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
 
     Returns:
         The dispatcher; its `py_func` is the plain function.
+
+    Raises:
+        DoormanError: if numba is told not to compile.
     """
-    settings: Any = numba.config
-    previous = settings.CACHE_DIR
-    settings.CACHE_DIR = str(cache_directory())
+    check_compiler()
+    dispatcher: Any = numba.njit(nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
+    directory = _directory_if_any()
+    if directory is not None and Path(inspect.getfile(function)).is_file():
+        dispatcher._cache = _Cache(function, directory)
+    _kernels.append(dispatcher)
+    compiled: Callable[Parameters, Result] = dispatcher
+    return compiled
+
+
+@cache
+def _directory_if_any() -> Path | None:
     try:
-        dispatcher: Any = numba.njit(nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
-        dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]
-        _kernels.append(dispatcher)
-        compiled: Callable[Parameters, Result] = dispatcher
-        return compiled
-    finally:
-        settings.CACHE_DIR = previous
+        return cache_directory()
+    except OSError as error:
+        say_once("place", f"compiled kernels are not kept, because nothing can be written ({error.strerror or error})")
+        return None
 
 
 def kernel_counts() -> KernelCounts:
@@ -193,8 +220,36 @@ class _SelfContained(JITCodeLibrary):
 JITCPUCodegen._library_class = _SelfContained
 
 
+class _Locator(UserProvidedCacheLocator):
+    """Place of one function's files; made when the first is written."""
+
+    def __init__(self, function: Callable[..., Any], directory: Path) -> None:
+        self._py_file = inspect.getfile(function)
+        self._lineno = function.__code__.co_firstlineno
+        self._cache_path = str(directory / self.get_suitable_cache_subpath(self._py_file))  # type: ignore[no-untyped-call]
+
+    def ensure_cache_path(self) -> None:
+        pass
+
+
+class _Implementation(CompileResultCacheImpl):
+    """numba's, at a place that it does not choose."""
+
+    def __init__(self, function: Callable[..., Any], directory: Path) -> None:
+        self._locator, self._lineno = _Locator(function, directory), function.__code__.co_firstlineno
+        name = f"{Path(inspect.getfile(function)).stem}.{function.__qualname__}"
+        self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))  # type: ignore[no-untyped-call]
+
+
 class _Cache(FunctionCache):
     """Cache of one kernel, with an index of its own for every set of model types from outside the package."""
+
+    def __init__(self, function: Callable[..., Any], directory: Path) -> None:
+        self._name, self._py_func = repr(function), function
+        self._impl = _Implementation(function, directory)
+        self._cache_path = self._impl.locator.get_cache_path()
+        self._cache_file = self._files(self._impl.filename_base)
+        self.enable()  # type: ignore[no-untyped-call]
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Load a kernel without what only a compiler needs of numba, which takes half a second to import."""
@@ -209,15 +264,20 @@ class _Cache(FunctionCache):
 
     def _save_overload(self, signature: Any, data: Any) -> None:
         with self._files_for(signature):
-            super()._save_overload(signature, data)  # type: ignore[no-untyped-call]
+            try:
+                super()._save_overload(signature, data)  # type: ignore[no-untyped-call]
+            except OSError as error:
+                say_once("save", f"a compiled kernel cannot be kept in {self._cache_path} ({error.strerror or error})")
+
+    def _files(self, name: str) -> CheckedFiles:
+        return CheckedFiles(Path(self._cache_path), name, self._impl.locator.get_source_stamp())
 
     @contextmanager
     def _files_for(self, signature: Any) -> Iterator[None]:
         files = self._cache_file
         digest = _digest_of(_foreign_models(signature))
         if digest:
-            name, stamp = f"{self._impl.filename_base}-{digest}", self._impl.locator.get_source_stamp()
-            self._cache_file = IndexDataCacheFile(self._cache_path, name, stamp)  # type: ignore[no-untyped-call]
+            self._cache_file = self._files(f"{self._impl.filename_base}-{digest}")
         try:
             yield
         finally:
