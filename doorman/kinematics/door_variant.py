@@ -8,14 +8,16 @@ that a thin plate stays one.
 from __future__ import annotations
 
 import hashlib
-import os
 import xml.etree.ElementTree as ElementTree
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.cache_files import write_atomically
+from doorman.cache_place import fresh_directory
 from doorman.compilation import cache_directory
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf_structure import check_structure
@@ -29,7 +31,7 @@ _ALONG_LEAF, _ALONG_FRAME = 0, 1
 def write_door_variant(
     urdf: Path, leaf: str, hinge: float, width: float, new_width: float | None, new_mass: float | None
 ) -> Path:
-    """Write a door's URDF with another leaf, once for each, to the cache on disk.
+    """Write a door's URDF with another leaf, once for each, to the cache on disk, or to a temporary file if that is full.
 
     Args:
         urdf: URDF of the door.
@@ -53,13 +55,23 @@ def write_door_variant(
         _stretch(frame, _ALONG_FRAME, hinge + width / 2, new_width - width)
     _spread_inertial(slab, 1.0 if new_width is None else new_width / width, new_mass)
     text = ElementTree.tostring(robot, encoding="utf-8")
-    path = cache_directory() / "doors" / f"{urdf.stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
-    if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_suffix(f".{os.getpid()}")
-        unfinished.write_bytes(text)
-        unfinished.replace(path)
+    name = f"{urdf.stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
+    try:
+        return _written(cache_directory() / "doors" / name, text)
+    except OSError:
+        return _written(_temporary_directory() / name, text)
+
+
+def _written(path: Path, text: bytes) -> Path:
+    """A file with this text, written if it is not there as a whole."""
+    if not path.is_file() or path.read_bytes() != text:
+        write_atomically(path, text)
     return path
+
+
+@cache
+def _temporary_directory() -> Path:
+    return fresh_directory()
 
 
 def _frame_and_leaf(
