@@ -14,6 +14,7 @@ from doorman.collision.constraints import (
     collision_constraints_batch,
     collision_constraints_jacobian,
 )
+from doorman.copying import PerThread
 from doorman.dynamics.quasi_static import (
     N_ENTRIES,
     QuasiStaticParameters,
@@ -41,7 +42,7 @@ _RESERVE = 0.04
 class Model:
     """Vehicle and door of a scenario, tied together at the contact point.
 
-    Not to be shared between threads: the kernels behind its methods write to memory of the model's.
+    Threads may share it: the kernels behind its methods write to memory of the thread's own.
 
     States are x = [φ, θ, ψ, α, α̇, η_1 … η_n], inputs u = [f_t, Ω, Ḣ_d]; shapes (5 + n,) and (4 + n,).
 
@@ -55,6 +56,8 @@ class Model:
 
     def __init__(self, scenario: Scenario) -> None:
         self.scenario = scenario
+        self._own_constraints: PerThread[ConstraintParameters] = PerThread()
+        self._own_dynamics: PerThread[QuasiStaticParameters] = PerThread()
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.door = Door(scenario.door_urdf, scenario.door)
         self.true_door = self._true_door()
@@ -71,10 +74,16 @@ class Model:
         self.goal_arm = self._arm("goal.arm", scenario.goal.arm, _PAPER_GOAL_ARM)
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.start_state = frozen([0.0, 0.0, 0.0, scenario.start.door_angle, 0.0, *self.start_arm])
-        self._constraint_parameters = self.constraint_parameters()
         self.goal_state = frozen(self._goal_state())
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
-        self._dynamics_parameters = self.dynamics_parameters()
+
+    @property
+    def _constraint_parameters(self) -> ConstraintParameters:
+        return self._own_constraints.get(self.constraint_parameters)
+
+    @property
+    def _dynamics_parameters(self) -> QuasiStaticParameters:
+        return self._own_dynamics.get(self.dynamics_parameters)
 
     @property
     def n_constraints(self) -> int:

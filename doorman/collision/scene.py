@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import fcl
 import numpy as np
@@ -68,6 +69,7 @@ class CollisionScene:
     def __init__(self, vehicle: Vehicle, door: Door, ignored: Iterable[tuple[str, str]] = ()) -> None:
         self.vehicle = vehicle
         self.door = door
+        self._ignored = frozenset(ignored)
         vehicle_shapes, door_shapes = read_shapes(vehicle.urdf), read_shapes(door.urdf)
         for shapes, owner in ((vehicle_shapes, vehicle), (door_shapes, door)):
             if not shapes:
@@ -80,8 +82,11 @@ class CollisionScene:
         self._objects = [fcl.CollisionObject(shape.geometry) for shape in self.shapes]
         self._radii = np.array([shape.radius for shape in self.shapes])
         self._extents = np.array([shape.half_extents for shape in self.shapes])
-        self._first, self._second = np.array(self._relevant_pairs(set(ignored))).T
+        self._first, self._second = np.array(self._relevant_pairs(set(self._ignored))).T
         self._request = fcl.DistanceRequest(enable_nearest_points=False, enable_signed_distance=True)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CollisionScene, (self.vehicle, self.door, self._ignored)  # FCL's shapes cannot be copied
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.copying import PerThread
 from doorman.dynamics.lagrangian_acceleration import LagrangianMemory, LagrangianParameters
 from doorman.dynamics.lagrangian_step import (
     lagrangian_contact_force,
@@ -82,7 +83,11 @@ class LagrangianModel:
         self.nu = 4 + self.n_arm
         posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
         self.vehicle_inertia = coupling.vehicle.inertia(posture)
-        self._parameters: Any = Handle(self.parameters())
+        self._own: PerThread[Any] = PerThread()
+
+    @property
+    def _parameters(self) -> Any:
+        return self._own.get(lambda: Handle(self.parameters()))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.

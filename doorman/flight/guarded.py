@@ -10,6 +10,7 @@ from enum import Enum
 
 import numpy as np
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
@@ -65,7 +66,7 @@ class End(Enum):
     """It was asked to land and does not report that it has."""
 
 
-class GuardedFlight:
+class GuardedFlight(Uncopied):
     """One way up and down again, on links that are open.
 
     Args:

@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.flight.guarded import SAME_INTERRUPT, End, GuardedFlight
 from doorman.hardware.safety import Fault, Finding
@@ -32,7 +33,7 @@ class FlightReport:
     """Of the supervisor."""
 
 
-class FlightSession:
+class FlightSession(Uncopied):
     """One flight of one mission, on links that are open.
 
     Args:

@@ -6,11 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from types import TracebackType
 
+from doorman.copying import Uncopied
 from doorman.signals import Command as Command
 from doorman.signals import Measurement as Measurement
 
 
-class Backend(ABC):
+class Backend(Uncopied, ABC):
     """A vehicle with an arm, simulated or real. Constructors touch no device: `open` does, and `with` always stops."""
 
     real_time: bool = False

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.copying import PerThread
 from doorman.kinematics.arm import ArmParameters, tip_motion
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
@@ -71,7 +72,11 @@ class Coupling:
         self.door = door
         self.distance_from_hinge = distance_from_hinge
         self.height = height
-        self._arm = ArmParameters.of(vehicle.arm)
+        self._own: PerThread[ArmParameters] = PerThread()
+
+    @property
+    def _arm(self) -> ArmParameters:
+        return self._own.get(lambda: ArmParameters.of(self.vehicle.arm))
 
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
         r"""Position of O_B with the tip at the contact point, :math:`P = P_h + [\ldots] - R\,d`.

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
+from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.kinematics.door_variant import write_door_variant
 from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
@@ -29,7 +30,7 @@ def door_normal(door_angle: float) -> Array:
 
 
 class Door:
-    """Hinged door.
+    """Hinged door. Threads may share it.
 
     Args:
         urdf: Path of the URDF; `self.urdf` is another file where the section changes the leaf.
@@ -49,7 +50,7 @@ class Door:
         self._hinge = self._hinge_joint(full)
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
         self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
-        self._data = self.model.createData()
+        self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:
             raise UrdfError(
                 "the leaf does not hang on the hinge", file=urdf, field="door.leaf", given=self.section.leaf,
@@ -81,10 +82,11 @@ class Door:
         Returns:
             Homogeneous matrices of shape (4, 4) by link name.
         """
-        pinocchio.framesForwardKinematics(self.model, self._data, np.array([float(door_angle)]))
+        data = self._own.get(self.model.createData)
+        pinocchio.framesForwardKinematics(self.model, data, np.array([float(door_angle)]))
         return {
             frame.name: np.array(placement.homogeneous)
-            for frame, placement in zip(self.model.frames, self._data.oMf, strict=True)
+            for frame, placement in zip(self.model.frames, data.oMf, strict=True)
             if frame.type == pinocchio.FrameType.BODY
         }
 

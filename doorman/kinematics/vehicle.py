@@ -10,6 +10,7 @@ import pinocchio
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.kinematics.disc import disc_radius
 from doorman.kinematics.rotors import Rotor, read_rotors
@@ -46,7 +47,7 @@ class ArmGeometry:
 class Vehicle:
     """Flying vehicle with an arm of n revolute joints, from `base_link` to `tip`.
 
-    All positions are in the body frame of the base link: x forward, y left, z up.
+    All positions are in the body frame of the base link: x forward, y left, z up. Threads may share it.
 
     Args:
         urdf: Path of the URDF.
@@ -61,7 +62,7 @@ class Vehicle:
         self.names = names or VehicleSection()
         full = load_pinocchio(urdf)
         self.model, self.joint_names = self._arm_only(full)
-        self._data = self.model.createData()
+        self._own: PerThread[pinocchio.Data] = PerThread()
         self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
         self._tip_frame = frame_index(self.model, self.names.tip, urdf, "vehicle.tip")
         self._point_frames = [*self._servo_frames(), self._tip_frame]
@@ -75,6 +76,10 @@ class Vehicle:
         self.radius = float(self.names.radius or disc_radius(urdf, self._base_placement()))
         self.max_thrust = self._thrust_limit()
         self.arm = self._arm_geometry()
+
+    @property
+    def _data(self) -> pinocchio.Data:
+        return self._own.get(self.model.createData)
 
     @property
     def n_arm(self) -> int:

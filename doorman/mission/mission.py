@@ -13,6 +13,7 @@ import numpy as np
 from doorman.control.estimator import Estimate, Estimator
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.state_converter import StateConverter
+from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -28,7 +29,7 @@ OnProgress = Callable[[float, float], None]
 """Called with the time flown and the door angle, once per planner period."""
 
 
-class Mission:
+class Mission(Uncopied):
     """Opens the door: measure, estimate, decide, plan, control, command, and record all of it.
 
     Args:

@@ -61,6 +61,25 @@ class Handle(Generic[T]):
         self.content = content
         _fill(self, content)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Handle, (self.content,)  # a copy has memory of its own, with the addresses of its own arrays
+
+
+def separate(content: T) -> T:
+    """A NamedTuple's copy that shares no array with it.
+
+    Args:
+        content: NamedTuple of numbers, tuples and arrays; one that keeps other things too has a method `_separate`.
+    """
+    if isinstance(content, np.ndarray):
+        return cast(T, content.copy(order="K"))
+    if hasattr(content, "_separate"):
+        return cast(T, content._separate())
+    if not isinstance(content, tuple):
+        return content
+    parts = [separate(part) for part in content]
+    return cast(T, type(content)(*parts) if hasattr(content, "_fields") else tuple(parts))
+
 
 def held(content: T) -> T:
     """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same."""

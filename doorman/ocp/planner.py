@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError
 from doorman.model import Model
 from doorman.ocp.hinge import Hinge
@@ -79,10 +80,11 @@ class Plan:
         return self.status.flyable
 
 
-class Planner:
+class Planner(CopiedWhole):
     """Planner of one scenario. The constructor compiles, or loads from the cache; plans never compile.
 
-    Not to be shared between threads: it owns its memory.
+    Not to be shared between threads: it owns its memory. A copy, and what is unpickled, plans as the original would, and without
+    touching it: with the same hinge, margin and previous plan.
 
     Args:
         scenario: The scenario, or a model of it that exists already.

@@ -56,6 +56,13 @@ class Callback:
         self._function = C_FUNCTION(self._answer)
         self.address = ctypes.cast(self._function, ctypes.c_void_p).value or 0
 
+    def separate(self) -> Callback:
+        """Another C function of the same Python functions."""
+        return Callback(self.checked, self._nx, self._nu)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Callback, (self.checked, self._nx, self._nu)
+
     def _answer(self, task: int, x: int, u: int, out: int, slopes: int) -> None:
         name, with_input, wanted = _TASKS[task]
         arguments = [_view(x, self._nx), _view(u, self._nu)] if with_input else [_view(x, self._nx)]
@@ -94,6 +101,13 @@ class PythonKernels(_Address):
     """The model for the solvers: for kernels an address, for Python also what lives there."""
 
     callback: Callback
+
+    def _separate(self) -> PythonKernels:
+        """The same functions, with failures of their own."""
+        return kernels_of(self.callback.separate())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return kernels_of, (self.callback,)
 
     def forget_failures(self) -> None:
         """Forget what a function has raised."""

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError, SolverError
-from doorman.numba_types.handles import Handle, held
+from doorman.numba_types.handles import Handle, held, separate
 from doorman.ocp import augmented_lagrangian, cold_start, functions, guess, rollout
 from doorman.ocp.careful import iterate_carefully
 from doorman.ocp.options import SolverOptions
@@ -30,10 +31,11 @@ FAST_ITERATIONS = 25
 """Largest number of fast iterations from one guess, before another guess or the careful phase has its turn."""
 
 
-class Solver(ABC):
+class Solver(CopiedWhole, ABC):
     """A solver of one problem. Its constructor compiles, or loads from the cache on disk; solving never does.
 
-    Not to be shared between threads: it owns its memory.
+    Not to be shared between threads: it owns its memory. Several solvers of one problem may run in threads of their own. A copy,
+    and what is unpickled, goes on from the same guess, multipliers and parameters, in memory of its own.
 
     Args:
         problem: The problem.
@@ -53,7 +55,7 @@ class Solver(ABC):
             )  # fmt: skip
         self._work = Workspace.of(problem, self.options)
         self._memory = held(self._work)
-        self._model = Handle(problem.model)
+        self._model = Handle(separate(problem.model))
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
         self._given = False, False, False
@@ -156,7 +158,7 @@ class Solver(ABC):
         if type(model) is not type(self._model.content):
             raise DimensionError("another type of model", field="model", given=type(model).__name__,
                                  allowed=type(self._model.content).__name__)  # fmt: skip
-        self._model.replace(model)
+        self._model.replace(separate(model))
 
     def update_goal(self, state_goal: ArrayLike) -> None:
         """Take another goal of the quadratic cost.

@@ -6,6 +6,8 @@ set of active rows; the solution that belongs to it is computed anew.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from proxsuite import proxqp
@@ -29,6 +31,7 @@ class StageQpSolver:
     """
 
     def __init__(self, n_inputs: int, n_constraints: int, tolerance: float = 1e-10) -> None:
+        self._arguments = n_inputs, n_constraints, tolerance
         self._qp = proxqp.dense.QP(n_inputs, 0, n_constraints)
         settings = self._qp.settings
         settings.eps_abs = tolerance
@@ -39,6 +42,9 @@ class StageQpSolver:
         settings.initial_guess = proxqp.InitialGuess.WARM_START_WITH_PREVIOUS_RESULT
         self._lower = np.full(n_constraints, -_LIMIT)
         self._ready = False
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return StageQpSolver, self._arguments  # a copy has no last solution to start from
 
     def solve(self, program: Program) -> bool:
         """Solve; step and multipliers go into `program`.

@@ -19,6 +19,7 @@ from typing import IO, Any, TypeAlias
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
+from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.recording.messages import MessageType, Row, Value
 from doorman.recording.recording import HEADER, Recording, Topic
@@ -43,7 +44,7 @@ class _Channel:
         self.file_id: int | None = None
 
 
-class Recorder:
+class Recorder(Uncopied):
     """Writes messages; used by one thread.
 
     Args:

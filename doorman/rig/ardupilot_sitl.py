@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.frames import flu_to_frd
 from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
@@ -85,7 +86,7 @@ class Wiring:
         return cls(tuple(outputs), np.array([float(frame[output][1]) for output in outputs]))
 
 
-class ArduPilotSitl:
+class ArduPilotSitl(Uncopied):
     """Flies the plant, as `RotorPilot`. Before ArduPilot has called, and after it has fallen silent, the motors stand still.
 
     Args:

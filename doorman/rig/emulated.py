@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal, cast
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot import EmulatedAutopilot
 from doorman.hardware.emulators.autopilot_onboard import Flavour
@@ -93,7 +94,7 @@ class RigSetup:
                                allowed="1 to 65535")  # fmt: skip
 
 
-class Rig:
+class Rig(Uncopied):
     """Everything that `doorman fly` needs but the hardware. The constructor opens nothing; `start` does, on loopback only.
 
     Args:

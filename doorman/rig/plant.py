@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.vehicle.places import Places
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -43,7 +44,7 @@ class Snapshot:
     """Of the servos, shape (n,) [N m]."""
 
 
-class RigPlant:
+class RigPlant(Uncopied):
     """Vehicle and door in real time. The vehicle stands on its pad until its motors lift it.
 
     Args:

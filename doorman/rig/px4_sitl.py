@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.frames import flu_to_frd
 from doorman.hardware.pixhawk.messages import mavlink
@@ -77,7 +78,7 @@ def _parser() -> Any:
     return parser
 
 
-class Px4Sitl:
+class Px4Sitl(Uncopied):
     """Flies the plant, as `RotorPilot`. Before PX4 has called, and after it has fallen silent, the motors stand still.
 
     Args:

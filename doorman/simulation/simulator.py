@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, SingularityError
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world, skew
 from doorman.kinematics.urdf import frozen
@@ -41,7 +42,7 @@ DisturbanceSource = Callable[[float], Disturbance]
 """Disturbance at a time [s], asked for at every physics step."""
 
 
-class Simulator:
+class Simulator(Uncopied):
     """Physics and onboard loop of one flight, beginning at the start of the scenario.
 
     Args:

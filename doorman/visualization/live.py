@@ -14,6 +14,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Any
 
+from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.model import Model
 from doorman.visualization.drawing import Drawing
@@ -28,7 +29,7 @@ _SILENCE = 0.5
 """Longest wait of a thread before it looks whether the view is closed [s]."""
 
 
-class LiveView:
+class LiveView(Uncopied):
     """Serves the page of a flight that is flown now.
 
     `with LiveView(model) as view:` starts and stops the server; give `view.listen` to the recorder of the flight. A browser

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
@@ -30,7 +31,7 @@ STOP_TIMEOUT = 3.0
 """How long `stop` waits for the thread [s]."""
 
 
-class ServoBus:
+class ServoBus(Uncopied):
     """An arm's servos on one serial bus, in velocity mode, served by a thread of their own.
 
     `read` and `command` exchange the newest values and return at once: the bus never holds up its user. The constructor touches

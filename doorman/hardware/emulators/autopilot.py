@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot_brain import Brain
 from doorman.hardware.emulators.autopilot_estimator import Estimate, Estimator
@@ -27,7 +28,7 @@ _STEP = 0.004
 _MOST_STEPS = 25
 
 
-class EmulatedAutopilot:
+class EmulatedAutopilot(Uncopied):
     """A multirotor's autopilot on UDP. The constructor binds nothing; `start` does, on loopback only.
 
     Args:

@@ -7,6 +7,7 @@ import threading
 import time
 from types import TracebackType
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.mocap_faults import StreamFaults
 from doorman.hardware.emulators.mocap_stream import BodyPose, PoseSource, TrackerSetup, TrackerStream
@@ -19,7 +20,7 @@ STOP_TIMEOUT = 2.0
 """How long `stop` waits for the thread [s]."""
 
 
-class MocapEmulator:
+class MocapEmulator(Uncopied):
     """Tracker that exists only in software. The constructor opens nothing.
 
     Args:

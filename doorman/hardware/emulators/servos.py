@@ -16,6 +16,7 @@ from types import TracebackType
 
 import numpy as np
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.servos_bus import QUESTIONS, ServoBusLogic
 from doorman.hardware.emulators.servos_faults import BusFaults
@@ -35,7 +36,7 @@ LINE_RATES = {
 """Rate of a port by the code that its settings show [bit/s]; other rates, such as 4.5 Mbaud, they do not show."""
 
 
-class ServoEmulator:
+class ServoEmulator(Uncopied):
     """Servos behind a serial port that exists only in software.
 
     Args:

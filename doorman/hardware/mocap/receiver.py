@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from types import TracebackType
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.connection import listen
@@ -17,7 +18,7 @@ STOP_TIMEOUT = 2.0
 """How long `stop` waits for the thread [s]."""
 
 
-class MocapReceiver:
+class MocapReceiver(Uncopied):
     """The body's pose from a Vicon Tracker UDP object stream, received by a thread of its own.
 
     `read` returns the newest pose at once, with its age as of the call. The constructor touches no device. Whatever happens to

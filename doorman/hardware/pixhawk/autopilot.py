@@ -8,6 +8,7 @@ from types import TracebackType
 
 from numpy.typing import ArrayLike
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import parameters, sequences
 from doorman.hardware.pixhawk.commands import command
@@ -34,7 +35,7 @@ _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
 
-class Autopilot:
+class Autopilot(Uncopied):
     """A PX4 or ArduPilot multirotor on a MAVLink connection. The constructor touches no device.
 
     `state`, `setpoint`, `mocap`, `events` and `status` never wait for the line; the steps of a flight do, with time-outs.

@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.straight_way import StraightWay
@@ -40,7 +41,7 @@ OnAbort = Callable[[str], None]
 """Asks the mission to give up, with the reason."""
 
 
-class Supervisor:
+class Supervisor(Uncopied):
     """Watches links and vehicle at its own pace, and acts by itself.
 
     It knows neither planner nor controller. A mission that it does not trust any more loses the vehicle (`VehicleLinks.inhibit`);

@@ -12,6 +12,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.dynamixel import LATCHED, ServoBus
 from doorman.hardware.mocap import MocapReceiver
@@ -45,7 +46,7 @@ class Whereabouts:
     """Whether it still holds; else it is the last that anybody said."""
 
 
-class VehicleLinks:
+class VehicleLinks(Uncopied):
     """Autopilot, servos and, unless the autopilot's own estimate is flown on, mocap. The constructor touches no device.
 
     Args:
