@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from doorman import compilation
 from doorman.compilation import kernel
 
+ROOT = Path(__file__).parents[1]
+
 KERNEL = "@kernel\ndef f(x: float) -> float:\n    return x\n"
 
 MODEL = """
@@ -157,3 +159,76 @@ def test_a_kernel_runs_its_own_copies_of_what_it_calls() -> None:
 
 def _in_order(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sort(values)
+
+
+ADDER = """
+from doorman.compilation import kernel
+
+@kernel
+def add(x, y):
+    return x + 2.0 * y
+"""
+
+ADD = """
+import resource, signal, sys
+from doorman.compilation import kernel_counts
+from adder import add
+if len(sys.argv) > 1:
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+print(add(1.0, 2.0), add(1, 2), kernel_counts().compiled)
+"""
+
+
+def add(folder: Path, *arguments: str, **environment: str) -> tuple[str, list[str]]:
+    """Results and number of compiled kernels of a process of its own, and what it says on stderr."""
+    done = subprocess.run(
+        [sys.executable, "-c", ADD, *arguments], cwd=folder, capture_output=True, text=True, timeout=120, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(folder / "cache"), **environment},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip(), done.stderr.splitlines()
+
+
+def test_a_damaged_cache_is_compiled_anew_and_said_once(tmp_path: Path) -> None:
+    (tmp_path / "adder.py").write_text(ADDER)
+    assert add(tmp_path) == ("5.0 5.0 2", [])
+    kept = [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
+    assert {path.suffix for path in kept} == {".nbi", ".nbc"}
+    for path in kept:
+        if path.suffix == ".nbc":
+            os.truncate(path, path.stat().st_size // 2)
+    found, (line,) = add(tmp_path)
+    assert found == "5.0 5.0 2"
+    assert "compiled anew" in line
+    assert add(tmp_path) == ("5.0 5.0 0", [])
+
+
+def test_a_full_disk_costs_a_warning(tmp_path: Path) -> None:
+    (tmp_path / "adder.py").write_text(ADDER)
+    found, (line,) = add(tmp_path, "full")
+    assert found == "5.0 5.0 2"
+    assert "cannot be kept" in line
+    assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize("arguments", [("check", "paper"), ("open", "paper", "--out", "run"), ("warmup", "paper")])
+def test_without_a_compiler_a_command_says_so(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "doorman", *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=120,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"}, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert "NUMBA_DISABLE_JIT" in line
+    assert not list(tmp_path.iterdir())
+
+
+def test_settings_that_change_the_code_have_a_directory_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    first = fresh_directory()
+    monkeypatch.setattr(numba.config, "BOUNDSCHECK", 1)
+    assert fresh_directory() != first

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,10 @@ from urdf_variants import DOOR, write_door, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import UrdfError
+from doorman.kinematics import door_variant
 from doorman.kinematics.door import Door
+from doorman.kinematics.door_variant import write_door_variant
+from doorman.kinematics.urdf import load_pinocchio
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
 from doorman.visualization.shapes import visual_shapes
@@ -90,3 +94,37 @@ def test_a_door_of_meshes_keeps_its_leaf(tmp_path: Path) -> None:
     path = write_edited(tmp_path / "door.urdf", DOOR, mesh)
     with pytest.raises(UrdfError, match="meshes"):
         Door(path, DoorSection(mass=9.0))
+
+
+def test_threads_that_make_the_same_door_do_not_meet_a_half_written_file(tmp_path, monkeypatch):
+    monkeypatch.setattr(door_variant, "cache_directory", lambda: tmp_path)
+    paths: list[Path] = []
+
+    def make(width: float) -> None:
+        path = write_door_variant(DOOR, "leaf", 0.0, 1.2, width, None)
+        paths.append(path)
+        load_pinocchio(path)
+
+    for number in range(15):
+        with ThreadPoolExecutor(6) as pool:
+            list(pool.map(make, [1.1 + 1e-3 * number] * 6))  # raises what a thread raised
+    assert len(set(paths)) == 15
+    assert not list(tmp_path.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("damage", [b"", b"<robot"])
+def test_a_damaged_variant_is_written_anew(damage, tmp_path, monkeypatch):
+    monkeypatch.setattr(door_variant, "cache_directory", lambda: tmp_path)
+    path = write_door_variant(DOOR, "leaf", 0.0, 1.2, 1.1, None)
+    whole = path.read_bytes()
+    path.write_bytes(damage)
+    assert write_door_variant(DOOR, "leaf", 0.0, 1.2, 1.1, None) == path
+    assert path.read_bytes() == whole
+
+
+def test_a_variant_goes_elsewhere_where_the_cache_cannot_be_written(tmp_path, monkeypatch):
+    (tmp_path / "doors").write_text("no directory")
+    monkeypatch.setattr(door_variant, "cache_directory", lambda: tmp_path)
+    path = write_door_variant(DOOR, "leaf", 0.0, 1.2, 1.1, None)
+    assert not path.is_relative_to(tmp_path)
+    load_pinocchio(path)

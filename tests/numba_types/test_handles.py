@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import gc
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 
 import doorman
 from doorman.compilation import kernel
-from doorman.numba_types.handles import Handle, held
+from doorman.numba_types.handles import Handle, held, separate
 from doorman.ocp import functions
 
 Array = NDArray[np.float64]
@@ -243,3 +245,29 @@ def test_types_that_nobody_registered_are_kept_apart_too(tmp_path: Path) -> None
         source.write_text(f"from typing import NamedTuple\nclass {name}(NamedTuple):\n    age: float\n")
         assert run(tmp_path, name.lower(), name, HOLD) == (0.0, False)
         source.unlink()
+
+
+@pytest.mark.parametrize(
+    "make", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))], ids=["deepcopy", "pickle"]
+)
+def test_a_copy_has_memory_of_its_own_and_shares_arrays_as_the_original_did(make, rng: np.random.Generator) -> None:
+    outer, out = content(rng), np.empty(7)
+    expected = plain_digest(outer)
+    handle = Handle(outer)
+    copied, arrays = make((handle, outer))
+    assert copied.address != handle.address
+    assert copied.content is arrays
+    before = [array.copy() for array in arrays_of(outer)]
+    _digest(copied, out)
+    np.testing.assert_allclose(out, expected, rtol=1e-12)
+    for array, kept in zip(arrays_of(outer), before, strict=True):
+        np.testing.assert_array_equal(array, kept)
+    assert arrays.sides[1] == 5
+
+
+def test_a_separate_one_has_the_same_values_and_no_array_in_common(rng: np.random.Generator) -> None:
+    outer = content(rng)
+    other = separate(outer)
+    assert type(other) is Outer
+    assert plain_digest(other).tolist() == plain_digest(outer).tolist()
+    assert not any(np.shares_memory(a, b) for a, b in zip(arrays_of(outer), arrays_of(other), strict=True))
