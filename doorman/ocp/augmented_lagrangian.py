@@ -17,6 +17,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp.active_set import classify
 from doorman.ocp.functions import (
+    at_node,
     end_cost,
     linearize_end_constraints,
     linearize_horizon,
@@ -58,7 +59,9 @@ def linearize(model: object, work: Workspace) -> None:
     ng, nt, n = len(work.sizes.input_rows), len(work.sizes.end_rows), nominal.inputs.shape[0]
     if ng > 0:
         for k in range(n):
-            linearize_input_constraints(model, nominal.states[k], nominal.inputs[k], nominal.input_rows[k], plain[:ng])
+            linearize_input_constraints(
+                at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k], plain[:ng]
+            )
             for i in range(ng):
                 for j in range(nx):
                     linear.input_row_jacobians[k, i, j] = plain[i, j]
@@ -66,7 +69,7 @@ def linearize(model: object, work: Workspace) -> None:
                     linear.input_row_jacobians[k, i, nx + 1 + j] = plain[i, nx + j]
     if nt > 0:
         slopes = work.program.scratch[: nt * nx].reshape((nt, nx))
-        linearize_end_constraints(model, nominal.states[n], nominal.end_rows, slopes)
+        linearize_end_constraints(at_node(model, n), nominal.states[n], nominal.end_rows, slopes)
         for i in range(nt):
             for j in range(nx):
                 linear.end_row_jacobians[i, j] = slopes[i, j]
@@ -91,8 +94,8 @@ def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
     total *= 0.5
     if len(work.sizes.extra_cost) > 0:
         for k in range(n):
-            total += stage_cost(model, states[k], inputs[k])
-        total += end_cost(model, states[n])
+            total += stage_cost(at_node(model, k), states[k], inputs[k])
+        total += end_cost(at_node(model, n), states[n])
     return total
 
 

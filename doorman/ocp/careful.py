@@ -31,7 +31,7 @@ from doorman.ocp.augmented_lagrangian import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.functions import constrain_end, constrain_horizon, constrain_input, step
+from doorman.ocp.functions import at_node, constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.workspace import LARGEST_STATE, RESULT, Workspace
 
@@ -108,7 +108,7 @@ def roll(model: object, work: Workspace, scale: float) -> bool:
             if len(work.sizes.input_bounds) > 0:
                 total = min(max(total, limits.input_lower[a]), limits.input_upper[a])
             nominal.inputs[k, a] = total
-        step(model, nominal.states[k], nominal.inputs[k], nominal.states[k + 1])
+        step(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.states[k + 1])
         for i in range(nx):
             if not abs(nominal.states[k + 1, i]) < LARGEST_STATE:
                 return False
@@ -125,9 +125,9 @@ def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -
         constrain_horizon(model, nominal.states, nominal.rows)
     if len(work.sizes.input_rows) > 0:
         for k in range(n):
-            constrain_input(model, nominal.states[k], nominal.inputs[k], nominal.input_rows[k])
+            constrain_input(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k])
     if len(work.sizes.end_rows) > 0:
-        constrain_end(model, nominal.states[n], nominal.end_rows)
+        constrain_end(at_node(model, n), nominal.states[n], nominal.end_rows)
     return float(merit(model, work, penalty, 0.0))
 
 

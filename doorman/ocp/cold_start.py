@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.ocp.augmented_lagrangian import CONVERGED, iterate, total_cost
-from doorman.ocp.functions import constrain, step
+from doorman.ocp.functions import at_node, constrain, step
 from doorman.ocp.guess import aim_straight, roll_blindly, settle_integrators, start_trial
 from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.rollout import take_rollout
@@ -139,12 +139,12 @@ def forget_policy(work: Workspace) -> None:
 def starts_finite(model: object, work: Workspace) -> bool:
     """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one."""
     state, ahead, rows = work.nominal.states[0], work.trial.states[1], work.trial.rows[0]
-    step(model, state, work.nominal.inputs[0], ahead)
+    step(at_node(model, 0), state, work.nominal.inputs[0], ahead)
     total = 0.0
     for i in range(ahead.shape[0]):
         total += abs(ahead[i])
     if len(work.sizes.rows) > 0:
-        constrain(model, state, rows)
+        constrain(at_node(model, 0), state, rows)
         for i in range(rows.shape[0]):
             total += abs(rows[i])
     return bool(total < np.inf)

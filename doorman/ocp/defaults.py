@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.ocp import functions
 from doorman.ocp.functions import (
+    at_node,
     constrain,
     constrain_end,
     constrain_input,
@@ -185,8 +186,8 @@ def _linearize_horizon(
     nx, nu, nh = states.shape[1], inputs.shape[1], rows.shape[1]
     plain, ahead, slopes = np.zeros((nx, nx + nu)), np.empty(nx), np.zeros((nh, nx))
     for k in range(inputs.shape[0]):
-        linearize_step(model, states[k], inputs[k], plain)
-        step(model, states[k], inputs[k], ahead)
+        linearize_step(at_node(model, k), states[k], inputs[k], plain)
+        step(at_node(model, k), states[k], inputs[k], ahead)
         for i in range(nx):
             for j in range(nx):
                 jacobians[k, i, j] = plain[i, j]
@@ -194,7 +195,7 @@ def _linearize_horizon(
             for j in range(nu):
                 jacobians[k, i, nx + 1 + j] = plain[i, nx + j]
         if nh > 0:
-            linearize_constraints(model, states[k + 1], rows[k], slopes)
+            linearize_constraints(at_node(model, k + 1), states[k + 1], rows[k], slopes)
             for i in range(nh):
                 for j in range(nx):
                     row_jacobians[k, i, j] = slopes[i, j]
@@ -204,4 +205,4 @@ def _linearize_horizon(
 @kernel
 def _constrain_horizon(model: Any, states: Array, rows: Array) -> None:
     for k in range(rows.shape[0]):
-        constrain(model, states[k + 1], rows[k])
+        constrain(at_node(model, k + 1), states[k + 1], rows[k])

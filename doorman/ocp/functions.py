@@ -74,13 +74,17 @@ def _type_of(model: Any) -> type:
     return type(model.content if isinstance(model, Handle) else model)
 
 
+def _instance_class(given: Any) -> Any:
+    """Type of a model by numba's type of it or of its handle; None for other arguments."""
+    return getattr(given.content if isinstance(given, HandleType) else given, "instance_class", None)
+
+
 def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Let kernels call a function of this module: they get the kernel of their model's type."""
     name = function.__name__
 
     def resolve(*arguments: Any) -> Any:
-        given = arguments[0]
-        model = getattr(given.content if isinstance(given, HandleType) else given, "instance_class", None)
+        model = _instance_class(arguments[0])
         if model is None:
             return None
         kernel = _kernel_of(name, model)
@@ -88,6 +92,19 @@ def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
 
     overload(function, strict=False)(resolve)
     return function
+
+
+def at_node(model: Any, k: int) -> Any:
+    """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for it."""
+    choose = _implementations.get(("at_node", _type_of(model)))
+    return model if choose is None else choose(model.content if isinstance(model, Handle) else model, k)
+
+
+@overload(at_node, strict=False)
+def _compiled_at_node(model: Any, k: Any) -> Any:
+    """Compiled into its callers: a handle goes through unchanged."""
+    choose = _implementations.get(("at_node", _instance_class(model)))
+    return (lambda model, k: model) if choose is None else choose
 
 
 @_compiled

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import multiply_rows
 from doorman.ocp.augmented_lagrangian import measure
-from doorman.ocp.functions import step
+from doorman.ocp.functions import at_node, step
 from doorman.ocp.workspace import LARGEST_STATE, Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
@@ -30,7 +30,7 @@ def roll_blindly(model: object, work: Workspace, first: int) -> None:
     """Nominal states after node `first` by the dynamics from the nominal inputs; held where they stop being finite."""
     states, inputs = work.nominal.states, work.nominal.inputs
     for k in range(first, inputs.shape[0]):
-        step(model, states[k], inputs[k], states[k + 1])
+        step(at_node(model, k), states[k], inputs[k], states[k + 1])
         finite = True
         for i in range(states.shape[1]):
             finite &= abs(states[k + 1, i]) < LARGEST_STATE

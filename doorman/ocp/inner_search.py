@@ -12,7 +12,7 @@ method with exact line search; compare Hermans, Themelis and Patrinos 2019).
 from __future__ import annotations
 
 from doorman.compilation import kernel
-from doorman.ocp.functions import expand_end_cost, expand_stage_cost
+from doorman.ocp.functions import at_node, expand_end_cost, expand_stage_cost
 from doorman.ocp.workspace import Trajectory, Workspace
 
 _BISECTIONS = 40
@@ -69,10 +69,10 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
         for j in range(nx + nu):
             hessian[i, j] = 0.0
     if k < n:
-        expand_stage_cost(model, nominal.states[k], nominal.inputs[k], gradient, hessian)
+        expand_stage_cost(at_node(model, k), nominal.states[k], nominal.inputs[k], gradient, hessian)
     else:
         corner = hessian[:nx, :nx].copy()
-        expand_end_cost(model, nominal.states[k], gradient[:nx], corner)
+        expand_end_cost(at_node(model, k), nominal.states[k], gradient[:nx], corner)
         for i in range(nx):
             for j in range(nx):
                 hessian[i, j] = corner[i, j]

@@ -35,20 +35,20 @@ def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -
     costate = cost.terminal_weights * (states[n] - cost.state_goal) + _of_state(problem, states, multipliers, n)
     if own:
         gradient = np.zeros(nx)
-        functions.expand_end_cost(model, states[n].copy(), gradient, np.zeros((nx, nx)))
+        functions.expand_end_cost(functions.at_node(model, n), states[n].copy(), gradient, np.zeros((nx, nx)))
         costate = costate + gradient
     worst = 0.0
     for k in range(n - 1, -1, -1):
         x, u = states[k].copy(), inputs[k].copy()
         jacobian, gradient = np.zeros((nx, nx + nu)), np.zeros(nx + nu)
-        functions.linearize_step(model, x, u, jacobian)
+        functions.linearize_step(functions.at_node(model, k), x, u, jacobian)
         if own:
-            functions.expand_stage_cost(model, x, u, gradient, np.zeros((nx + nu, nx + nu)))
+            functions.expand_stage_cost(functions.at_node(model, k), x, u, gradient, np.zeros((nx + nu, nx + nu)))
         gradient[:nx] += dt * cost.state_weights * (x - cost.state_goal)
         gradient[nx:] += dt * cost.input_weights * (u - cost.input_goal) + multipliers.inputs[k]
         if problem.n_input_constraints:
             g, slopes = np.zeros(problem.n_input_constraints), np.zeros((problem.n_input_constraints, nx + nu))
-            functions.linearize_input_constraints(model, x, u, g, slopes)
+            functions.linearize_input_constraints(functions.at_node(model, k), x, u, g, slopes)
             gradient += slopes.T @ multipliers.input_rows[k]
         gradient += jacobian.T @ costate
         worst = max(worst, float(np.abs(gradient[nx:]).max()))
@@ -62,10 +62,10 @@ def _of_state(problem: Any, states: Array, multipliers: Any, k: int) -> Array:
     total: Array = multipliers.states[k - 1].copy()
     if problem.n_constraints:
         h, slopes = np.zeros(problem.n_constraints), np.zeros((problem.n_constraints, nx))
-        functions.linearize_constraints(problem.model, x, h, slopes)
+        functions.linearize_constraints(functions.at_node(problem.model, k), x, h, slopes)
         total += slopes.T @ multipliers.rows[k - 1]
     if k == problem.horizon and problem.n_end_constraints:
         h, slopes = np.zeros(problem.n_end_constraints), np.zeros((problem.n_end_constraints, nx))
-        functions.linearize_end_constraints(problem.model, x, h, slopes)
+        functions.linearize_end_constraints(functions.at_node(problem.model, k), x, h, slopes)
         total += slopes.T @ multipliers.end_rows
     return total

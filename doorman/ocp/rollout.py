@@ -18,6 +18,7 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp.augmented_lagrangian import measure, total_cost
 from doorman.ocp.functions import (
+    at_node,
     constrain,
     constrain_end,
     constrain_horizon,
@@ -59,7 +60,7 @@ def apply_policy(work: Workspace, k: int, scale: float) -> None:
 def advance(model: object, work: Workspace, k: int) -> bool:
     """Next state of the trial trajectory; False if it is not finite."""
     trial = work.trial
-    step(model, trial.states[k], trial.inputs[k], trial.states[k + 1])
+    step(at_node(model, k), trial.states[k], trial.inputs[k], trial.states[k + 1])
     for i in range(trial.states.shape[1]):
         if not abs(trial.states[k + 1, i]) < LARGEST_STATE:
             return False
@@ -72,11 +73,11 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
     trial, nx, last = work.trial, len(work.sizes.states), k == work.trial.inputs.shape[0] - 1
     if evaluate:
         if len(work.sizes.rows) > 0:
-            constrain(model, trial.states[k + 1], trial.rows[k])
+            constrain(at_node(model, k + 1), trial.states[k + 1], trial.rows[k])
         if len(work.sizes.input_rows) > 0:
-            constrain_input(model, trial.states[k], trial.inputs[k], trial.input_rows[k])
+            constrain_input(at_node(model, k), trial.states[k], trial.inputs[k], trial.input_rows[k])
         if last and len(work.sizes.end_rows) > 0:
-            constrain_end(model, trial.states[k + 1], trial.end_rows)
+            constrain_end(at_node(model, k + 1), trial.states[k + 1], trial.end_rows)
     worst = -np.inf
     for i in range(len(work.sizes.rows)):
         worst = max(worst, trial.rows[k, i])
@@ -103,14 +104,14 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
     nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
     program, trial = work.program, work.trial
     x, u, ahead = trial.states[k], trial.inputs[k], trial.states[k + 1]
-    linearize_step(model, x, u, work.node.hessian[:nx])
+    linearize_step(at_node(model, k), x, u, work.node.hessian[:nx])
     if nh > 0:
-        linearize_constraints(model, ahead, trial.rows[k], program.scratch[: nh * nx].reshape((nh, nx)))
+        linearize_constraints(at_node(model, k + 1), ahead, trial.rows[k], program.scratch[: nh * nx].reshape((nh, nx)))
     if nt > 0 and k == trial.inputs.shape[0] - 1:
         slopes = program.scratch[nh * nx : (nh + nt) * nx].reshape((nt, nx))
-        linearize_end_constraints(model, ahead, trial.end_rows, slopes)
+        linearize_end_constraints(at_node(model, k + 1), ahead, trial.end_rows, slopes)
     if ng > 0:
-        linearize_input_constraints(model, x, u, trial.input_rows[k], work.node.plain[:ng])
+        linearize_input_constraints(at_node(model, k), x, u, trial.input_rows[k], work.node.plain[:ng])
 
 
 @kernel
@@ -238,9 +239,9 @@ def roll_freely(model: object, work: Workspace, scale: float) -> int:
         constrain_horizon(model, trial.states, trial.rows)
     if len(work.sizes.input_rows) > 0:
         for k in range(n):
-            constrain_input(model, trial.states[k], trial.inputs[k], trial.input_rows[k])
+            constrain_input(at_node(model, k), trial.states[k], trial.inputs[k], trial.input_rows[k])
     if len(work.sizes.end_rows) > 0:
-        constrain_end(model, trial.states[n], trial.end_rows)
+        constrain_end(at_node(model, n), trial.states[n], trial.end_rows)
     for k in range(n):
         if worst_row(model, work, k, False) > FEASIBILITY:
             return k

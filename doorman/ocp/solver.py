@@ -19,6 +19,7 @@ from doorman.ocp import augmented_lagrangian, cold_start, functions, guess, roll
 from doorman.ocp.careful import iterate_carefully
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.problem import Problem
+from doorman.ocp.progress import compilation_told
 from doorman.ocp.solution import PlanStatus, Solution, Timings
 from doorman.ocp.stage_qp import StageQpSolver
 from doorman.ocp.workspace import RESULT, Multipliers, Workspace
@@ -46,7 +47,7 @@ class Solver(CopiedWhole, ABC):
     """
 
     def __init__(self, problem: Problem, options: SolverOptions | None = None) -> None:
-        self._problem, self._goal_is_new = problem, False
+        self._problem, self._numbers_are_new = problem, False
         self.options = options or SolverOptions()
         if not functions.is_implemented(functions.step, type(problem.model)):
             raise SolverError(
@@ -62,16 +63,17 @@ class Solver(CopiedWhole, ABC):
         """Whether inputs, states and multipliers of the first guess are given."""
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
-        self._compile()
-        self._check_integrators()
+        with compilation_told(problem):
+            self._compile()
+            self._check_integrators()
         self._forget_failures()
 
     @property
     def problem(self) -> Problem:
-        """The problem with its present goal."""
-        if self._goal_is_new:
-            cost = replace(self._problem.cost, state_goal=self._work.weights.state_goal)
-            self._problem, self._goal_is_new = replace(self._problem, cost=cost), False
+        """The problem with its present goal and parameters."""
+        if self._numbers_are_new:
+            cost, model = replace(self._problem.cost, state_goal=self._work.weights.state_goal), self._model.content
+            self._problem, self._numbers_are_new = replace(self._problem, cost=cost, model=separate(model)), False
         return self._problem
 
     def solve(
@@ -170,7 +172,31 @@ class Solver(CopiedWhole, ABC):
             DimensionError: if it has another shape or is not finite.
         """
         self._work.weights.state_goal[:] = vector(state_goal, self._problem.nx, "state_goal")
-        self._goal_is_new = True
+        self._numbers_are_new = True
+
+    def update_parameters(self, parameters: ArrayLike | None = None, node_parameters: ArrayLike | None = None) -> None:
+        """Take other numbers for a symbolic model's parameters, without compiling.
+
+        Args:
+            parameters: Of the problem, shape (np,); the present ones stay if not given.
+            node_parameters: Of nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; the present ones stay if not
+                given.
+
+        Raises:
+            SolverError: if the model has no parameters.
+            DimensionError: if a shape is another, or a number is not finite.
+        """
+        model = self._model.content
+        if not hasattr(model, "node_parameters"):
+            raise SolverError(
+                "this model has no parameters", field="problem.model", given=type(model).__name__,
+                allowed="a problem of a SymbolicModel; update_model takes others",
+            )  # fmt: skip
+        if parameters is not None:
+            model.parameters[:] = vector(parameters, len(model.parameters), "parameters")
+        if node_parameters is not None:
+            model.node_parameters[:] = per_node(node_parameters, model.node_parameters.shape)
+        self._numbers_are_new = True
 
     def _set_guess(self, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None) -> None:
         """Put what is given of a first guess into the workspace."""
@@ -295,7 +321,9 @@ class Solver(CopiedWhole, ABC):
             return
         jacobian, expected = np.zeros((nx, nx + nu)), np.zeros((m, nx + nu))
         goal = self._problem.cost
-        functions.linearize_step(self._model, goal.state_goal.copy(), goal.input_goal.copy(), jacobian)
+        functions.linearize_step(
+            functions.at_node(self._model, 0), goal.state_goal.copy(), goal.input_goal.copy(), jacobian
+        )
         expected[:, nx - m : nx] = np.eye(m)
         expected[:, nx + nu - m :] = self._problem.time_step * np.eye(m)
         others = jacobian[: nx - m, [*range(nx - m, nx), *range(nx + nu - m, nx + nu)]]
@@ -318,6 +346,28 @@ def checked_budget(max_iterations: int, time_limit: float) -> int:
             allowed=">= 1 iteration, an integer, and > 0 s",
         )  # fmt: skip
     return int(max_iterations)
+
+
+def per_node(values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Numbers for every node, checked.
+
+    Args:
+        values: Shape (N + 1, nq), or (nq,) for the same at all nodes.
+        shape: (N + 1, nq).
+
+    Returns:
+        Shape (N + 1, nq), not to be written to.
+
+    Raises:
+        DimensionError: if the shape is another, or a number is not finite.
+    """
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape not in (shape, shape[1:]) or not np.isfinite(given).all():
+        raise DimensionError(
+            "not parameters of the nodes", field="node_parameters", given=given.shape,
+            allowed=f"finite numbers of shape {shape} or {shape[1:]}",
+        )  # fmt: skip
+    return np.broadcast_to(given, shape)
 
 
 def _copy_checked(field: str, values: ArrayLike, out: Array) -> None:

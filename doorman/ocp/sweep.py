@@ -10,7 +10,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, multiply_rows, store
-from doorman.ocp.functions import expand_end_cost, expand_stage_cost
+from doorman.ocp.functions import at_node, expand_end_cost, expand_stage_cost
 from doorman.ocp.linear_algebra import copy_rows
 from doorman.ocp.node_elimination import eliminate_inputs
 from doorman.ocp.workspace import RESULT, Workspace
@@ -29,7 +29,7 @@ def terminal_value(model: object, work: Workspace) -> None:
         gradient, hessian = work.node.gradient[:nx], work.node.hessian[:nx, :nx].copy()
         gradient[:] = 0.0
         hessian[:, :] = 0.0
-        expand_end_cost(model, last, gradient, hessian)
+        expand_end_cost(at_node(model, work.nominal.inputs.shape[0]), last, gradient, hessian)
         for i in range(nx):
             value[i, nx] += gradient[i]
             for j in range(nx):
@@ -123,7 +123,7 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
     gradient[:] = 0.0
     hessian[:, :] = 0.0
-    expand_stage_cost(model, work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
+    expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
     for i in range(nx):
         base_x[i, nx] += gradient[i]
         for j in range(nx):

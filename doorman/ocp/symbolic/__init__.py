@@ -1,0 +1,1 @@
+"""Problems from CasADi expressions: printed as kernels, compiled once, kept on disk."""

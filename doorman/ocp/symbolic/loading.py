@@ -1,0 +1,66 @@
+"""Generated modules: written to the cache of compiled kernels under the hash of their text, and imported."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from doorman.compilation import cache_directory
+
+
+def load(text: str) -> ModuleType:
+    """Module of a text. What is run is the text that is given, never what a file says; numba only wants a file.
+
+    Args:
+        text: Python.
+
+    Returns:
+        The module, the same for the same text.
+    """
+    name = f"doorman_problem_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    if name in sys.modules:
+        return sys.modules[name]
+    path = _written(cache_directory() / "problems" / f"{name}.py", text)
+    module = ModuleType(name)
+    module.__file__, module.TEXT = str(path), text  # type: ignore[attr-defined]
+    sys.modules[name] = module
+    try:
+        exec(compile(text, str(path), "exec"), module.__dict__)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+def remade(text: str, *numbers: Any) -> Any:
+    """The model of a generated module with these numbers, in another process perhaps."""
+    return load(text).Model.of(*numbers)
+
+
+def _written(path: Path, text: str) -> Path:
+    """A file of that text; one that is there already stays, as numba looks at its date."""
+    try:
+        if path.is_file() and path.read_text(encoding="utf-8") == text:
+            return path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _replace(path, text)
+    except OSError:
+        path = Path(tempfile.mkdtemp(prefix="doorman-")) / path.name
+        path.write_text(text, encoding="utf-8")
+    return path
+
+
+def _replace(path: Path, text: str) -> None:
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem)
+    try:
+        with open(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(temporary, path)
+    except OSError:
+        Path(temporary).unlink(missing_ok=True)
+        raise
