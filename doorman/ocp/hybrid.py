@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
@@ -18,7 +18,7 @@ from doorman.ocp.cddp import Cddp
 from doorman.ocp.real_time import EXTRA_ITERATIONS, follow
 from doorman.ocp.solution import PlanStatus
 from doorman.ocp.solver import FAST_ITERATIONS, checked_budget, read_only
-from doorman.ocp.workspace import RESULT
+from doorman.ocp.workspace import RESULT, Multipliers
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,19 @@ _NO_TIME = 1e-9
 
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
+
+
+JUMP = 1.0
+"""A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
+
+_DEARER = 1.2
+"""So does a trajectory that costs so many times what the previous one did: its last step was not one towards the optimum."""
+
+_LATEST_SHIFT = 2
+"""Steps of the previous trajectory in which the present state is looked for."""
+
+_RECOVERY_ITERATIONS = 40
+"""Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
 
 
 class Hybrid(Cddp):
@@ -138,6 +151,63 @@ class Hybrid(Cddp):
     def _returns(self) -> bool:
         """Whether the nominal trajectory starts outside the constraints and ends inside."""
         return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
+
+    def replan(
+        self,
+        state: ArrayLike,
+        elapsed: float | None = None,
+        *,
+        iterations: int = 1,
+        max_iterations: int | None = None,
+        time_limit: float = math.inf,
+    ) -> tuple[PlanStatus, int]:
+        """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
+
+        That is so after a jump of state, goal or parameters, where nothing usable comes of following, and where the trajectory
+        costs a fifth more than the last one. Without a trajectory to follow it is a solve from the input goal.
+
+        Args:
+            state: First state, shape (nx,).
+            elapsed: Time since the last trajectory's first state [s]; by default it is shifted to where it passes nearest to
+                `state` within its first two steps.
+            iterations: Of `follow`; up to two more follow where the step was large.
+            max_iterations: Largest number of all iterations, aiming anew included; then none follow beyond them.
+            time_limit: See `solve`. What is found by then stays, with a status that says what holds [s].
+
+        Returns:
+            How it ended, and the number of iterations; the trajectory is `trajectory()`.
+
+        Raises:
+            DimensionError: if the state has another shape, or state, time or budget is not finite.
+        """
+        started = time.monotonic()
+        first = vector(state, self._problem.nx, "state")
+        if elapsed is not None and not math.isfinite(elapsed):
+            raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
+        budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
+        if not self._started:
+            return self.run(first, max_iterations=budget, time_limit=time_limit)
+        before, horizon = self._last_cost, self._problem.horizon
+        shift = -1.0 if elapsed is None else min(max(elapsed / self._problem.time_step, 0.0), horizon)
+        most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
+        status = self.follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
+        done, left = self.iterations, time_limit - (time.monotonic() - started)
+        wild = self.change > JUMP or self.cost > _DEARER * before
+        if (not status.usable or wild) and done < budget and left > 0.0:
+            status, more = self.aim_anew(first, status, budget - done, left)
+            done += more
+        self._note(status)
+        return status, done
+
+    def _note(self, status: PlanStatus) -> None:
+        """Remember what the next `replan` begins with."""
+        self._started = status.flyable
+        self._last_cost = self.cost if status.flyable else math.inf
+
+    def _judged(self, status: PlanStatus) -> PlanStatus:
+        judged = super()._judged(status)
+        self._note(judged)
+        return judged
 
     def aim_anew(
         self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
@@ -272,6 +342,10 @@ class Hybrid(Cddp):
         """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
         return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
 
+    def multipliers(self) -> Multipliers:
+        """Read-only copies of the last trajectory's multipliers, for a warm start."""
+        return Multipliers(*(read_only(array) for array in self._work.multipliers))
+
     def parts(self, state: Array) -> dict[str, Callable[[], object]]:
         """Kernels of one real-time iteration, each as a call of its own, for profiles; the last one is all of them.
 
@@ -300,6 +374,7 @@ class Hybrid(Cddp):
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:
+        self._started, self._last_cost = False, math.inf
         self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
         super()._compile()
         self._iterate_carefully(FIRST_PENALTY, 1, 0.0)

@@ -16,9 +16,7 @@ from doorman.ocp.hinge import Hinge
 from doorman.ocp.hybrid import Hybrid
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
-from doorman.ocp.real_time import EXTRA_ITERATIONS
 from doorman.ocp.solution import PlanStatus, row_name
-from doorman.ocp.solver import checked_budget
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -28,18 +26,6 @@ COLD_ITERATIONS = 200
 
 LARGEST_PRICE = 100.0
 """Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
-
-_RECOVERY_ITERATIONS = 40
-"""Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
-
-_JUMP = 1.0
-"""A sweep that changes an input by more than this, weighted by its cost, says that the previous plan is no guess."""
-
-_DEARER = 1.2
-"""So does a plan that costs so many times what the previous one did: its last step was not one towards the optimum."""
-
-_LATEST_SHIFT = 2
-"""Steps of the previous plan in which the present state is looked for."""
 
 
 def _runs_away(status: PlanStatus, violated: str) -> bool:
@@ -100,11 +86,10 @@ class Planner(CopiedWhole):
         self.planning = planning_model(self.model)
         self._problem = self.planning.problem()
         self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
-        self._started, self._fitted = False, False
+        self._fitted = False
         self._parameters = self._problem.model
         self._hinge = Hinge.of(self.model.door)
         self._margin = self.settings.margin
-        self._cost = math.inf
 
     def update_door(
         self,
@@ -233,25 +218,11 @@ class Planner(CopiedWhole):
         """
         started = time.perf_counter()
         x = self.planning.check_state(state)
-        if elapsed is not None and not math.isfinite(elapsed):
-            raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
-        budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
         self._fit(x)
-        solver = self.solver
-        if not self._started:
-            status, iterations = solver.run(x, max_iterations=budget, time_limit=time_limit)
-            return self._plan(status, iterations, started)
-        steps = -1.0 if elapsed is None else min(max(elapsed / self.settings.time_step, 0.0), self._problem.horizon)
-        most = self.settings.iterations if max_iterations is None else budget
-        extra = EXTRA_ITERATIONS if max_iterations is None else 0
-        status = solver.follow(x, steps, _LATEST_SHIFT, most, time_limit, extra)
-        iterations = solver.iterations
-        wild = solver.change > _JUMP or solver.cost > _DEARER * self._cost
-        if (not status.usable or wild) and iterations < budget:
-            left = time_limit - (time.perf_counter() - started)
-            if left > 0.0:
-                status, more = solver.aim_anew(x, status, budget - iterations, left)
-                iterations += more
+        left = time_limit - (time.perf_counter() - started)
+        status, iterations = self.solver.replan(
+            x, elapsed, iterations=self.settings.iterations, max_iterations=max_iterations, time_limit=left
+        )
         return self._plan(status, iterations, started)
 
     def _plan(self, status: PlanStatus, iterations: int, started: float) -> Plan:
@@ -262,10 +233,9 @@ class Planner(CopiedWhole):
         if status.usable and self.planning.relaxed(self._parameters):
             status = PlanStatus.RELAXED
         impossible = self.planning.impossible(self._hinge, states[0])
-        self._started = status.flyable
         if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or _runs_away(status, words)):
             status, words = impossible
-        cost = self._cost = self.solver.cost if status.flyable else math.inf
+        cost = self.solver.cost if status.flyable else math.inf
         return Plan(
             states=states,
             inputs=inputs,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import sys
 import tempfile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from doorman.cache_files import write_atomically
 from doorman.compilation import cache_directory
 
 
@@ -47,20 +47,8 @@ def _written(path: Path, text: str) -> Path:
     try:
         if path.is_file() and path.read_text(encoding="utf-8") == text:
             return path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _replace(path, text)
+        write_atomically(path, text.encode())
     except OSError:
         path = Path(tempfile.mkdtemp(prefix="doorman-")) / path.name
         path.write_text(text, encoding="utf-8")
     return path
-
-
-def _replace(path: Path, text: str) -> None:
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem)
-    try:
-        with open(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(temporary, path)
-    except OSError:
-        Path(temporary).unlink(missing_ok=True)
-        raise

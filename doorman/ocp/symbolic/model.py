@@ -74,7 +74,7 @@ class SymbolicModel:
         return int(self.u.numel())
 
     def problem(
-        self, *, horizon: int, time_step: float, cost: QuadraticCost, bounds: Bounds | None = None,
+        self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
         parameters: ArrayLike = (), node_parameters: ArrayLike | None = None,
     ) -> Problem:  # fmt: skip

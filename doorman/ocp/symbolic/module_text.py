@@ -53,10 +53,6 @@ class Model(NamedTuple):
         out, curvature = np.zeros(({outputs}, LANES)), np.zeros(({bent}, {bent}))
         return cls(float(time_step), parameters, node_parameters, x, u, q, out, curvature)
 
-    def fresh(self):
-        """The same numbers in memory of its own."""
-        return Model.of(self.time_step, self.parameters.copy(), self.node_parameters.copy())
-
     def __reduce__(self):
         return remade, (TEXT, self.time_step, self.parameters, self.node_parameters)
 
@@ -139,21 +135,14 @@ def module_text(expressions: Expressions) -> str:
 
 
 def _head(expressions: Expressions) -> str:
-    bent = 0 if expressions.stage_cost is None else expressions.x.numel() + expressions.u.numel()
-    largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, expressions.x))
+    x, u, p, q = expressions.x, expressions.u, expressions.parameters, expressions.node_parameters
+    bent = 0 if expressions.stage_cost is None else x.numel() + u.numel()
+    largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x))
     names = {
-        name: ", ".join(str(s) for s in ca.symvar(symbols)) or "none"
-        for name, symbols in (
-            ("x", expressions.x),
-            ("u", expressions.u),
-            ("p", expressions.parameters),
-            ("q", expressions.node_parameters),
-        )
+        name: ", ".join(str(symbol) for symbol in ca.symvar(symbols)) or "none"
+        for name, symbols in (("x", x), ("u", u), ("p", p), ("q", q))
     }
-    return _HEAD.format(
-        nx=expressions.x.numel(), nu=expressions.u.numel(), nq=expressions.node_parameters.numel(), outputs=largest, bent=bent, imports=IMPORTS,
-        **names,
-    )  # fmt: skip
+    return _HEAD.format(nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, imports=IMPORTS, **names)
 
 
 def _both(expressions: Expressions) -> Any:

@@ -13,7 +13,12 @@ def pendulum() -> Toy:
     problem = tutorial().pendulum
 
     def advance(x: ca.SX, u: ca.SX) -> ca.SX:
-        rate = x[1] + 0.05 * (u[0] - 9.81 * ca.sin(x[0]) - 0.1 * x[1])
-        return ca.vertcat(x[0] + 0.05 * rate, rate)
+        def rate(x: ca.SX) -> ca.SX:
+            return ca.vertcat(x[1], u[0] - 9.81 * ca.sin(x[0]) - 0.1 * x[1])
+
+        a = rate(x)
+        b = rate(x + 0.025 * a)
+        c = rate(x + 0.025 * b)
+        return x + 0.05 / 6 * (a + 2 * b + 2 * c + rate(x + 0.05 * c))
 
     return Toy(problem, np.zeros(2), advance, lambda x: -ca.sin(x[0]) - 0.1)

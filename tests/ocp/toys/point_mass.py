@@ -1,4 +1,4 @@
-"""The tutorial's cart with a limit on its speed: linear and quadratic, so that one dense quadratic program solves it."""
+"""A cart with a limit on its speed: linear and quadratic, so that one dense quadratic program solves it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from proxsuite import proxqp
 from toy import Reference, Toy
-from tutorial import tutorial
+
+from doorman.ocp import Bounds, PythonModel, QuadraticCost
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,10 @@ def point_mass() -> Toy:
     def advance(x: ca.SX, u: ca.SX) -> ca.SX:
         return ca.mtimes(DYNAMICS, x) + ca.mtimes(PUSH, u)
 
-    return Toy(tutorial().cart, np.zeros(2), advance, lambda x: x[1] - SPEED)
+    model = PythonModel(lambda x, u: DYNAMICS @ x + PUSH @ u, constraints=lambda x: x[1] - SPEED)
+    cost = QuadraticCost([1.0, 0.1], [10.0, 1.0], [0.1], state_goal=[1.0, 0.0], input_goal=[0.0])
+    cart = model.problem(cost, horizon=40, time_step=DT, bounds=Bounds(input_lower=[-FORCE], input_upper=[FORCE]))
+    return Toy(cart, np.zeros(2), advance, lambda x: x[1] - SPEED)
 
 
 def dense_solution(toy: Toy) -> Reference:
