@@ -13,7 +13,7 @@ from doorman.cli.recorded import recording_file
 from doorman.exceptions import DoormanError
 from doorman.recording import Recording
 from doorman.recording.export import Format, export
-from doorman.recording.recording import HEADER
+from doorman.recording.messages import HEADER
 
 
 def export_run(run: Path, as_csv: bool, as_parquet: bool, out: Path | None, as_json: bool) -> int:

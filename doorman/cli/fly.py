@@ -27,6 +27,7 @@ from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
 from doorman.flight.guarded import STOPPING
+from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
@@ -186,14 +187,12 @@ def _fly(
     duration: float | None,
     output: Output,
 ) -> dict[str, Any]:
-    header = {
-        "scenario": model.scenario.model_dump(mode="json"),
-        "name": model.scenario.name,
+    header = recorded_header(model.scenario) | {
         "version": __version__,
         "links": asdict(links.config),
         "checklist": _as_data(checks),
     }
-    recorder, unwritten = Recorder(path, header, keep=False), ""
+    recorder, unwritten = Recorder(path, header, keep=False, attachments=carried_files(model.scenario)), ""
     with BackgroundPrinter(sys.stderr) as printer:
         try:
             session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import DoormanError, RecordingError
-from doorman.recording.messages import TIME
-from doorman.recording.recording import HEADER, Recording, Topic
+from doorman.recording.messages import HEADER, TIME
+from doorman.recording.recording import Recording, Topic
 
 Format = Literal["csv", "parquet"]
 
