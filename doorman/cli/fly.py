@@ -9,7 +9,6 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -22,6 +21,7 @@ from rich.text import Text
 from doorman import __version__
 from doorman.cli.background_printer import BackgroundPrinter
 from doorman.cli.overrides import parse_overrides
+from doorman.cli.run_folder import new_folder
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
@@ -156,12 +156,20 @@ def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] |
     good = ready(checks)
     if not good:
         words = "The vehicle does not fly: see the lines marked 'no'."
-    elif not yes and not typer.confirm("Arm and fly?", default=False, err=output != "words"):
+    elif not yes and not _confirmed(output):
         words = "Not flown."
     else:
         return None
     typer.echo(words, err=output != "words")
     return {"ready": good, "completed": False, "message": words}
+
+
+def _confirmed(output: Output) -> bool:
+    """Whether the operator wants to fly; a question that nobody can answer is a no."""
+    try:
+        return typer.confirm("Arm and fly?", default=False, err=output != "words")
+    except typer.Abort:
+        return False
 
 
 def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
@@ -306,5 +314,4 @@ def _print_report(
 def _file(out: Path | None, model: Model) -> Path:
     if out is not None:
         return out
-    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-    return Path("runs") / f"fly-{model.scenario.name}-{stamp}" / "flight.mcap"
+    return new_folder(f"fly-{model.scenario.name}") / "flight.mcap"
