@@ -8,7 +8,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,11 +68,21 @@ def _csv_writer() -> Callable[[Topic, Path], None]:
             names += _entry_names(field, values.shape[1:])
             columns += list(values.reshape(len(values), -1).T)
         with file.open("w", newline="", encoding="utf-8") as stream:
-            rows = csv.writer(stream, lineterminator="\n")
+            rows = csv.writer(_Rows(stream))
             rows.writerow(map(_defused, names))
             rows.writerows(zip(*map(_cells, columns), strict=True))
 
     return write
+
+
+class _Rows:
+    """Ends rows by a line feed, and has a text with either character of a line's end quoted."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, row: str) -> None:
+        self._stream.write(row.removesuffix("\r\n") + "\n")
 
 
 def _cells(column: NDArray[Any]) -> list[Any]:

@@ -1,0 +1,101 @@
+"""Folders of runs: one run at a time writes to one, and new ones are never shared."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import threading
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+from at_the_door import AT_THE_DOOR
+from command_line import assert_bad_input, run, start
+
+from doorman.cli import run_folder as module
+from doorman.cli.run_folder import new_folder, run_folder
+from doorman.exceptions import DoormanError
+from doorman.recording import Recording
+
+SETTINGS = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
+
+
+def test_new_folders_of_one_second_differ(tmp_path, monkeypatch):
+    class Clock:
+        @staticmethod
+        def now() -> object:
+            return __import__("datetime").datetime(2026, 1, 2, 3, 4, 5)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(module, "datetime", Clock)
+    folders: list[Path] = []
+    threads = [threading.Thread(target=lambda: folders.append(new_folder("paper"))) for _ in range(40)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(set(folders)) == 40 and all(folder.is_dir() for folder in folders)
+    assert Path("runs/paper-20260102-030405") in folders
+
+
+def test_a_folder_is_given_to_one_at_a_time(tmp_path):
+    (tmp_path / "old.txt").write_text("old")
+    (tmp_path / "mine.txt").write_text("mine")
+    with run_folder(tmp_path, "paper", ["old.txt"]) as folder:
+        assert folder == tmp_path and not (tmp_path / "old.txt").exists()
+        with pytest.raises(DoormanError, match="another run") as error, run_folder(tmp_path, "paper", ["mine.txt"]):
+            pass
+        assert error.value.field == "--out" and str(tmp_path) in str(error.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+    with pytest.raises(BlockingIOError, match="of the body"), run_folder(tmp_path, "paper", []):
+        raise BlockingIOError("of the body")
+
+
+def test_a_lock_that_is_a_link_leaves_its_target_alone(tmp_path):
+    mine = tmp_path / "mine.txt"
+    mine.write_text("precious")
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / ".lock").symlink_to(mine)
+    result = run("open", "--duration", "0.1", "--out", str(tmp_path / "run"))
+    assert_bad_input(result, ".lock")
+    assert mine.read_text() == "precious"
+
+
+def test_the_second_of_two_flights_is_refused_and_the_first_is_whole(tmp_path):
+    first = start(
+        "open", "--duration", "60", "--realtime", "--seed", "1", "--out", "two", "--json", *SETTINGS, folder=tmp_path
+    )
+    recording = tmp_path / "two" / "recording.mcap"
+    deadline = time.monotonic() + 120.0
+    while not (recording.is_file() and recording.stat().st_size > 50_000):
+        assert first.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    result = run(
+        "open", "--duration", "0.1", "--seed", "2", "--out", str(tmp_path / "two"), "--set", "contact.height=0.9"
+    )
+    assert_bad_input(result, "another run writes to this folder", str(tmp_path / "two"))
+    first.send_signal(signal.SIGINT)
+    out, err = first.communicate(timeout=120)
+    assert json.loads(out) == json.loads((tmp_path / "two" / "summary.json").read_text())
+    assert tomllib.loads((tmp_path / "two" / "scenario.toml").read_text())["contact"]["height"] == 0.8
+    found = Recording.load(tmp_path / "two")
+    assert found.complete and found.header["seed"] == 1
+    assert not (tmp_path / "two" / ".lock").exists(), err
+
+
+def test_the_folder_of_a_killed_flight_is_taken_over(tmp_path):
+    killed = start("open", "--duration", "60", "--realtime", "--out", "run", *SETTINGS, folder=tmp_path)
+    deadline = time.monotonic() + 120.0
+    while not (tmp_path / "run" / "recording.mcap").is_file():
+        assert killed.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    os.kill(killed.pid, signal.SIGKILL)
+    killed.communicate(timeout=30)
+    assert (tmp_path / "run" / ".lock").exists()
+    result = run("open", "--duration", "0.1", "--seed", "4", "--json", "--out", str(tmp_path / "run"), *SETTINGS)
+    assert result.exit_code in (0, 1), result.output
+    assert Recording.load(tmp_path / "run").header["seed"] == 4
+    assert not re.search("another run", result.stderr) and not (tmp_path / "run" / ".lock").exists()
