@@ -206,7 +206,7 @@ def _status(command: Callable[[], int]) -> int:
     except DoormanError as error:
         _complain(f"error: {error}")
     except OSError as error:
-        _complain(f"error: {error.filename or lost_stream() or 'a file'}: {error.strerror or error}")
+        _complain(f"error: {error.filename or lost_stream() or 'stdout or a file'}: {error.strerror or error}")
     except ModuleNotFoundError as error:
         extra = _EXTRAS.get((error.name or "").partition(".")[0])
         advice = "" if extra is None else f"; it comes with: pip install 'doorman[{extra}]'"
@@ -215,6 +215,10 @@ def _status(command: Callable[[], int]) -> int:
         _complain("error: stdin: nobody answers a question")
     except UnicodeError as error:
         _complain(f"error: a text that cannot be read or written: {error}")
+    except SystemExit as end:
+        if end.code != 1:  # rich's, where a pipe's reader has left
+            raise
+        _complain(f"error: {lost_stream() or 'stdout'}: nobody reads it any more")
     except Exception as error:
         if os.environ.get("DOORMAN_TRACEBACK"):
             raise

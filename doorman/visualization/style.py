@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib
 import os
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -18,16 +19,15 @@ from doorman.recording import Recording
 
 
 def _import_matplotlib() -> None:
-    """Import it although the environment names a backend that does not exist: figures in files need none."""
+    """Import it although the environment may name a backend that does not exist: figures in files need none."""
+    backend = os.environ.pop("MPLBACKEND", "")
     try:
-        importlib.import_module("matplotlib")
-    except ValueError:
-        backend = os.environ.pop("MPLBACKEND", None)
-        if backend is None:
-            raise
-        try:
-            importlib.import_module("matplotlib")
-        finally:
+        matplotlib = importlib.import_module("matplotlib")
+        if backend:
+            with suppress(ValueError):
+                matplotlib.rcParams["backend"] = backend
+    finally:
+        if backend:
             os.environ["MPLBACKEND"] = backend
 
 
