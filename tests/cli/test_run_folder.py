@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import signal
 import threading
-import time
-import tomllib
 from pathlib import Path
 
 import pytest
-from at_the_door import AT_THE_DOOR
-from command_line import assert_bad_input, run, start
 
 from doorman.cli import run_folder as module
 from doorman.cli.run_folder import new_folder, run_folder
 from doorman.exceptions import DoormanError
-from doorman.recording import Recording
-
-SETTINGS = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
 
 
 def test_new_folders_of_one_second_differ(tmp_path, monkeypatch):
@@ -67,25 +58,3 @@ def test_a_lock_that_is_a_link_leaves_its_target_alone(tmp_path):
     with pytest.raises(OSError, match=r"\.lock"), run_folder(tmp_path / "run", "paper", []):
         pass
     assert mine.read_text() == "precious"
-
-
-def test_the_second_of_two_flights_is_refused_and_the_first_is_whole(tmp_path):
-    first = start(
-        "open", "--duration", "60", "--realtime", "--seed", "1", "--out", "two", "--json", *SETTINGS, folder=tmp_path
-    )
-    recording = tmp_path / "two" / "recording.mcap"
-    deadline = time.monotonic() + 120.0
-    while not (recording.is_file() and recording.stat().st_size > 50_000):
-        assert first.poll() is None and time.monotonic() < deadline
-        time.sleep(0.05)
-    result = run(
-        "open", "--duration", "0.1", "--seed", "2", "--out", str(tmp_path / "two"), "--set", "contact.height=0.9"
-    )
-    assert_bad_input(result, "another run writes to this folder", str(tmp_path / "two"))
-    first.send_signal(signal.SIGINT)
-    out, err = first.communicate(timeout=120)
-    assert json.loads(out) == json.loads((tmp_path / "two" / "summary.json").read_text())
-    assert tomllib.loads((tmp_path / "two" / "scenario.toml").read_text())["contact"]["height"] == 0.8
-    found = Recording.load(tmp_path / "two")
-    assert found.complete and found.header["seed"] == 1
-    assert not (tmp_path / "two" / ".lock").exists(), err

@@ -59,16 +59,14 @@ def test_names_are_no_mathematics(fly, model, tmp_path, name):
     figure.savefig(tmp_path / "states.png", dpi=20)
 
 
-@pytest.mark.parametrize(("backend", "kept"), [("nonsense", False), ("svg", True)])
-def test_a_backend_that_does_not_exist_is_not_needed(backend, kept):
-    code = f"""
+def test_a_backend_that_does_not_exist_is_not_needed():
+    code = """
 import os, doorman.visualization.style as style
 style.Figure()
 import matplotlib
-assert os.environ["MPLBACKEND"] == {backend!r}
-assert (matplotlib.rcParams["backend"] == {backend!r}) is {kept}
+assert os.environ["MPLBACKEND"] == "nonsense" != matplotlib.rcParams["backend"]
 """
     subprocess.run(
-        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": backend}, check=True,
+        [sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "nonsense"}, check=True,
         timeout=120,
     )  # fmt: skip
