@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from at_the_door import AT_THE_DOOR
-from command_line import run, start
+from command_line import assert_bad_input, run, start
 from rich.console import Console
 from typer.testing import Result
 
@@ -21,6 +21,7 @@ from doorman.cli.display import flight_progress
 from doorman.cli.open_door import RUN_FILES
 from doorman.recording import Recording
 from doorman.scenario import Scenario
+from doorman.visualization import PicturesMissing
 
 
 @pytest.fixture(scope="module")
@@ -87,15 +88,20 @@ def test_json_is_the_only_thing_on_stdout_and_a_shut_door_is_status_1(tmp_path, 
     assert Scenario.load(folder / "scenario.toml").planner.margin == 0.03
 
 
-def test_the_seed_decides(tmp_path, monkeypatch):
-    monkeypatch.setattr("doorman.cli.open_door.write_pictures", lambda *_: None)
+def test_the_seed_decides_and_pictures_that_do_not_fit_on_the_disk_change_nothing(tmp_path, monkeypatch):
+    def full_disk(*_: object) -> None:
+        raise PicturesMissing("missing: states.png: No space left on device", file=tmp_path)
+
+    monkeypatch.setattr("doorman.cli.open_door.write_pictures", full_disk)
     at_the_door = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
-    summaries = [
-        json.loads(
-            run("open", "--duration", "0.2", "--seed", seed, "--json", "--out", str(tmp_path), *at_the_door).stdout
-        )
+    results = [
+        run("open", "--duration", "0.2", "--seed", seed, "--json", "--out", str(tmp_path), *at_the_door)
         for seed in ("1", "1", "2")
     ]
+    for result in results:  # what could not be drawn costs neither status nor summary
+        assert result.exit_code == 1 and "missing: states.png: No space left on device" in result.stderr
+    summaries = [json.loads(result.stdout) for result in results]
+    assert Recording.load(tmp_path).complete and json.loads((tmp_path / "summary.json").read_text()) == summaries[-1]
     angles = [summary["final_door_angle_deg"] for summary in summaries]
     assert angles[0] == angles[1] != angles[2]
 
@@ -136,6 +142,8 @@ def test_ctrl_c_keeps_what_was_flown(tmp_path):
     while not (recording.is_file() and recording.stat().st_size > 300_000):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
+    second = run("open", "--duration", "0.1", "--set", "contact.height=0.9", "--out", str(tmp_path / "run"))
+    assert_bad_input(second, "another run writes to this folder", str(tmp_path / "run"))
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 1, err
@@ -146,6 +154,7 @@ def test_ctrl_c_keeps_what_was_flown(tmp_path):
     assert loaded.complete
     assert loaded["truth"].time[-1] > 0.1
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["opened"] is False
+    assert Scenario.load(tmp_path / "run" / "scenario.toml").contact.height == 0.8
 
 
 def test_ctrl_c_before_the_flight_is_a_sentence(tmp_path, monkeypatch):

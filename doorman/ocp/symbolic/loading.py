@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import sys
-import tempfile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from doorman.cache_files import write_atomically
+from doorman.cache_place import fresh_directory
 from doorman.compilation import cache_directory
 
 
@@ -25,7 +25,7 @@ def load(text: str) -> ModuleType:
     name = f"doorman_problem_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
-    path = _written(cache_directory() / "problems" / f"{name}.py", text)
+    path = _written(f"{name}.py", text)
     module = ModuleType(name)
     module.__file__, module.TEXT = str(path), text  # type: ignore[attr-defined]
     sys.modules[name] = module
@@ -42,13 +42,13 @@ def remade(text: str, *numbers: Any) -> Any:
     return load(text).Model.of(*numbers)
 
 
-def _written(path: Path, text: str) -> Path:
-    """A file of that text; one that is there already stays, as numba looks at its date."""
+def _written(name: str, text: str) -> Path:
+    """A file of that text, in the cache, or in a temporary folder where that cannot be written."""
     try:
-        if path.is_file() and path.read_text(encoding="utf-8") == text:
-            return path
-        write_atomically(path, text.encode())
+        path = cache_directory() / "problems" / name
+        if not (path.is_file() and path.read_text(encoding="utf-8") == text):
+            write_atomically(path, text.encode())
     except OSError:
-        path = Path(tempfile.mkdtemp(prefix="doorman-")) / path.name
+        path = fresh_directory() / name
         path.write_text(text, encoding="utf-8")
     return path

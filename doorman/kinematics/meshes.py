@@ -1,0 +1,58 @@
+"""Meshes that a URDF names: where their files are, and the URDF with all of them in one folder."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from doorman.kinematics.urdf_structure import check_structure
+
+_UNSAFE = re.compile(r"[^\w.-]")
+"""What of a mesh's name does not go into the name of a copy."""
+
+
+def mesh_file(urdf: Path, name: str) -> Path | None:
+    """File of a mesh: relative to the URDF, or `package://` somewhere above it.
+
+    Args:
+        urdf: File that names the mesh.
+        name: As written there.
+
+    Returns:
+        The file; None if there is none.
+    """
+    relative = name.removeprefix("package://").removeprefix("file://")
+    for folder in urdf.resolve().parents:
+        if (folder / relative).is_file():
+            return folder / relative
+        if not name.startswith("package://"):
+            break
+    return None
+
+
+def portable_files(urdf: Path, name: str) -> dict[str, bytes]:
+    """A URDF and its meshes as files that belong into one folder, wherever that is.
+
+    A mesh that does not exist stays named as it is. Without meshes, the URDF stays what it is to the byte.
+
+    Args:
+        urdf: The file.
+        name: Of the copy, without suffix; names of the meshes begin with it too.
+
+    Returns:
+        Contents by file name; the URDF first.
+
+    Raises:
+        UrdfError: if the URDF cannot be read.
+        OSError: if a mesh cannot be read.
+    """
+    root = check_structure(urdf)
+    copies: dict[Path, str] = {}
+    for mesh in root.iter("mesh"):
+        file = mesh_file(urdf, mesh.get("filename", ""))
+        if file is not None:
+            copies.setdefault(file, f"{name}-{len(copies)}-{_UNSAFE.sub('_', file.name)}")
+            mesh.set("filename", copies[file])
+    text = ElementTree.tostring(root, encoding="utf-8") if copies else urdf.read_bytes()
+    return {f"{name}.urdf": text, **{copy: file.read_bytes() for file, copy in copies.items()}}
