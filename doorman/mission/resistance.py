@@ -46,6 +46,8 @@ _NO_FRICTION = 0.1
 """A gripped door with less, by estimate, does not rest by itself [N m]."""
 _LEFT_TO_FRICTION = 0.7
 """Share of its friction that is then counted on."""
+_UNSURE = 0.2
+"""By which a closer may seem to be stronger than friction for a gripped door to be tried nevertheless [N m]."""
 _LEAST_RESISTANCE = 0.15
 """A door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
 _GUSTINESS = 1.5
@@ -153,15 +155,16 @@ class Resistance:
     def keeps_the_door(self, estimate: Estimate) -> bool:
         """Whether the door may stay by itself: what is let go is watched then, before it is left.
 
-        Of a pushed door friction is probably stronger than the closer, and the wind on leaf and vehicle besides; of a gripped
-        one it may be, by the deviation of what is left of it.
+        Of a pushed door friction is probably stronger than the closer, and the wind on leaf and vehicle besides. Of a gripped
+        one it may be: the closer seems stronger by no more than a deviation, nor by `_UNSURE`.
 
         Args:
             estimate: Of door, hinge and wind.
         """
         hinge = estimate.hinge
         if not self._pushes:
-            return self.in_swing >= _LEAST_RESISTANCE and hinge.spare + hinge.spare_deviation > 0.0
+            unsure = min(hinge.spare_deviation, _UNSURE)
+            return self.in_swing >= _LEAST_RESISTANCE and hinge.spare + unsure > 0.0
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._door.width
         return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
