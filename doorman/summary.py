@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
 from doorman.exceptions import RecordingError
+from doorman.flown_constraints import flown_constraints
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
+from doorman.recording.recording import Topic
 
 Array = NDArray[np.float64]
 
@@ -23,7 +25,14 @@ _KEPT_CONTACT = 0.9
 """A smaller share of time in contact is worth a word in the verdict."""
 
 FLOWN = "flown to its end"
-"""Message of a mission that went all its way."""
+"""How the last message of a mission begins that went all its way; what it has seen of the door may follow."""
+COMPLETED, GOAL_MISSED, GIVEN_UP = "completed", "goal missed", "given up"
+"""Outcomes of a mission that went all its way and has opened the door in truth, of one that went all its way and has not, and of
+one that retreated to the hover instead."""
+
+_STANDS_FOR = 1.0
+_STANDS = math.radians(0.5)
+"""A door that is faster on average [rad/s] in so long a time [s] before the flight's end does not stay where it is."""
 
 _CLEARANCE_INTERVAL = 0.01
 """Between states at which FCL measures the clearance [s]."""
@@ -52,9 +61,11 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     target = float(model.goal_state[3])
     touched = np.flatnonzero(truth["touching"])
     touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
-    opened_at = time_to_open(time, angle, target)
-    states = _true_states(recording)
+    moving = _rate_at_the_end(recording)
+    opened_at = time_to_open(time, angle, target) if abs(moving) < _STANDS else None
     outcome, reason = _outcome(recording)
+    if outcome == COMPLETED and opened_at is None:
+        outcome, reason = GOAL_MISSED, _missed(float(angle[-1]), target, moving, reason)
     return {
         "outcome": outcome,
         "reason": reason,
@@ -65,12 +76,13 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
         "hover_to_goal_s": opened_at,
         "duration_s": float(time[-1]),
-        "max_constraint_violation_m": _largest_violation(recording, model, states),
+        "max_constraint_violation_m": _largest_violation(recording, model),
         "min_clearance_m": _min_clearance(recording, model),
         "collisions": int(truth["collisions"].sum()),
         "contact_fraction": _contact_fraction(recording, 0.0),
         "contact_fraction_after_1s": _contact_fraction(recording, 1.0),
         "max_pull_force_n": float(truth["max_pull"].max()),
+        "max_push_force_n": _largest_push(recording),
         "door_angle_estimate_error_deg_max": _estimate_error(recording),
         "estimates": _estimates(recording, model),
         **_planner_figures(recording),
@@ -93,12 +105,13 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
         return False, f"Something was touched ({summary['collisions']} contacts other than tip and leaf); {where}."
     if summary["min_clearance_m"] <= 0.0:
         return False, f"Shapes overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
-    if summary["outcome"] == "given up":
+    if summary["outcome"] == GIVEN_UP:
         return False, f"The mission was given up: {summary['reason']}; {where}."
     if not summary["opened"]:
         lost = summary["contact_fraction"] < _KEPT_CONTACT
         why = f"the tip was on the leaf for only {summary['contact_fraction']:.0%} of the time and " if lost else ""
-        return False, f"The door was not opened: {why}{where}."
+        more = f" ({summary['reason']})" if summary["outcome"] == GOAL_MISSED else ""
+        return False, f"The door was not opened: {why}{where}{more}."
     return True, f"The door was opened in {summary['time_to_open_s']:.2f} s and nothing was touched; {where}."
 
 
@@ -119,16 +132,48 @@ def time_to_open(time: Array, angle: Array, target: float) -> float | None:
     return float(time[off[-1] + 1]) if off[-1] + 1 < len(time) else None
 
 
-def _true_states(recording: Recording) -> Array:
+def cold_plans(plan: Topic) -> NDArray[np.bool_]:
+    """Which plans began without one before, shape (m,); of a recording that does not say so, the first of several.
+
+    Args:
+        plan: The topic `plan`.
+    """
+    cold = np.zeros(len(plan.time), bool)
+    if "cold" in plan:
+        cold[:] = plan["cold"]
+    else:
+        cold[:1] = len(cold) > 1
+    return cold
+
+
+def _rate_at_the_end(recording: Recording) -> float:
+    """Of the door, on average over the last second [rad/s]."""
     truth = recording["truth"]
-    columns = (truth["attitude"], truth["door_angle"][:, None], truth["door_rate"][:, None], truth["arm_angles"])
-    return np.hstack(columns)
+    return float(truth["door_rate"][truth.time >= truth.time[-1] - _STANDS_FOR].mean())
 
 
-def _largest_violation(recording: Recording, model: Model, states: Array) -> float:
-    """While the tip is at the door: the constraints take for granted that it is."""
-    tied = states[_at_the_door(recording)]
-    return float(max(model.constraints_along(tied).max(), 0.0)) if len(tied) else 0.0
+def _missed(angle: float, target: float, moving: float, said: str) -> str:
+    """Why a mission that went all its way has not opened the door."""
+    if abs(angle - target) >= OPEN_TOLERANCE:
+        why = f"the door ended at {math.degrees(angle):.1f}°"
+    else:
+        why = f"the door still moved at the end, at {math.degrees(moving):+.1f}°/s"
+    return f"{why}; the mission said: {said}" if said else why
+
+
+def _largest_violation(recording: Recording, model: Model) -> float:
+    truth = recording["truth"]
+    rows = flown_constraints(model, truth["position"], truth["attitude"], truth["door_angle"], truth["arm_angles"])
+    return float(max(rows.max(), 0.0))
+
+
+def _largest_push(recording: Recording) -> float | None:
+    """In any physics step; at any tick in recordings that do not have that; None if they have neither [N]."""
+    truth = recording["truth"]
+    for field in ("max_push", "tip_normal_force"):
+        if field in truth:
+            return max(float(truth[field].max()), 0.0)
+    return None
 
 
 def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
@@ -170,20 +215,23 @@ def _contact_fraction(recording: Recording, after: float) -> float:
 
 
 def _outcome(recording: Recording) -> tuple[str, str]:
-    """How the mission ended, and why if it did not complete."""
+    """How the mission ended by its own account, and why, or what it has seen of the door."""
     mission = recording["mission"]
     states, words = [str(state) for state in mission["state"]], str(mission["message"][-1])
     if words == "interrupted" or words.startswith("failed: "):
         return words.split(":")[0], words
     if "done" not in states:
         return "cut off", f"the flight ended in the phase {states[-2] if len(states) > 1 else states[-1]}"
-    return ("completed", "") if words == FLOWN else ("given up", words)
+    if words.startswith(FLOWN):
+        return COMPLETED, words.removeprefix(FLOWN).lstrip(", ")
+    return GIVEN_UP, words
 
 
 def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
     """Parameters of the hinge as estimated at the end, with their standard deviations, and the true ones."""
     estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.true_door
     mass = 1.0 if simulation.door_mass is None else simulation.door_mass / door.mass
+    rest = door.rest_angle if simulation.door_rest_angle is None else simulation.door_rest_angle
     true = {
         "damping": door.damping if simulation.door_damping is None else simulation.door_damping,
         "friction": door.friction if simulation.door_friction is None else simulation.door_friction,
@@ -195,11 +243,12 @@ def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]
                "true": float(value)}
         for i, (name, value) in enumerate(true.items())
     }  # fmt: skip
-    turned = float(model.start_state[3] - recording["truth"]["door_angle"][-1])
+    angle = float(recording["truth"]["door_angle"][-1])
+    turned = float(model.start_state[3]) - angle
     found["torque"] = {
         "value": found["friction"]["value"] + found["stiffness"]["value"] * turned,
         "deviation": float(estimate["torque_deviation"][-1]),
-        "true": true["friction"] + true["stiffness"] * turned,
+        "true": true["friction"] + true["stiffness"] * (rest - angle),
     }
     return found
 
@@ -213,16 +262,18 @@ def _estimate_error(recording: Recording) -> float:
 
 def _planner_figures(recording: Recording) -> dict[str, Any]:
     if "plan" not in recording:
-        nothing = {"median": None, "p99": None, "max": None}
+        nothing = {"median": None, "p99": None, "max": None, "cold": None}
         return {"planner_ms": nothing, "planner_rate_hz": 0.0, "deadline_misses": 0, "planned_normal_force_n_min": None}
     plan = recording["plan"]
-    replans = plan["solve_time"][1:] * 1e3 if len(plan.time) > 1 else plan["solve_time"] * 1e3
+    cold, milliseconds = cold_plans(plan), 1e3 * plan["solve_time"]
+    warm = milliseconds[~cold]
     span = float(plan.time[-1] - plan.time[0])
     return {
         "planner_ms": {
-            "median": float(np.median(replans)),
-            "p99": float(np.percentile(replans, 99)),
-            "max": float(replans.max()),
+            "median": float(np.median(warm)) if len(warm) else None,
+            "p99": float(np.percentile(warm, 99)) if len(warm) else None,
+            "max": float(warm.max()) if len(warm) else None,
+            "cold": float(milliseconds[cold].max()) if cold.any() else None,
         },
         "planner_rate_hz": (len(plan.time) - 1) / span if span > 0.0 else 0.0,
         "deadline_misses": int(plan["deadline_missed"].sum()),

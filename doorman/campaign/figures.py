@@ -39,6 +39,7 @@ METRICS = (
     Metric(f"{SUMMARY}door_angle_estimate_error_deg_max", "largest error of the estimated angle", "deg", (0.0, 5.0)),
     Metric("torque_error_n_m", "estimated minus true resistance at the end", "N m", (-1.0, 1.0)),
     Metric(f"{SUMMARY}contact_fraction", "in contact from the first touch", ""),
+    Metric(f"{SUMMARY}max_push_force_n", "largest push of the tip", "N"),
     Metric(f"{SUMMARY}time_to_open_s", "from the first touch to the goal", "s"),
     Metric(f"{SUMMARY}duration_s", "whole flight", "s"),
     Metric(f"{SUMMARY}min_clearance_m", "smallest clearance", "m"),

@@ -7,10 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from doorman.scenario import CampaignSection
+from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED
+
 ANGLE_TOLERANCE = 2.0
 """Largest |final angle − target| [deg]."""
-COMPLETED, GIVEN_UP = "completed", "given up"
-"""Outcomes of a mission that went all its way, and of one that retreated to the hover instead."""
+_ENDS = (COMPLETED, GOAL_MISSED, GIVEN_UP)
+"""Outcomes of missions that came to an end of their own."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +27,15 @@ class Judgement:
     """Whether nothing was touched and the mission came to its end, in a hover or holding the door, be it that it was given up."""
 
 
-def judge(summary: Mapping[str, Any]) -> Judgement:
+def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -> Judgement:
     """Judge a flight by its summary.
 
-    A success touched nothing, completed its mission, and left the door within 2° of the target at the flight's end.
+    A success touched nothing, completed its mission, left the door within 2° of the target at the flight's end, kept its tip on
+    the leaf and never pushed it harder than the campaign allows.
 
     Args:
         summary: As `doorman.simulate` gives it.
+        campaign: What it asks for; the defaults if not given.
 
     Returns:
         The judgement; the reasons are the mission's own where it gave up.
@@ -45,8 +50,22 @@ def judge(summary: Mapping[str, Any]) -> Judgement:
         reasons.append(f"{outcome}: {said}" if said else str(outcome))
     if not abs(error) < ANGLE_TOLERANCE:
         reasons.append(f"the door ended {error:+.1f}° from the target")
-    safe = not summary["collisions"] and outcome in (COMPLETED, GIVEN_UP)
+    reasons += _contact(summary, campaign or CampaignSection())
+    safe = not summary["collisions"] and outcome in _ENDS
     return Judgement(not reasons, "; ".join(reasons), safe)
+
+
+def _contact(summary: Mapping[str, Any], campaign: CampaignSection) -> list[str]:
+    """What is wrong with the contact; a figure that a summary does not have is no fault."""
+    share, push = summary.get("contact_fraction"), summary.get("max_push_force_n")
+    reasons = []
+    if share is not None and not share >= campaign.min_contact_fraction:
+        reasons.append(
+            f"the tip was on the leaf for {share:.1%} of the time, less than {campaign.min_contact_fraction:.1%}"
+        )
+    if push is not None and not push <= campaign.max_push_force:
+        reasons.append(f"the tip pushed with {push:.1f} N, more than {campaign.max_push_force:g} N")
+    return reasons
 
 
 def final_error(summary: Mapping[str, Any]) -> float:

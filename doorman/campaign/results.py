@@ -18,7 +18,7 @@ DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""
 OF_THE_CLOCK = (
     "wall_time_s", "kernels_compiled", "summary.realtime_factor", "summary.deadline_misses", "summary.planner_ms.median",
-    "summary.planner_ms.p99", "summary.planner_ms.max",
+    "summary.planner_ms.p99", "summary.planner_ms.max", "summary.planner_ms.cold",
 )  # fmt: skip
 """Columns that depend on the machine; all others are the same whenever and wherever a run is flown."""
 
@@ -41,7 +41,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
         row |= {"success": False, "safe": False, "outcome": "error", "reason": answer["error"]}
         row |= {"final_error_deg": None, "torque_error_n_m": None}
     else:
-        judgement = judge(summary)
+        judgement = judge(summary, flight.scenario.campaign)
         row |= {
             "success": judgement.success,
             "safe": judgement.safe,

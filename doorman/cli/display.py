@@ -115,7 +115,7 @@ def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
 
 
 def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
-    opened_at, factor = summary["time_to_open_s"], summary["realtime_factor"]
+    opened_at, factor, push = summary["time_to_open_s"], summary["realtime_factor"], summary["max_push_force_n"]
     planner = {name: math.nan if value is None else value for name, value in summary["planner_ms"].items()}
     return [
         ("mission", summary["outcome"]),
@@ -127,8 +127,10 @@ def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("contacts other than tip and leaf", f"{summary['collisions']}"),
         ("tip in contact", f"{summary['contact_fraction']:.1%}"),
         ("largest pull", f"{summary['max_pull_force_n']:.2f} N"),
+        ("largest push", "unknown" if push is None else f"{push:.2f} N"),
         ("largest error of the estimated angle", f"{summary['door_angle_estimate_error_deg_max']:.2f}°"),
         ("planner", f"median {planner['median']:.2f}, p99 {planner['p99']:.2f}, max {planner['max']:.2f} ms"),
+        ("planner, cold", f"at most {planner['cold']:.2f} ms"),
         ("plans", f"{summary['planner_rate_hz']:.0f}/s, {summary['deadline_misses']} late"),
         ("speed", "unknown" if factor is None else f"{factor:.1f} × real time"),
     ]

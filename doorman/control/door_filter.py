@@ -60,6 +60,10 @@ class HingeEstimate:
     """Of friction and closer together at the present angle [N m]."""
     closing_wind: float = 0.0
     """Torque of the mean wind on the leaf at the present angle, positive where it closes the door [N m]."""
+    spare: float = 0.0
+    """Friction less closer at the present angle: the door stays by itself where it is positive [N m]."""
+    spare_deviation: float = 0.0
+    """Its standard deviation [N m]."""
 
 
 def _named(value: float, prior: tuple[float, float]) -> tuple[float, float]:
@@ -124,11 +128,13 @@ class DoorFilter:
         deviations = np.sqrt(np.diag(self.covariance)[chosen])
         turned = self._rest - self.state[ANGLE]
         p = self.covariance
-        torque = p[FRICTION, FRICTION] + turned * (2.0 * p[FRICTION, STIFFNESS] + turned * p[STIFFNESS, STIFFNESS])
+        squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]
+        together = 2.0 * turned * p[FRICTION, STIFFNESS]
+        torque, spare = (math.sqrt(max(squares + sign * together, 0.0)) for sign in (1.0, -1.0))
         b, c, k, inertia = (float(value) for value in self.state[chosen])
         d = [float(value) for value in deviations]
         wind = -float(self._wind_lever() @ self.state[WIND_X:])
-        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], math.sqrt(max(torque, 0.0)), wind)
+        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - k * float(turned), spare)
 
     def update(
         self,
@@ -184,6 +190,11 @@ class DoorFilter:
             tip_angle: Angle of the tip about the hinge [rad].
         """
         self.state[ANGLE], self.state[RATE] = tip_angle, 0.0
+
+    def stays(self) -> None:
+        """The leaf has stood here with nothing at it: friction is at least what the closer makes."""
+        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))
+        self.state[FRICTION] = max(float(self.state[FRICTION]), 1.001 * closer)
 
     def _wind_lever(self) -> Array:
         """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""

@@ -80,6 +80,8 @@ class Estimate:
     hinge: HingeEstimate
     attitude_lag: float = USUAL_LAG
     """τ̂ of roll and pitch behind what they are told [s]."""
+    push: float = 0.0
+    """F_n of rotors and wind along n_D: what the vehicle presses with, or pulls, be there a leaf or not [N]."""
 
     @property
     def door_angle(self) -> float:
@@ -177,6 +179,7 @@ class Estimator:
             door_disturbance=self._hinge_torque.estimate,
             hinge=self.door.hinge(),
             attitude_lag=self._response.lag,
+            push=float(normal @ (force + self._wind)),
         )
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:

@@ -1,4 +1,4 @@
-"""How the tip leaves the leaf: the gripper opens unloaded, a push fades into backing off, a slammed door is given way to."""
+"""How the tip leaves the leaf: a gripper rests on it before it opens, a push fades into backing off, a slam is given way to."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _BRAKING, _MOST_BRAKING = 12.0, 4.0
 _LETTING_GO = 0.5
 """For which the tip backs off, or the gripper draws back [s]."""
 _UNLOADING, _UNLOADED = 0.7, 1.5
-"""A gripper opens when the tip pulls or presses no more than this [N], or so long after that was asked for [s]: a vehicle that
-lets go of a load is flung away from it until its tilt has followed;"""
+"""Time in which a load fades, and the load with which a gripper opens before that has passed, where nobody minds whether the door
+stays [s], [N]: a vehicle that lets go of a load is flung away from it until its tilt has followed;"""
 _COMES_ALIVE = 0.1
 """at once where the leaf moves faster [rad/s]."""
 _GIVING_WAY = 2.5
@@ -35,11 +35,11 @@ _GIVING_WAY = 2.5
 _EASING = 1.5
 """Time in which the push on an opened door fades [s]."""
 _WATCHING = 3.0
-"""For which the tip only rests on it then [s]."""
+"""For which the tip only rests on it then, or the gripper holds it without a load [s]."""
 _RESTING = 0.15
 """Push of a tip that rests on the leaf [N]."""
 _COMES_BACK = math.radians(0.35)
-"""A door that has moved back by more meanwhile would not stay."""
+"""A door that has moved back by more meanwhile would not stay, nor does one in a gripper that has moved either way [rad]."""
 
 
 class Then(Enum):
@@ -78,6 +78,7 @@ class LettingGo:
         self._model, self._leaf, self._push = model, leaf, push
         self._goal = float(model.goal_state[3])
         self._angle, self._began = estimate.door_angle, estimate.time
+        self._load = estimate.normal_force
         self._since = None if closed else estimate.time
         self.gives_way = False
         """Whether it gives way to a slammed door."""
@@ -98,6 +99,8 @@ class LettingGo:
             estimate: What is known now.
             failed: Whether the mission was given up: nobody minds then whether the door stays.
         """
+        if self._since is None and not failed:
+            return self._rest_in_gripper(estimate)
         if self._since is None:
             loaded = abs(estimate.normal_force) > _UNLOADED and abs(estimate.door_rate) < _COMES_ALIVE
             if loaded and estimate.time - self._began < _UNLOADING:
@@ -119,6 +122,17 @@ class LettingGo:
         share = min(spent / _LETTING_GO, 1.0)
         setpoint = self._leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
         return _parting(setpoint, spent >= _LETTING_GO)
+
+    def _rest_in_gripper(self, estimate: Estimate) -> Parting:
+        """Take the load off a closed gripper, and watch whether the door stays: it opens after that."""
+        spent = estimate.time - self._began
+        left = max(1.0 - spent / _UNLOADING, 0.0) * self._load
+        setpoint = self._leaf.push(estimate, left)
+        if abs(estimate.door_angle - self._angle) > _COMES_BACK:
+            return Parting(setpoint, Then.HELD, left)
+        if spent >= _UNLOADING + _WATCHING:
+            self._since = estimate.time
+        return Parting(setpoint)
 
     def _ease(self, estimate: Estimate, pressed: float, eased: float) -> Parting:
         """Let the push fade, and watch whether the door stays: one that comes back is to be held instead."""

@@ -63,8 +63,8 @@ class Mission(Uncopied):
 
     @property
     def outcome(self) -> tuple[bool, str]:
-        """Whether the door was brought to the goal, and why the mission was given up, if it was."""
-        return self._sequence.opened, self._sequence.failure
+        """Whether the door was brought to the goal and stayed there by the mission's estimate, and what went wrong if not."""
+        return self._sequence.opened, self._sequence.failure or self._sequence.seen
 
     def abort(self, reason: str) -> None:
         """Let go of the door, retreat and hover; from any thread.
@@ -103,7 +103,7 @@ class Mission(Uncopied):
                     if on_progress is not None and now >= next_report:
                         next_report = now + self._schedule.period
                         on_progress(now, angle)
-                outcome = self._sequence.failure or outcome
+                outcome = self._sequence.failure or ", ".join(filter(None, (FLOWN, self._sequence.seen)))
         except (KeyboardInterrupt, SystemExit):
             outcome = "interrupted"
             raise

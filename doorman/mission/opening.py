@@ -90,13 +90,15 @@ class Opening:
     def hold_again(self, estimate: Estimate, push: float) -> None:
         """Hold a door that was held before, from a push on that has faded meanwhile: it grows to what held the door then.
 
+        One that is gripped is brought back to the goal.
+
         Args:
             estimate: What is known now.
             push: F_n that the tip presses with [N].
         """
         self.resume(estimate.time, push)
-        assert self._holding is not None
-        self._holding.begin(estimate)
+        if self._holding is not None:
+            self._holding.begin(estimate)
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Setpoint for now.

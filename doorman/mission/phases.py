@@ -19,19 +19,22 @@ from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.mission.approach import Approach
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.held_door import MOVING, After, HeldDoor
+from doorman.mission.grip_watch import TUG, GripWatch
+from doorman.mission.held_door import MOVING, OPEN_ENOUGH, After, HeldDoor
 from doorman.mission.letting_go import LOST_PAST, LettingGo, Then
 from doorman.mission.motion import in_the_doorway
 from doorman.mission.opening import Opening
 from doorman.mission.retreat import Retreat
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector
-from doorman.model import Model
+from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]
 
 _PRESSING = 0.5
-"""From the touch to the opening [s]."""
+"""From the touch to the opening, or to the tug by which a gripper is tried [s],"""
+_TUGGING, _TURNING_ROUND = 0.9, 0.3
+"""which takes so long, of which the estimated force takes a part to follow from push to pull [s]."""
 _MISSING = math.radians(5.0)
 """A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
 _SEARCH_SPEED = 0.08
@@ -98,6 +101,8 @@ class Sequence:
         """Whether the door has been brought to the goal."""
         self.failure = ""
         """Why the mission was given up; empty if it was not."""
+        self.seen = ""
+        """What it has seen of a door that it went all its way for and that is not where it should be by its own estimate."""
         self.comes_back = False
         """Whether the vehicle leaves in the end even a door that would not stay: one that has to land must."""
         self._model, self._converter, self._estimator = model, converter, estimator
@@ -109,6 +114,9 @@ class Sequence:
         self._leaf = AtTheLeaf(model, converter)
         self._on_change = on_change
         self._slam = SlamDetector(model.vehicle.mass)
+        self._grip_watch = GripWatch(model)
+        self._tug = TUG * model.vehicle.mass * GRAVITY
+        self._keeps_hold = False
         self._approaching = Approach(model, self._leaf)
         self._held_door: HeldDoor | None = None
         self._letting_go: LettingGo | None = None
@@ -192,14 +200,23 @@ class Sequence:
             self._give_way(estimate)
         if self.phase in (Phase.OPEN, Phase.HOLD) or (not self._grips and self.phase in (Phase.TOUCH, Phase.RECOVER)):
             self._guard(estimate)
+        if self._grips and self._grip_watch.is_loose(estimate, self._holds(estimate.time), time_step):
+            self.abort(estimate, "the gripper does not hold the leaf", at_once=True)
         setpoint = self._steps[self.phase](estimate, body_rates, time_step)
         return Action(setpoint, self._closed)
+
+    def _holds(self, now: float) -> bool:
+        """Whether a gripper should hold the leaf by now, and is no longer pressed onto it."""
+        if self.phase is Phase.TOUCH:
+            return self._since is not None and now - self._since >= _PRESSING + _TURNING_ROUND
+        return self._closed
 
     @property
     def _closed(self) -> bool:
         """Whether a gripper is to be closed."""
         pressing = self.phase is Phase.TOUCH and self._since is not None
-        return self._grips and (pressing or self._unloads or self.phase in (Phase.OPEN, Phase.HOLD))
+        holding = self._unloads or self._keeps_hold or self.phase in (Phase.OPEN, Phase.HOLD)
+        return self._grips and (pressing or holding)
 
     @property
     def _unloads(self) -> bool:
@@ -288,6 +305,9 @@ class Sequence:
         elif phase is Phase.DONE:
             self._way_out = self._way_out or Retreat(self._model, estimate)
             self._way_out.stay(estimate)
+            if self.opened and abs(estimate.door_angle - float(self._model.goal_state[3])) > OPEN_ENOUGH:
+                self.opened = False
+                self.seen = f"by its own estimate the door is at {np.degrees(estimate.door_angle):.0f}°"
         self._on_change(estimate.time, phase, reason)
 
     def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
@@ -312,6 +332,8 @@ class Sequence:
             self._estimator.meet_leaf(estimate.tip_angle, self._leaf.free_wind)
         if self._since is not None:
             pressed = estimate.time - self._since >= _PRESSING
+            if pressed and self._grips and estimate.time - self._since < _PRESSING + _TUGGING:
+                return self._leaf.push(estimate, -self._tug)
             if pressed and (estimate.touching or self._grips):
                 self._unsure = float(self._model.start_state[3]) - estimate.door_angle > _MISSING
                 self._enter(Phase.OPEN, estimate, "")
@@ -349,8 +371,9 @@ class Sequence:
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; a mission that need not come back ends so, the tip on the leaf."""
         assert self._held_door is not None
-        after, reason = self._held_door.judge(estimate)
+        after, reason = self._held_door.judge(estimate, time_step)
         if after is After.OPEN:
+            self._keeps_hold = True
             self._enter(Phase.DONE, estimate, "")
         elif after is After.LOST:
             self._give_up(estimate, reason)
@@ -383,10 +406,14 @@ class Sequence:
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go; a door that comes back meanwhile is held instead."""
         assert self._letting_go is not None
+        gripped = self._letting_go.unloads
         parting = self._letting_go.step(estimate, bool(self.failure))
+        if gripped and not (self._letting_go.unloads or self.failure):
+            self._estimator.door.stays()
         if parting.then is Then.HELD:
             self._opening.hold_again(estimate, parting.push)
-            self._enter(Phase.HOLD, estimate, "the door came back as the push faded")
+            moved = "moved as the load was taken off it" if self._grips else "came back as the push faded"
+            self._enter(Phase.HOLD, estimate, f"the door {moved}")
         elif parting.then is not Then.MORE:
             if parting.then is Then.GONE:
                 self.failure = f"the leaf has gone past the goal, to {np.degrees(estimate.tip_angle):.0f}° or farther"

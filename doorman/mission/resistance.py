@@ -46,8 +46,8 @@ _NO_FRICTION = 0.1
 """A gripped door with less, by estimate, does not rest by itself [N m]."""
 _LEFT_TO_FRICTION = 0.7
 """Share of its friction that is then counted on."""
-_FRICTION_FLOOR = 0.2
-"""By which a closer must be stronger than friction for a gripped door to be held and not let go [N m]."""
+_UNSURE = 0.2
+"""By which a closer may seem to be stronger than friction for a gripped door to be tried nevertheless [N m]."""
 _LEAST_RESISTANCE = 0.15
 """A door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
 _GUSTINESS = 1.5
@@ -66,7 +66,7 @@ class Resistance:
     def __init__(self, model: Model, progress: Progress, pushes: bool) -> None:
         control = model.scenario.control
         self._progress, self._pushes, self._door = progress, pushes, model.door
-        self._start, self._goal = float(model.start_state[3]), float(model.goal_state[3])
+        self._goal = float(model.goal_state[3])
         self._tolerance = model.scenario.push.hold_tolerance
         self._observed = control.door_observer_rate > 0.0
         self._most = control.max_door_disturbance
@@ -153,19 +153,20 @@ class Resistance:
         return Hinge(0.0, torque, hinge.inertia, hinge.damping, hinge.stiffness)
 
     def keeps_the_door(self, estimate: Estimate) -> bool:
-        """Whether friction probably holds the door against its closer, and against the wind on leaf and vehicle, too.
+        """Whether the door may stay by itself: what is let go is watched then, before it is left.
 
-        A push tries that slowly afterwards; a grip wants some more of it.
+        Of a pushed door friction is probably stronger than the closer, and the wind on leaf and vehicle besides. Of a gripped
+        one it may be: the closer seems stronger by no more than a deviation, nor by `_UNSURE`.
 
         Args:
             estimate: Of door, hinge and wind.
         """
-        hinge, turned = estimate.hinge, self._start - estimate.door_angle
+        hinge = estimate.hinge
+        if not self._pushes:
+            unsure = min(hinge.spare_deviation, _UNSURE)
+            return self.in_swing >= _LEAST_RESISTANCE and hinge.spare + unsure > 0.0
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._door.width
-        if not self._pushes and self.in_swing < _LEAST_RESISTANCE:
-            return False
-        spare = -max(_GUSTINESS * wind, hinge.closing_wind) if self._pushes else _FRICTION_FLOOR
-        return hinge.friction - hinge.stiffness * turned + spare > 0.0
+        return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""

@@ -47,6 +47,10 @@ class CampaignSection(Section):
     """Longest flight [s]; by default each ends by itself."""
     time_out: Positive = 1800.0
     """Wall-clock time after which a flight is given up [s]."""
+    min_contact_fraction: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.9
+    """A success kept its tip on the leaf for this share of the time, from the first touch until it let go."""
+    max_push_force: Positive = 15.0
+    """A success pushed the leaf with no more than this at any time [N]."""
     low_friction: NonNegative = 0.5
     """Doors with less true friction in the hinge are reported by themselves too [N m]."""
     vary: dict[str, Distribution] = {}

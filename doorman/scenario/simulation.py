@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from doorman.scenario.values import Angle, NonNegative, Positive, Section
+from doorman.scenario.values import Angle, NonNegative, Positive, Section, Switch
 
 
 class NoiseSection(Section):
@@ -71,6 +71,8 @@ class SimulationSection(Section):
     """Compliance of a gripping tip, in every direction [N/m]."""
     grip_damping: Positive = 100.0
     """[N s/m]."""
+    gripper_closes: Switch = True
+    """Whether the gripper closes when it is told to; one that does not is a tip that only pushes."""
     door_damping: NonNegative | None = None
     """True damping of the hinge [N m s/rad]; by default what the planner is told."""
     door_friction: NonNegative | None = None

@@ -30,6 +30,8 @@ _TIP_RADIUS = 0.001
 _HARD = (0.999, 0.9999, 0.001, 0.5, 2.0)
 _HARD_TIME = 0.005
 """Time constant of a hinge's friction: short, so that a door held by friction does not creep [s]."""
+_STOP_TIME = 0.02
+"""Time constant of a hinge's stop, critically damped: a leaf that shuts at 1 rad/s goes 0.4° into its seal [s]."""
 
 
 def link_name(urdf: Path, name: str) -> str:
@@ -148,6 +150,7 @@ def _set_hinge(spec: Any, model: Model) -> None:
     hinge.stiffness[0] = told.stiffness if true.door_stiffness is None else true.door_stiffness
     hinge.springref = told.rest_angle if true.door_rest_angle is None else true.door_rest_angle
     hinge.limited = bool(told.lower_limit < told.upper_limit)
+    hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
     if true.door_mass is not None:
         _scale_mass(hinge.parent, true.door_mass / told.mass)
 

@@ -96,15 +96,24 @@ class Gripper:
         data: MjData.
         tip_shapes: Indices of the tip's shapes.
         leaf_shapes: Indices of the leaf's shapes.
+        closes: Whether it can close; one that cannot is a tip that only pushes, whatever is asked of it.
     """
 
     def __init__(
-        self, mujoco: Any, engine_model: Any, data: Any, tip_shapes: frozenset[int], leaf_shapes: frozenset[int]
+        self,
+        mujoco: Any,
+        engine_model: Any,
+        data: Any,
+        tip_shapes: frozenset[int],
+        leaf_shapes: frozenset[int],
+        closes: bool = True,
     ) -> None:
-        self._mujoco, self._model, self._data = mujoco, engine_model, data
+        self._mujoco, self._model, self._data, self._closes = mujoco, engine_model, data, closes
         self._shapes = [(tip, leaf) for tip in tip_shapes for leaf in leaf_shapes]
         tie = mujoco.mj_name2id(engine_model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
         self._tie = tie if tie >= 0 else None
+        if self.closed and not closes:
+            data.eq_active[self._tie] = False
         self._model.pair_margin[:] = -_NO_CONTACT if self.closed else 0.0
 
     @property
@@ -113,12 +122,12 @@ class Gripper:
         return self._tie is not None and bool(self._data.eq_active[self._tie])
 
     def set(self, closed: bool) -> None:
-        """Close or open; a gripper too far from the leaf closes on nothing, a tip that can only push never does.
+        """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does.
 
         Args:
             closed: What is asked for.
         """
-        if self._tie is None or closed == self.closed:
+        if self._tie is None or closed == self.closed or (closed and not self._closes):
             return
         if closed:
             distance = min(

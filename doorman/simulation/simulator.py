@@ -72,7 +72,8 @@ class Simulator(Uncopied):
         self._qpos, self._qvel, self._control = data.qpos, data.qvel, data.ctrl
         self._onboard = _onboard_parameters(model, self.plant, self.layout, time_step, gains)
         shapes = self.plant.tip_shapes, self.plant.leaf_shapes
-        self._gripper = Gripper(self._mujoco, self.plant.engine_model, data, *shapes)
+        closes = model.scenario.simulation.gripper_closes
+        self._gripper = Gripper(self._mujoco, self.plant.engine_model, data, *shapes, closes)
         at_door = model.scenario.mission.start == "contact"
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
@@ -186,10 +187,11 @@ class Simulator(Uncopied):
             collisions=self._collisions,
             collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),
             rotor_thrusts=frozen(plant.rotor_thrusts),
+            max_push=self._max_push,
         )
 
     def _begin_interval(self) -> None:
-        self._max_pull, self._collisions = 0.0, 0
+        self._max_pull, self._max_push, self._collisions = 0.0, 0.0, 0
         self._pairs: set[tuple[int, int]] = set()
 
     def _note_contacts(self, door_angle: float) -> None:
@@ -198,6 +200,7 @@ class Simulator(Uncopied):
         self._tip_force = forces.tip
         self._normal_force = float(math.sin(door_angle) * forces.tip[0] - math.cos(door_angle) * forces.tip[1])
         self._max_pull = max(self._max_pull, -self._normal_force)
+        self._max_push = max(self._max_push, self._normal_force)
         if forces.others:
             self._collisions = max(self._collisions, len(forces.others))
             self._pairs.update(forces.others)

@@ -47,6 +47,8 @@ class Truth:
     """What these contacts were between."""
     rotor_thrusts: Array
     """Shape (m,) [N]."""
+    max_push: float = 0.0
+    """Largest push on the door, along n_D, in any physics step since the last tick [N]."""
 
     def fields(self) -> dict[str, Any]:
         """Everything but the time, for a recorder; the pairs of collisions as one text."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from doorman.model import Model
 from doorman.recording import Recording
+from doorman.summary import cold_plans
 from doorman.visualization.style import BLACK, BLUE, ORANGE, RED, Figure, FuncFormatter, flight_name
 
 _BINS_PER_DECADE = 20
@@ -14,7 +15,8 @@ _BINS_PER_DECADE = 20
 def planner_time_figure(recording: Recording, model: Model) -> Figure:
     """Histogram of the time for one plan, with its quantiles and the planner's period as deadline.
 
-    Cold plans are drawn apart: they are made before a phase begins, and no deadline holds for them.
+    A bar counts the plans that took so long. Cold plans, which begin without one before, are drawn in a colour of their own: no
+    deadline holds for them, and the quantiles are those of the warm ones, as `planner_ms` in `summary.json` has them.
 
     Args:
         recording: What was flown; says so if there are no plans.
@@ -33,13 +35,14 @@ def planner_time_figure(recording: Recording, model: Model) -> Figure:
         return figure
     plan, deadline = recording["plan"], 1e3 / model.scenario.planner.rate
     milliseconds = np.maximum(1e3 * plan["solve_time"], 1e-3)
-    cold = plan["cold"] if "cold" in plan else np.zeros(len(milliseconds), dtype=bool)
+    cold = cold_plans(plan) if "cold" in plan else np.zeros(len(plan.time), dtype=bool)
     low, high = np.log10(min(milliseconds.min(), deadline)), np.log10(max(milliseconds.max(), deadline))
     first, last = np.floor(low * 2) / 2, np.ceil(high * 2 + 0.2) / 2
     edges = np.logspace(first, last, int((last - first) * _BINS_PER_DECADE) + 1).tolist()
+    shares = {f"{words}: {len(some)}" + (f", at most {some.max():.2f} ms" if len(some) else ""): some
+              for words, some in (("warm", milliseconds[~cold]), ("cold", milliseconds[cold]))}  # fmt: skip
     warm = milliseconds[~cold]
-    axes.hist([warm, milliseconds[cold]], edges, stacked=True, color=[BLUE, ORANGE],
-              label=[f"warm: {len(warm)}", f"cold: {int(cold.sum())}"])  # fmt: skip
+    axes.hist(list(shares.values()), edges, stacked=True, color=[BLUE, ORANGE], label=list(shares))
     if len(warm):
         for share, style in ((50, ":"), (99, "-.")):
             value = float(np.percentile(warm, share))

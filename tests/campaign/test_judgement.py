@@ -8,10 +8,11 @@ import pytest
 
 from doorman.campaign import judge
 from doorman.campaign.statistics import wilson_interval
+from doorman.scenario import CampaignSection
 
 GOOD = {
     "final_door_angle_deg": 20.4, "target_door_angle_deg": 20.0, "collisions": 0, "outcome": "completed", "reason": "",
-    "contact_fraction": 0.99,
+    "contact_fraction": 0.99, "max_push_force_n": 4.0,
 }  # fmt: skip
 
 
@@ -29,6 +30,13 @@ GOOD = {
         ({"outcome": "given up", "reason": "contact was lost 9 times"}, "given up: contact was lost 9 times"),
         ({"outcome": "cut off", "reason": ""}, "cut off"),
         ({"outcome": None}, "None"),
+        ({"outcome": "goal missed", "reason": "it moved"}, "goal missed: it moved"),
+        ({"contact_fraction": 0.9}, ""),
+        ({"contact_fraction": 0.899}, "the tip was on the leaf for 89.9% of the time, less than 90.0%"),
+        ({"contact_fraction": math.nan}, "of the time"),
+        ({"max_push_force_n": 15.0}, ""),
+        ({"max_push_force_n": 15.01}, "the tip pushed with 15.0 N, more than 15 N"),
+        ({"max_push_force_n": math.nan}, "more than 15 N"),
     ],
 )
 def test_a_success_ended_at_the_target_touched_nothing_and_was_completed(change, words):
@@ -40,12 +48,26 @@ def test_a_success_ended_at_the_target_touched_nothing_and_was_completed(change,
 @pytest.mark.parametrize(
     ("change", "safe"),
     [
-        ({}, True), ({"outcome": "given up"}, True), ({"final_door_angle_deg": 90.0}, True), ({"collisions": 1}, False),
+        ({}, True), ({"outcome": "given up"}, True), ({"contact_fraction": 0.5}, True),
+        ({"outcome": "goal missed"}, True), ({"final_door_angle_deg": 90.0}, True), ({"collisions": 1}, False),
         ({"outcome": "given up", "collisions": 1}, False), ({"outcome": "failed"}, False), ({"outcome": "cut off"}, False),
     ],
 )  # fmt: skip
 def test_a_safe_end_is_a_hover_with_nothing_touched(change, safe):
     assert judge(GOOD | change).safe is safe
+
+
+@pytest.mark.parametrize(
+    ("asked", "figures", "success"),
+    [
+        ({"min_contact_fraction": 0.5}, {"contact_fraction": 0.6}, True),
+        ({"min_contact_fraction": 0.97}, {"contact_fraction": 0.96}, False),
+        ({"max_push_force": 40.0}, {"max_push_force_n": 39.0}, True),
+        ({"max_push_force": 3.0}, {"max_push_force_n": 4.0}, False),
+    ],
+)
+def test_a_campaign_says_what_contact_it_asks_for(asked, figures, success):
+    assert judge(GOOD | figures, CampaignSection(**asked)).success is success
 
 
 def test_every_reason_is_told():

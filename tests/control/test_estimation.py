@@ -9,7 +9,7 @@ import pytest
 
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.disturbance_observer import DisturbanceObserver
-from doorman.control.door_filter import DoorFilter
+from doorman.control.door_filter import ANGLE, FRICTION, STIFFNESS, DoorFilter
 from doorman.control.estimator import Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
@@ -282,6 +282,31 @@ def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
     assert after.friction_deviation < 0.6 * before.friction_deviation
     assert after.inertia_deviation < 0.9 * before.inertia_deviation
     assert after.friction == pytest.approx(0.5, abs=0.3)
+
+
+def test_what_friction_leaves_of_the_closer_has_its_own_deviation(model: Model) -> None:
+    door = DoorFilter(model, EstimationSection())
+    door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_state[3] - 1.2, 0.8, 0.5
+    pair = np.ix_([FRICTION, STIFFNESS], [FRICTION, STIFFNESS])
+    door.covariance[pair] = [[0.16, -0.05], [-0.05, 0.09]]
+    hinge = door.hinge()
+    assert hinge.spare == pytest.approx(0.8 - 1.2 * 0.5)
+    assert hinge.spare_deviation == pytest.approx(
+        math.sqrt(np.array([1.0, -1.2]) @ door.covariance[pair] @ [1.0, -1.2])
+    )
+    assert hinge.torque_deviation == pytest.approx(math.sqrt(np.array([1.0, 1.2]) @ door.covariance[pair] @ [1.0, 1.2]))
+
+
+def test_a_door_that_stood_by_itself_is_not_predicted_to_shut(model: Model) -> None:
+    door = DoorFilter(model, EstimationSection())
+    door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_state[3] - 1.2, 0.2, 0.5
+    door.stays()
+    for k in range(1000):
+        door.update(0.0, False, 0.3, 0.004 * k, 0.004 * k, 0.004)
+    assert door.angle == pytest.approx(float(model.start_state[3]) - 1.2)
+    before = DoorFilter(model, EstimationSection())
+    before.stays()
+    assert before.hinge() == DoorFilter(model, EstimationSection()).hinge(), "a strong friction is not changed"
 
 
 @pytest.mark.parametrize("inertia", [2.9, 5.3, 9.6])

@@ -78,9 +78,27 @@ def test_truth_of_the_hinge_need_not_be_what_the_planner_is_told(model, flight):
     assert true.engine_model.dof_frictionloss[true.hinge_velocity] == 0.7
 
 
-def test_door_stops_at_the_urdf_limits(flight):
-    end = loose(flight, hinge_torque=3.0).run(2.0, every=2000)[-1]
-    assert end.door_angle == pytest.approx(1.7, abs=0.01)
+@pytest.mark.parametrize("torque", [0.0, 3.0], ids=["nothing", "a preload"])
+def test_a_closed_door_rests_at_its_stop(flight, torque):
+    end = loose(flight, hinge_torque=torque).run(2.0, every=2000)[-1]
+    assert end.door_angle == pytest.approx(math.pi / 2, abs=5e-4)
+    assert abs(end.door_rate) < 1e-4
+
+
+def test_a_door_that_is_slammed_stops_within_a_degree_and_is_not_thrown_back(flight):
+    door = loose(flight, start__door_angle=1.2)
+    door.data.qvel[door.plant.hinge_velocity] = 2.0
+    truths = door.run(1.0)
+    assert max(truth.door_angle for truth in truths) == pytest.approx(
+        math.pi / 2 + math.radians(0.8), abs=math.radians(0.3)
+    )
+    assert min(truth.door_rate for truth in truths) > -0.3
+    assert truths[-1].door_angle < math.pi / 2 + math.radians(0.1)
+
+
+def test_an_open_door_stops_at_the_urdfs_other_limit(flight):
+    end = loose(flight, hinge_torque=-8.0, start__door_angle=0.0, simulation__door_damping=5.0).run(4.0, every=4000)[-1]
+    assert end.door_angle == pytest.approx(-1.5, abs=0.01)
     assert np.isfinite(end.door_rate)
 
 

@@ -6,6 +6,7 @@ from matplotlib.patches import Circle
 
 from doorman.exceptions import RecordingError
 from doorman.recording import Recorder, Recording
+from doorman.summary import _planner_figures
 from doorman.visualization import constraints_and_forces_figure, planner_time_figure, save, states_figure, swing_figure
 from doorman.visualization.phases import phases, tied
 
@@ -53,6 +54,26 @@ def test_the_histogram_counts_every_plan(flight, model):
     median = 1e3 * np.median(plan["solve_time"])
     assert f"50 %: {median:.2f} ms" in labels
     assert axes.get_xlabel().endswith("[ms]")
+
+
+@pytest.mark.parametrize("cold", [(0,), (0, 3, 4), (), range(6)])
+def test_the_histogram_has_the_quantiles_of_the_summary(model, cold):
+    times = [0.02, 0.001, 0.002, 0.03, 0.004, 0.0005]
+    recorder = Recorder(None, {})
+    for k, time in enumerate(times):
+        fields = {"solve_time": time, "deadline_missed": False, "cold": k in cold, "normal_force": [0.0]}
+        recorder.write("plan", 0.01 * k, fields)
+    recording = recorder.recording()
+    figures = _planner_figures(recording)["planner_ms"]
+    labels = planner_time_figure(recording, model).axes[0].get_legend_handles_labels()[1]
+    told = " ".join(labels)
+    if figures["median"] is None:
+        assert "50 %" not in told and "warm: 0" in told
+    else:
+        assert f"50 %: {figures['median']:.2f} ms" in labels and f"99 %: {figures['p99']:.2f} ms" in labels
+        assert f"warm: {6 - len(cold)}, at most {figures['max']:.2f} ms" in labels
+    cold_ones = f"cold: {len(cold)}" + (f", at most {figures['cold']:.2f} ms" if len(cold) else "")
+    assert cold_ones in labels
 
 
 def test_plans_that_were_not_recorded_are_said_to_be_missing(model, fly, tmp_path):

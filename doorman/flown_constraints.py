@@ -1,0 +1,53 @@
+"""The planner's collision constraints along a flight, from true positions: they hold away from the door, too.
+
+The planner knows the vehicle's place by its tip on the leaf. Here it is where it was, and a row counts where it says something:
+the arm's always, the leaf's while the disc is beside the leaf, the jambs' while some of the disc is between them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+
+def flown_constraints(model: Model, position: Array, attitude: Array, door_angle: Array, arm_angles: Array) -> Array:
+    r"""Rows h ≤ 0 at true states.
+
+    With :math:`r = P - P_h`, the leaf's direction :math:`e` and its normal :math:`n_D`, the rows of the disc are
+
+    .. math::
+        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r, \qquad r_y - D_w + R_A, \qquad R_A - r_y .
+
+    Args:
+        model: Model of the scenario; the doorway is the true one.
+        position: P, shape (m, 3), world frame [m].
+        attitude: Φ, shape (m, 3) [rad].
+        door_angle: α, shape (m,) [rad].
+        arm_angles: H, shape (m, n) [rad].
+
+    Returns:
+        Shape (m, rows of `model.constraint_names`) [m]; -inf where a row says nothing.
+    """
+    door, radius, arm = model.true_door, model.vehicle.radius, len(model.vehicle.point_names)
+    states = np.hstack([attitude, door_angle[:, None], np.zeros((len(attitude), 1)), arm_angles])
+    upright = np.array([rotation_body_to_world(one)[:, 2] for one in attitude]).reshape(-1, 3)
+    away, sine, cosine = position - door.hinge_position, np.sin(door_angle), np.cos(door_angle)
+    before_leaf = cosine * away[:, 1] - sine * away[:, 0]
+    along_leaf = cosine * away[:, 0] + sine * away[:, 1]
+    facing = sine * upright[:, 0] - cosine * upright[:, 1]
+    leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf
+    beside_leaf = (along_leaf > -radius) & (along_leaf < door.width + radius)
+    in_doorway = (away[:, 0] > -door.frame_depth - radius) & (away[:, 0] < radius)
+    return np.column_stack(
+        [
+            model.constraints_along(states)[:, :arm],
+            np.where(beside_leaf, leaf, -np.inf),
+            np.where(in_doorway, away[:, 1] - door.width + radius, -np.inf),
+            np.where(in_doorway, radius - away[:, 1], -np.inf),
+        ]
+    )

@@ -1,0 +1,71 @@
+"""A gripper that holds feels its pull, a loose one feels nothing: the watch by itself, on a mass that is pushed and pulled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from doorman import Model
+from doorman.mission.grip_watch import TUG, GripWatch
+from doorman.model import GRAVITY
+
+TICK = 0.004
+
+
+def first_alarm(
+    model: Model,
+    push: Callable[[float], float],
+    felt: float,
+    noise: float = 0.05,
+    bias: float = 0.0,
+    seconds: float = 6.0,
+) -> float | None:
+    """When the watch says that the gripper is loose, of which the leaf takes a share `felt` of the push [s]."""
+    watch, rng, poles = GripWatch(model), np.random.default_rng(5), [0.0] * 3
+    for k in range(round(seconds / TICK)):
+        before = felt * push(k * TICK)
+        for pole in range(3):  # as the vehicle's observer estimates it
+            poles[pole] += (1.0 - math.exp(-15.0 * TICK)) * (before - poles[pole])
+            before = poles[pole]
+        force = before + bias + noise * rng.standard_normal()
+        known = SimpleNamespace(push=push(k * TICK), normal_force=force)
+        if watch.is_loose(known, True, TICK):  # type: ignore[arg-type]
+            return k * TICK
+    return None
+
+
+def swinging(time: float) -> float:
+    return 4.0 * math.sin(2.0 * time)
+
+
+@pytest.mark.parametrize("felt", [0.5, 0.78, 1.0])
+@pytest.mark.parametrize("resisted", [0.0, 1.5, -1.5])
+def test_a_leaf_that_takes_its_share_is_held(model: Model, felt: float, resisted: float) -> None:
+    """Whatever the hinge takes besides: friction may take all of a pull that brakes the door."""
+    assert first_alarm(model, swinging, felt, noise=0.2, bias=resisted) is None
+
+
+@pytest.mark.parametrize("bias", [0.0, 0.2, -0.2])
+def test_a_loose_tip_is_noticed_by_a_tug_within_a_second(model: Model, bias: float) -> None:
+    tug = TUG * model.vehicle.mass * GRAVITY
+    alarm = first_alarm(model, lambda time: -tug * min(time / 0.2, 1.0), 0.0, bias=bias)
+    assert alarm is not None and alarm < 0.8
+
+
+def test_a_loose_tip_that_follows_a_plan_is_noticed(model: Model) -> None:
+    alarm = first_alarm(model, swinging, 0.0)
+    assert alarm is not None and alarm < 1.0
+
+
+def test_who_neither_pushes_nor_pulls_learns_nothing(model: Model) -> None:
+    assert first_alarm(model, lambda time: 0.1 * math.sin(5.0 * time), 0.0) is None
+
+
+def test_an_open_gripper_is_not_looked_at(model: Model) -> None:
+    watch = GripWatch(model)
+    known = SimpleNamespace(push=-3.0, normal_force=0.0)
+    assert not any(watch.is_loose(known, False, TICK) for _ in range(1000))  # type: ignore[arg-type]
