@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -21,6 +22,7 @@ _ONE_THREAD = (
 """Every pilot has one thread: as many pilots as cores share the machine without getting into each other's way."""
 _PREPARATION_TIME = 3600.0
 """Longest time for compiling everything, and for waiting while another pilot does [s]."""
+_NOTHING = object()
 _LAST_LINES = 5
 """Of what a pilot printed before it died."""
 
@@ -35,27 +37,34 @@ class Cockpit:
     def __init__(self, module: str = "doorman.campaign.pilot") -> None:
         self._module = module
         self._process: subprocess.Popen[str] | None = None
-        self._prepared = False
+        self._prepared_for: object = _NOTHING
         self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._printed: IO[str] | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
 
-    def fly(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
+    def fly(self, order: dict[str, Any], files: Mapping[str, str], time_out: float) -> dict[str, Any]:
         """Have an order flown.
 
         Args:
-            order: As `Flight.order` makes it.
+            order: As `orders.order_of` makes it.
+            files: As `orders.packed` makes them; sent when the pilot does not have them yet.
             time_out: Wall-clock time for the flight alone [s].
 
         Returns:
             The pilot's answer, or one with an error if it died or took too long.
         """
         if self._process is None:
-            self._start()
-        if not self._prepared:
-            ready = self._ask({"prepare": True, "scenario": order["scenario"]}, _PREPARATION_TIME)
-            if self._process is None:
+            try:
+                self._start()
+            except OSError as error:
+                self.close()
+                return lost(f"no process could be started: {error.strerror or error}")
+        if self._prepared_for != order.get("files"):
+            ready = self._ask({**order, "prepare": True, "contents": dict(files)}, _PREPARATION_TIME)
+            if self._process is None or ready.get("lost"):
                 return ready
-            self._prepared = ready["error"] is None  # else this flight will fail too, and the next one prepares
+            # where that failed, this flight will fail too, and the next one prepares
+            self._prepared_for = order.get("files") if ready["error"] is None else _NOTHING
         return self._ask(order, time_out)
 
     def close(self) -> None:
@@ -67,18 +76,23 @@ class Cockpit:
             for stream in (process.stdin, process.stdout, self._printed):
                 if stream is not None:
                     stream.close()
+        folder, self._folder = self._folder, None
+        if folder is not None:
+            folder.cleanup()
 
     def _start(self) -> None:
         package = str(Path(doorman.__file__).parent.parent)
         paths = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
-        environment = {**os.environ, "PYTHONPATH": paths, **dict.fromkeys(_ONE_THREAD, "1")}
+        # not the user's folder: a file of the name of a module there would be imported instead
+        environment = {**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1", **dict.fromkeys(_ONE_THREAD, "1")}
+        self._folder = tempfile.TemporaryDirectory(prefix="doorman-pilot-", ignore_cleanup_errors=True)
         self._printed = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
         self._process = subprocess.Popen(
             [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
-            env=environment, text=True, encoding="utf-8", start_new_session=True,
+            env=environment, cwd=self._folder.name, text=True, encoding="utf-8", start_new_session=True,
         )  # fmt: skip
         self._answers = queue.SimpleQueue()
-        self._prepared = False
+        self._prepared_for = _NOTHING
         threading.Thread(target=_read, args=(self._process.stdout, self._answers), daemon=True).start()
 
     def _ask(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
@@ -96,10 +110,10 @@ class Cockpit:
             line = None
         if line is None:
             if self._process is None:
-                return failed("closed by the campaign")
+                return lost("closed by the campaign")
             words = f"the process died with status {process.wait()}: {self._last_words()}"
             self.close()
-            return failed(words)
+            return lost(words)
         answer: dict[str, Any] = json.loads(line)
         return answer
 
@@ -113,6 +127,11 @@ class Cockpit:
 def failed(error: str) -> dict[str, Any]:
     """An answer in place of a pilot's."""
     return {"summary": None, "error": error, "wall_time_s": None, "kernels_compiled": 0}
+
+
+def lost(error: str) -> dict[str, Any]:
+    """An answer in place of a pilot's: the flight did not come about, which says nothing about it."""
+    return {**failed(error), "lost": True}
 
 
 def _read(stream: IO[str], answers: queue.SimpleQueue[str | None]) -> None:

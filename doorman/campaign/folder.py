@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib.metadata
 import json
-import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-import doorman
+from doorman.campaign.orders import digests
+from doorman.campaign.software import software
 from doorman.campaign.specification import Campaign, portable
 from doorman.exceptions import DoormanError
+from doorman.flown import carried_files
+from doorman.kernel_files import write_whole
 from doorman.locks import locked
+from doorman.recording.syncer import sync_folder
 
 RESULTS = "results.parquet"
 """All rows."""
+NOT_FLOWN = "not_flown.json"
+"""Runs that machine or software kept from being flown, with the reasons."""
 _IDENTITY = "campaign.json"
 _PARTS = "runs"
 _LOCK = ".lock"
-_ENGINES = ("numpy", "numba", "mujoco", "pin", "coal", "proxsuite")
-"""Packages whose version decides about the last bit of a flight."""
 
 
 @contextmanager
@@ -58,27 +59,47 @@ def identity(campaign: Campaign) -> dict[str, Any]:
     tables = portable(scenario)
     for key in ("runs", "time_out", "low_friction"):
         del tables["campaign"][key]
-    urdfs = {path.name: _digest(path) for path in (scenario.vehicle_urdf, scenario.door_urdf)}
-    package = Path(doorman.__file__).parent
-    sources = sorted(package.rglob("*.py"))
-    code = hashlib.sha256(b"".join(path.read_bytes() for path in sources if "visualization" not in path.parts))
-    versions = {name: importlib.metadata.version(name) for name in _ENGINES}
-    return {
-        "scenario": tables,
-        "urdfs": urdfs,
-        "doorman": f"{doorman.__version__} {code.hexdigest()[:16]}",
-        "versions": versions | {"python": platform.python_version(), "machine": platform.machine()},
-    }
+    urdfs = digests(carried_files(scenario))
+    versions = dict(software())
+    return {"scenario": tables, "urdfs": urdfs, "doorman": versions.pop("doorman"), "versions": versions}
+
+
+def write_not_flown(reasons: Mapping[int, str], folder: Path) -> None:
+    """Note the runs that did not come about, and why; no file if there are none.
+
+    Args:
+        reasons: By run.
+        folder: The campaign's folder.
+    """
+    path = folder / NOT_FLOWN
+    if reasons:
+        write_whole(path, (json.dumps(reasons, indent=2) + "\n").encode())
+    else:
+        path.unlink(missing_ok=True)
+
+
+def read_not_flown(folder: Path) -> dict[int, str]:
+    """Runs that did not come about when the campaign was last run, and why."""
+    path = folder / NOT_FLOWN
+    return (
+        {int(run): why for run, why in json.loads(path.read_text(encoding="utf-8")).items()} if path.is_file() else {}
+    )
 
 
 def _check_identity(path: Path, mine: dict[str, Any]) -> None:
     text = json.dumps(mine, indent=2)
     if not path.exists():
-        unfinished = path.with_suffix(".unfinished")
-        unfinished.write_text(text + "\n", encoding="utf-8")
-        unfinished.replace(path)
+        write_whole(path, f"{text}\n".encode())
+        sync_folder(path.parent)
         return
-    theirs = json.loads(path.read_text(encoding="utf-8"))
+    try:
+        theirs = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise DoormanError(
+            "the campaign's identity is damaged",
+            file=path,
+            allowed="a new folder, or this file removed, if it is yours",
+        ) from error
     differing = sorted(_differences(theirs, json.loads(text), ""))
     if differing:
         raise DoormanError(
@@ -93,7 +114,3 @@ def _differences(one: Any, other: Any, name: str) -> Iterator[str]:
             yield from _differences(one.get(key), other.get(key), f"{name}.{key}" if name else key)
     elif one != other:
         yield name
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]

@@ -15,12 +15,20 @@ import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+from doorman.campaign.orders import OtherSoftware, check_software, unpacked
 from doorman.compilation import cache_directory, kernel_counts
+from doorman.exceptions import DoormanError
 from doorman.locks import locked
 from doorman.mission import simulate
 from doorman.scenario import Scenario
+
+_INFRASTRUCTURE = (OSError, MemoryError, ImportError)
+"""What a flight is not to blame for."""
+_contents: dict[str, str] = {}
+"""Files of the orders, as the last preparation brought them."""
 
 _REHEARSAL = 0.1
 """Length of a flight that only compiles [s]."""
@@ -42,15 +50,20 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
     """Fly or prepare; an error is an answer too.
 
     Args:
-        order: With a scenario, and `prepare` or the seed and the duration of a flight.
+        order: As `orders.order_of` makes it; with `prepare` and the files' `contents` it only prepares.
 
     Returns:
-        Summary or error, with the wall-clock time and the number of kernels that had to be compiled.
+        Summary or error, with the wall-clock time and the number of kernels that had to be compiled; `lost` where machine or
+        software, not the flight, is at fault.
     """
     started, compiled = time.perf_counter(), kernel_counts().compiled
     result: dict[str, Any] = {"summary": None, "error": None}
     try:
-        scenario = Scenario.model_validate(order["scenario"])
+        check_software(order)
+        if order.get("prepare"):
+            _contents.clear()
+            _contents.update(order["contents"])
+        scenario = unpacked(order, _contents, Path.cwd())
         if order.get("prepare"):
             with _alone_on_this_machine():
                 prepare(scenario)
@@ -59,6 +72,8 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
     except Exception as error:  # whatever goes wrong in a flight is this flight's result
         traceback.print_exc()
         result["error"] = f"{type(error).__name__}: {error}"
+        result["lost"] = isinstance(error, _INFRASTRUCTURE) and not isinstance(error, DoormanError)
+        result["lost"] |= isinstance(error, OtherSoftware)
     result["wall_time_s"] = time.perf_counter() - started
     result["kernels_compiled"] = kernel_counts().compiled - compiled
     return result

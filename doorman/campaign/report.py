@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from doorman.campaign.figures import METRICS, figures
+from doorman.campaign.folder import read_not_flown
 from doorman.campaign.results import DRAWN, Row
 from doorman.scenario import Scenario
 
@@ -34,6 +35,7 @@ def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: in
     from doorman.campaign.histograms import histograms  # needs the extra `viz`
 
     found = figures(rows, scenario.campaign.low_friction)
+    found["not_flown"] = {str(run): why for run, why in read_not_flown(out).items()}
     (out / "report.json").write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
     (out / "report.md").write_text(page(rows, found, scenario, planned), encoding="utf-8")
     histograms(rows, scenario.name).savefig(out / "histograms.png", dpi=140)
@@ -47,6 +49,7 @@ def page(rows: Sequence[Row], found: dict[str, Any], scenario: Scenario, planned
         parts.append(f"Not finished: {len(rows)} of {planned} runs.")
     parts += [_rates(found), _outcomes(found), _quantiles(found), _estimates(found), "![histograms](histograms.png)"]
     parts.append(_drawn(scenario))
+    parts.append(_not_flown(found.get("not_flown", {})))
     parts.append(_failures(rows, found))
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -104,6 +107,15 @@ def _drawn(scenario: Scenario) -> str:
         words = ", ".join(f"{name} {value}" for name, value in distribution if value is not None)
         lines.append(f"| `{key}` | {words} |")
     return "\n".join(lines)
+
+
+def _not_flown(reasons: dict[str, str]) -> str:
+    """Runs that are no results: their workers, processes or disks failed."""
+    if not reasons:
+        return ""
+    lines = [f"| {run} | {' '.join(why.split())[:200]} |" for run, why in reasons.items()]
+    head = "## Not flown\n\nMachine or software kept these runs from being flown. The same command tries them again."
+    return "\n".join([head, "", "| run | why |", "| --- | --- |", *lines])
 
 
 def _failures(rows: Sequence[Row], found: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
+import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import pyarrow.parquet as parquet
 
 from doorman.campaign.judgement import final_error, judge
 from doorman.campaign.specification import Flight
+from doorman.kernel_files import write_whole
 
 DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""
@@ -23,6 +24,8 @@ OF_THE_CLOCK = (
 """Columns that depend on the machine; all others are the same whenever and wherever a run is flown."""
 
 Row = dict[str, Any]
+
+_log = logging.getLogger("doorman.campaign")
 
 
 def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
@@ -68,9 +71,34 @@ def write_part(row: Row, folder: Path) -> None:
 
 
 def read_parts(folder: Path) -> dict[int, Row]:
-    """Rows that are durable, by run."""
-    rows = [row for path in sorted(folder.glob("run-*.parquet")) for row in parquet.read_table(path).to_pylist()]
-    return {row["run"]: row for row in rows}
+    """Rows that are durable, by run; a part that cannot be read is none."""
+    rows: dict[int, Row] = {}
+    for path in sorted(folder.glob("run-*.parquet")):
+        try:
+            rows |= {row["run"]: row for row in parquet.read_table(path).to_pylist()}
+        except (OSError, arrow.ArrowException):
+            _log.warning("%s is damaged: that run counts as not flown", path)
+    return rows
+
+
+def known_runs(folder: Path) -> set[int]:
+    """Numbers of the runs that are durable. A damaged part is removed, so that its run is flown again."""
+    known = set()
+    for path in folder.glob("run-*.parquet"):
+        if _is_whole(path):
+            known.add(int(path.stem.removeprefix("run-")))
+        else:
+            _log.warning("%s is damaged: that run is flown again", path)
+            path.unlink()
+    return known
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a part can be read."""
+    try:
+        return bool(parquet.read_table(path).num_rows == 1)
+    except (OSError, arrow.ArrowException):
+        return False
 
 
 def write_table(rows: Iterable[Row], path: Path) -> None:
@@ -83,12 +111,9 @@ def write_table(rows: Iterable[Row], path: Path) -> None:
     rows = list(rows)
     names = dict.fromkeys(name for row in rows for name in row)
     table = arrow.table({name: _column([row.get(name) for row in rows]) for name in names})
-    unfinished = path.with_suffix(".unfinished")
-    with unfinished.open("wb") as stream:
-        parquet.write_table(table, stream)
-        stream.flush()
-        os.fsync(stream.fileno())
-    unfinished.replace(path)
+    content = arrow.BufferOutputStream()
+    parquet.write_table(table, content)
+    write_whole(path, content.getvalue().to_pybytes())
 
 
 def _torque_error(summary: Mapping[str, Any]) -> float | None:

@@ -14,17 +14,27 @@ from pathlib import Path
 from typing import Any
 
 import dask
-from distributed import Client, Future, LocalCluster, wait
+from distributed import Client, Future, LocalCluster, get_worker, wait
 
-from doorman.campaign.cockpit import Cockpit, failed
-from doorman.campaign.folder import RESULTS, claimed
-from doorman.campaign.results import Row, read_parts, row_of, write_part, write_table
+from doorman.campaign.cockpit import Cockpit, failed, lost
+from doorman.campaign.folder import RESULTS, claimed, write_not_flown
+from doorman.campaign.lease import Lease
+from doorman.campaign.orders import order_of, packed
+from doorman.campaign.results import Row, known_runs, read_parts, row_of, write_part, write_table
 from doorman.campaign.specification import Campaign, Flight
 from doorman.exceptions import DoormanError
+from doorman.flown import carried_files
+from doorman.scenario import Scenario
 
 OnRow = Callable[[Row, int, int], None]
 """Called with a new row, the number of rows known, and the number of runs."""
 
+_ATTEMPTS = 3
+"""How often a run is tried whose worker, process or disk fails: that says nothing about the flight."""
+_HOPELESS = 20
+"""So many such failures in a row, and no flight between them, end a campaign."""
+_AHEAD = 4
+"""Flights that are ordered ahead, for each thread of the cluster."""
 _CONNECTION_TIME = 10.0
 """Longest time to find a cluster [s]."""
 _LOOK = 5.0
@@ -38,6 +48,9 @@ _STATUS_PAGE = "127.0.0.1:0"
 
 _cockpits: dict[tuple[str, int], Cockpit] = {}
 """Of this process, by campaign and thread."""
+_leases: dict[str, Lease] = {}
+"""Of this process, by campaign."""
+_cockpits_lock = threading.Lock()
 
 
 def run_campaign(
@@ -50,8 +63,9 @@ def run_campaign(
 ) -> list[Row]:
     """Fly what is not yet flown of a campaign.
 
-    Every run is flown in a process of its own: one that hangs or dies costs its row and nothing else. Results are written by
-    this process alone, one file a run, as they come in.
+    Every run is flown in a process of its own: one that hangs costs its row and nothing else. What machine or software does to a
+    flight is no result: the run is tried again, and if nothing comes of that, it has no row, and `not_flown.json` says why.
+    Results are written by this process alone, one file a run, as they come in.
 
     Args:
         campaign: The campaign.
@@ -62,23 +76,34 @@ def run_campaign(
         on_row: Called after every run.
 
     Returns:
-        One row for every run, in their order; the same are in `results.parquet`.
+        One row for every run that was flown, in their order; the same are in `results.parquet`.
 
     Raises:
-        DoormanError: if the scenario cannot be used, the folder holds another campaign, or the cluster is not found.
+        DoormanError: if the scenario cannot be used, the folder holds another campaign, the cluster is not found, or flies
+            nothing.
     """
-    flights = {flight.draw.run: flight for flight in campaign.flights(runs)}
+    flights = campaign.flights(runs)
     with claimed(out, campaign) as parts:
-        rows = {run: row for run, row in read_parts(parts).items() if run in flights}
-        missing = [flight for run, flight in flights.items() if run not in rows]
-        if missing:
-            with connected(min(workers or _cores(), len(missing)), scheduler) as client:
-                for row in _flown(client, missing):
-                    write_part(row, parts)
-                    rows[row["run"]] = row
-                    if on_row is not None:
-                        on_row(row, len(rows), len(flights))
-        ordered = [rows[run] for run in sorted(rows)]
+        known = {run for run in known_runs(parts) if run < len(flights)}
+        missing = (run for run in range(len(flights)) if run not in known)
+        not_flown: dict[int, str] = {}
+        count = len(flights) - len(known)
+        try:
+            if count:
+                with connected(min(workers or _cores(), count), scheduler) as client:
+                    for flight, answer in _flown(client, campaign, missing):
+                        if answer.get("lost"):
+                            not_flown[flight.draw.run] = str(answer["error"])
+                            continue
+                        row = row_of(flight, answer)
+                        write_part(row, parts)
+                        known.add(row["run"])
+                        if on_row is not None:
+                            on_row(row, len(known), len(flights))
+        finally:
+            write_not_flown(not_flown, out)
+        rows = read_parts(parts)
+        ordered = [rows[run] for run in sorted(known)]
         write_table(ordered, out / RESULTS)
     return ordered
 
@@ -89,22 +114,97 @@ def durable_rows(out: Path) -> list[Row]:
     return [rows[run] for run in sorted(rows)]
 
 
-def _flown(client: Client, flights: list[Flight]) -> Iterator[Row]:
-    """Rows in the order in which they come in."""
-    campaign = uuid.uuid4().hex
-    futures: dict[Future[Any], Flight] = {}
-    for flight in flights:
-        key = f"flight-{flight.draw.run}-{campaign}"
-        futures[client.submit(fly, flight.order(), flight.time_out, campaign, key=key, pure=False)] = flight
+def _flown(client: Client, campaign: Campaign, runs: Iterator[int]) -> Iterator[tuple[Flight, dict[str, Any]]]:
+    """Flights and answers in the order in which they come in; what was lost comes when it was tried often enough."""
+    orders = _Orders(client, campaign)
+    losses = 0
     try:
-        while futures:
-            for future in _done(client, list(futures)):
-                yield row_of(futures.pop(future), _answer(future))
+        waiting = True
+        while waiting or orders.futures:
+            while waiting and len(orders.futures) < _AHEAD * max(_threads(client), 1):
+                run = next(runs, None)
+                if run is None:
+                    waiting = False
+                    break
+                problem = orders.submit(run)
+                if problem is not None:
+                    yield problem
+            for future in _done(client, list(orders.futures)) if orders.futures else []:
+                flight, tried = orders.futures.pop(future)
+                answer = _answer(future)
                 future.release()  # type: ignore[no-untyped-call]
+                losses = losses + 1 if answer.get("lost") else 0
+                if losses >= _HOPELESS:
+                    raise DoormanError(f"{losses} flights in a row did not come about; the last one: {answer['error']}")
+                if answer.get("lost") and tried < _ATTEMPTS:
+                    orders.send(flight, tried + 1)
+                else:
+                    yield flight, answer
     finally:
-        client.cancel(list(futures))  # type: ignore[no-untyped-call]
+        orders.close()
+
+
+class _Orders:
+    """What a client has ordered of a cluster, and the files that go with it.
+
+    Args:
+        client: Of the cluster.
+        campaign: The campaign.
+    """
+
+    def __init__(self, client: Client, campaign: Campaign) -> None:
+        self.futures: dict[Future[Any], tuple[Flight, int]] = {}
+        """Flights that are ordered, and how often each was."""
+        self._client, self._campaign = client, campaign
+        self._name = uuid.uuid4().hex
+        self._files: dict[str, Future[Any]] = {}
+        self._contents: dict[tuple[Path, Path], dict[str, bytes]] = {}
+
+    def submit(self, run: int) -> tuple[Flight, dict[str, Any]] | None:
+        """Order a run; one that cannot be drawn is a flight with its error at once."""
+        try:
+            flight = self._campaign.flight(run)
+        except DoormanError as error:
+            return self._campaign.undrawn(run), failed(f"{type(error).__name__}: {error}")
+        self.send(flight, 1)
+        return None
+
+    def send(self, flight: Flight, tried: int) -> None:
+        """Order a flight, for the first time or again."""
+        contents = self._read(flight.scenario)
+        order = order_of(flight, contents)
+        files = self._sent(order, contents)
+        key = f"flight-{flight.draw.run}-{tried}-{self._name}"
+        future = self._client.submit(
+            fly, order, files, flight.time_out, self._name, files.key, key=key, pure=False, retries=0
+        )
+        self.futures[future] = flight, tried
+
+    def close(self) -> None:
+        """Take back what is ordered, and let the pilots go."""
+        self._client.cancel(list(self.futures))  # type: ignore[no-untyped-call]
         with suppress(Exception):  # a cluster that is gone has closed them
-            client.run(close_cockpits, campaign)
+            self._client.run(close_cockpits, self._name)
+
+    def _read(self, scenario: Scenario) -> dict[str, bytes]:
+        """URDFs and meshes of a scenario, read once."""
+        paths = scenario.vehicle_urdf, scenario.door_urdf
+        if paths not in self._contents:
+            self._contents[paths] = carried_files(scenario)
+        return self._contents[paths]
+
+    def _sent(self, order: dict[str, Any], contents: dict[str, bytes]) -> Future[Any]:
+        """The files of an order on the cluster: sent once, and the lease by which workers see that this client lives."""
+        name = "-".join(order["files"].values())
+        if name not in self._files:
+            key = f"files-{name}-{self._name}"
+            self._files[name] = self._client.submit(dict, packed(contents), key=key, pure=False)
+        return self._files[name]
+
+
+def _threads(client: Client) -> int:
+    """Threads of the cluster."""
+    return sum(int(worker.get("nthreads", 1)) for worker in client.scheduler_info()["workers"].values())
 
 
 def _done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
@@ -131,22 +231,27 @@ def _answer(future: Future[Any]) -> dict[str, Any]:
     if future.status == "finished":
         answer: dict[str, Any] = future.result()
         return answer
-    return failed(f"the worker was lost: {future.exception()!r}")  # type: ignore[no-untyped-call]
+    return lost(f"the worker was lost: {future.exception()!r}")  # type: ignore[no-untyped-call]
 
 
-def fly(order: dict[str, Any], time_out: float, campaign: str) -> dict[str, Any]:
+def fly(order: dict[str, Any], files: dict[str, str], time_out: float, campaign: str, lease: str) -> dict[str, Any]:
     """Fly one run in the process that belongs to this thread of a worker.
 
     Args:
-        order: As `Flight.order` makes it.
+        order: As `order_of` makes it.
+        files: As `packed` makes them.
         time_out: Wall-clock time [s].
         campaign: Whose process it is.
+        lease: Key of a result that the campaign's client holds as long as it lives.
 
     Returns:
         The pilot's answer.
     """
-    cockpit = _cockpits.setdefault((campaign, threading.get_ident()), Cockpit())
-    return cockpit.fly(order, time_out)
+    with _cockpits_lock:
+        cockpit = _cockpits.setdefault((campaign, threading.get_ident()), Cockpit())
+        if campaign not in _leases:
+            _leases[campaign] = Lease(get_worker(), lease, lambda: close_cockpits(campaign))
+    return cockpit.fly(order, files, time_out)
 
 
 def close_cockpits(campaign: str) -> None:
@@ -155,8 +260,13 @@ def close_cockpits(campaign: str) -> None:
     Args:
         campaign: The campaign.
     """
-    for key in [key for key in _cockpits if key[0] == campaign]:
-        _cockpits.pop(key).close()
+    with _cockpits_lock:
+        cockpits = [_cockpits.pop(key) for key in list(_cockpits) if key[0] == campaign]
+        watched = _leases.pop(campaign, None)
+    if watched is not None:
+        watched.end()
+    for cockpit in cockpits:
+        cockpit.close()
 
 
 @contextmanager

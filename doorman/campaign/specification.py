@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 from doorman.campaign.draws import Draw, draw
 from doorman.exceptions import ScenarioError
 from doorman.model import Model
 from doorman.resources import scenario_directory, shipped, urdf_directory
-from doorman.scenario import Scenario
+from doorman.scenario import CampaignSection, Distribution, Scenario
 
 
 @dataclass(frozen=True)
@@ -28,15 +29,6 @@ class Flight:
     """Wall-clock time [s]."""
     command: str
     """What flies it again, by hand."""
-
-    def order(self) -> dict[str, Any]:
-        """Everything that the flight depends on, for JSON."""
-        return {
-            "run": self.draw.run,
-            "seed": self.draw.seed,
-            "duration": self.duration,
-            "scenario": portable(self.scenario),
-        }
 
 
 @dataclass(frozen=True)
@@ -56,8 +48,8 @@ class Campaign:
         """The scenario that the runs vary."""
         return Scenario.load(self.source, self.overrides)
 
-    def flights(self, runs: int | None = None) -> list[Flight]:
-        """All runs, each checked as far as that is possible without flying it.
+    def flights(self, runs: int | None = None) -> Flights:
+        """All runs, drawn when they are asked for; the ends of all ranges, and the first run, are checked at once.
 
         Args:
             runs: How many; by default the scenario's.
@@ -66,17 +58,41 @@ class Campaign:
             The flights, in the order of their numbers.
 
         Raises:
-            ScenarioError: if a drawn key is unknown, or a drawn value is out of range.
+            ScenarioError: if a drawn key is unknown, or an end of its range is not allowed.
         """
         campaign = self.scenario.campaign
         if not campaign.vary:
             raise ScenarioError(
                 "nothing varies", file=self.scenario.source, field="campaign.vary", allowed="a table of distributions"
             )
-        count = campaign.runs if runs is None else runs
-        flights = [self._flight(draw(campaign, run)) for run in range(count)]
+        for key, distribution in campaign.vary.items():
+            for value in _ends(distribution):
+                Scenario.load(self.source, {**self.overrides, key: value})
+        flights = Flights(self, campaign.runs if runs is None else runs)
         Model(flights[0].scenario)
         return flights
+
+    def flight(self, run: int) -> Flight:
+        """One run.
+
+        Args:
+            run: Its number.
+
+        Raises:
+            ScenarioError: if a drawn value is out of range.
+        """
+        return self._flight(draw(self._section, run))
+
+    def undrawn(self, run: int) -> Flight:
+        """A run whose draws cannot be flown, with the scenario as it is: for its row in the results."""
+        drawn = draw(self._section, run)
+        scenario = self.scenario
+        command = self._command(drawn.seed, self._section.duration, {**self.overrides, **drawn.values})
+        return Flight(drawn, scenario, self._section.duration, self._section.time_out, command)
+
+    @cached_property
+    def _section(self) -> CampaignSection:
+        return self.scenario.campaign
 
     def _flight(self, drawn: Draw) -> Flight:
         overrides = {**self.overrides, **drawn.values}
@@ -100,6 +116,38 @@ class Campaign:
         for key, value in overrides.items():
             words += ["--set", f"{key}={json.dumps(value, ensure_ascii=False)}"]
         return shlex.join(words)
+
+
+class Flights(Sequence[Flight]):
+    """The runs of a campaign, each drawn when it is asked for: a million take no memory.
+
+    Args:
+        campaign: The campaign.
+        count: How many.
+    """
+
+    def __init__(self, campaign: Campaign, count: int) -> None:
+        self._campaign, self._runs = campaign, range(count)
+
+    def __len__(self) -> int:
+        return len(self._runs)
+
+    @overload
+    def __getitem__(self, index: int) -> Flight: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Flight]: ...
+    def __getitem__(self, index: int | slice) -> Flight | list[Flight]:
+        if isinstance(index, slice):
+            return [self._campaign.flight(run) for run in self._runs[index]]
+        return self._campaign.flight(self._runs[index])
+
+
+def _ends(distribution: Distribution) -> tuple[Any, ...]:
+    """Values between which a distribution draws, or all it chooses from; the middle of one without ends."""
+    if distribution.choice is not None:
+        return tuple(distribution.choice)
+    given = (distribution.min, distribution.max, distribution.mean)
+    return tuple(value for value in given if value is not None)
 
 
 def portable(scenario: Scenario) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def fly_campaign(
         as_json: Print the figures of the report as JSON and nothing else.
 
     Returns:
-        Exit status: 0 if all runs were flown, however they went; 1 if it was interrupted.
+        Exit status: 0 if all runs were flown, however they went; 1 if runs are missing.
 
     Raises:
         DoormanError: if the input cannot be used.
@@ -64,7 +64,7 @@ def fly_campaign(
             interrupted, rows = True, durable_rows(folder)
     figures = write_report(rows, scenario, folder, planned)
     _print(figures, folder, planned, interrupted, as_json)
-    return 1 if interrupted else 0
+    return 0 if len(rows) >= planned else 1
 
 
 @contextmanager
@@ -107,6 +107,10 @@ def _print(figures: dict[str, Any], folder: Path, planned: int, interrupted: boo
         text = f"Doors with less than {low['below_n_m']:g} N m of friction: {rate_in_words(low)}."
         console.print(Text(text), soft_wrap=True)
     console.print(Text(f"Report: {folder / 'report.md'}"), soft_wrap=True)
+    if figures["not_flown"]:
+        count, why = len(figures["not_flown"]), next(iter(figures["not_flown"].values()))
+        text = f"Not flown: {count} of {planned} runs; the first: {' '.join(why.split())}. The same command tries them again."
+        console.print(Text(text), soft_wrap=True)
     if interrupted:
         flown = figures["all"]["runs"]
         console.print(Text(f"Interrupted after {flown} of {planned} runs; the same command goes on."), soft_wrap=True)

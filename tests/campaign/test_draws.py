@@ -7,6 +7,7 @@ import pytest
 
 from doorman.campaign import Campaign
 from doorman.campaign.draws import draw
+from doorman.campaign.orders import order_of
 from doorman.exceptions import ScenarioError
 from doorman.scenario import CampaignSection, Scenario
 
@@ -64,13 +65,13 @@ def test_flights_are_the_scenario_with_its_draws(campaign):
         assert flight.scenario.simulation.door_mass == flight.draw.values["simulation.door_mass"]
         assert flight.scenario.simulation.gust.vehicle == flight.draw.values["simulation.gust.vehicle"]
         assert flight.scenario.contact.kind == "push" and flight.duration == 0.2
-    assert campaign.flights(2) == flights[:2]
+    assert list(campaign.flights(2)) == flights[:2]
     assert [flight.draw.values["door.width"] == 0.5 for flight in flights] == [False, True, False, False, False]
 
 
 def test_an_order_is_the_flights_scenario(campaign):
     flight = campaign.flights(1)[0]
-    sent = Scenario.model_validate(flight.order()["scenario"])
+    sent = Scenario.model_validate(order_of(flight, {})["scenario"])
     assert sent.model_dump(exclude={"vehicle", "door"}) == flight.scenario.model_dump(exclude={"vehicle", "door"})
     assert (sent.vehicle_urdf, sent.door_urdf) == (flight.scenario.vehicle_urdf, flight.scenario.door_urdf)
 
