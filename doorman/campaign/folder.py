@@ -13,7 +13,7 @@ from doorman.campaign.software import software
 from doorman.campaign.specification import Campaign, portable
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
-from doorman.kernel_files import write_whole
+from doorman.cache_files import write_atomically
 from doorman.locks import locked
 from doorman.recording.syncer import sync_folder
 
@@ -73,7 +73,7 @@ def write_not_flown(reasons: Mapping[int, str], folder: Path) -> None:
     """
     path = folder / NOT_FLOWN
     if reasons:
-        write_whole(path, (json.dumps(reasons, indent=2) + "\n").encode())
+        write_atomically(path, (json.dumps(reasons, indent=2) + "\n").encode())
     else:
         path.unlink(missing_ok=True)
 
@@ -89,7 +89,7 @@ def read_not_flown(folder: Path) -> dict[int, str]:
 def _check_identity(path: Path, mine: dict[str, Any]) -> None:
     text = json.dumps(mine, indent=2)
     if not path.exists():
-        write_whole(path, f"{text}\n".encode())
+        write_atomically(path, f"{text}\n".encode())
         sync_folder(path.parent)
         return
     try:

@@ -13,7 +13,7 @@ import pyarrow.parquet as parquet
 
 from doorman.campaign.judgement import final_error, judge
 from doorman.campaign.specification import Flight
-from doorman.kernel_files import write_whole
+from doorman.cache_files import write_atomically
 
 DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""
@@ -113,7 +113,7 @@ def write_table(rows: Iterable[Row], path: Path) -> None:
     table = arrow.table({name: _column([row.get(name) for row in rows]) for name in names})
     content = arrow.BufferOutputStream()
     parquet.write_table(table, content)
-    write_whole(path, content.getvalue().to_pybytes())
+    write_atomically(path, content.getvalue().to_pybytes())
 
 
 def _torque_error(summary: Mapping[str, Any]) -> float | None:
