@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,15 +47,15 @@ class Model:
     States are x = [φ, θ, ψ, α, α̇, η_1 … η_n], inputs u = [f_t, Ω, Ḣ_d]; shapes (5 + n,) and (4 + n,).
 
     Args:
-        scenario: The scenario.
+        scenario: The scenario, the name of a shipped one, or the path of a TOML file.
 
     Raises:
         UrdfError: if a URDF is unusable.
         ScenarioError: if the scenario's vectors do not fit the arm, or the contact point is off the leaf.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
+    def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
+        self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.door = Door(scenario.door_urdf, scenario.door)
         self.true_door = self._true_door()

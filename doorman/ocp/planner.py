@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from dataclasses import dataclass
 
@@ -85,14 +86,16 @@ class Planner:
     Not to be shared between threads: it owns its memory.
 
     Args:
-        scenario: The scenario, or a model of it that exists already.
+        scenario: The scenario, its name or path, or a model of it that exists already.
         options: Settings of the solver.
 
     Raises:
         DoormanError: if the scenario cannot be made a problem.
     """
 
-    def __init__(self, scenario: Scenario | Model, options: SolverOptions | None = None) -> None:
+    def __init__(
+        self, scenario: Scenario | Model | str | os.PathLike[str], options: SolverOptions | None = None
+    ) -> None:
         self.model = scenario if isinstance(scenario, Model) else Model(scenario)
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
