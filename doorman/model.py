@@ -8,7 +8,7 @@ import os
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import number, numbers, vector
 from doorman.collision.constraints import (
     ConstraintParameters,
     collision_constraints,
@@ -92,6 +92,7 @@ class Model:
             x, shape (5 + n,).
         """
         first, last = self.start_state, self.goal_state
+        door_angle = number(door_angle, "door_angle")
         done = min(max((first[3] - door_angle) / (first[3] - last[3]), 0.0), 1.0)
         return np.asarray(last + (1.0 - done) * (first - last))
 
@@ -154,10 +155,9 @@ class Model:
         Raises:
             DimensionError: if the array has another shape.
         """
-        x = np.ascontiguousarray(states, dtype=np.float64)
+        x = numbers(states, "states", f"shape (m, {self.nx})")
         if x.ndim != 2 or x.shape[1] != self.nx:
             raise DimensionError("wrong shape", field="states", given=x.shape, allowed=f"(m, {self.nx})")
-        x = x if x.flags.writeable else x.copy()
         h = np.empty((len(x), self.n_constraints))
         collision_constraints_batch(self._constraint_parameters, x, h)
         return h
@@ -227,7 +227,7 @@ class Model:
             friction_rate=door.friction_rate,
             stiffness=door.stiffness,
             rest_angle=door.rest_angle,
-            disturbance=disturbance,
+            disturbance=number(disturbance, "disturbance"),
             entries=np.zeros(N_ENTRIES),
         )
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.urdf import frozen, load_description
+from doorman.kinematics.urdf_meshes import mesh_path
 
 Array = NDArray[np.float64]
 
@@ -86,8 +87,8 @@ def _shape(path: Path, link: str, name: str, collision: yourdfpy.Collision) -> S
 
 def _convex_hull(path: Path, field: str, mesh: yourdfpy.Mesh) -> tuple[Array, NDArray[np.int64]]:
     """Vertices (m, 3) of a mesh's convex hull, and its triangles in FCL's flat form: 3 and three indices each."""
-    file = _mesh_file(path, mesh.filename)
-    if file is None:
+    file = mesh_path(path, mesh.filename, field)
+    if not file.is_file():
         raise UrdfError("no such mesh", file=path, field=field, given=mesh.filename, allowed="an existing file")
     scale = np.ones(3) if mesh.scale is None else np.broadcast_to(np.asarray(mesh.scale, dtype=np.float64), 3).copy()
     points = coal.StdVec_Vec3s()
@@ -103,14 +104,3 @@ def _convex_hull(path: Path, field: str, mesh: yourdfpy.Mesh) -> tuple[Array, ND
     vertices = np.array([hull.point(i) for i in range(hull.num_points)])
     triangles = [hull.polygons(i) for i in range(hull.num_polygons)]
     return vertices, np.array([[3, t[0], t[1], t[2]] for t in triangles], dtype=np.int64).ravel()
-
-
-def _mesh_file(path: Path, name: str) -> Path | None:
-    """File of a mesh: relative to the URDF, or `package://` somewhere above it."""
-    relative = name.removeprefix("package://").removeprefix("file://")
-    for folder in path.resolve().parents:
-        if (folder / relative).is_file():
-            return folder / relative
-        if not name.startswith("package://"):
-            break
-    return None

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.checks import number
 from doorman.exceptions import DimensionError
 from doorman.model import Model
 from doorman.ocp.hinge import Hinge
@@ -19,6 +20,7 @@ from doorman.ocp.planning_model import planning_model
 from doorman.ocp.real_time import EXTRA_ITERATIONS
 from doorman.ocp.solution import PlanStatus, row_name
 from doorman.ocp.solver import checked_budget
+from doorman.one_line import OneLine
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -47,8 +49,8 @@ def _runs_away(status: PlanStatus, violated: str) -> bool:
     return not status.flyable and violated.startswith(("door", "tip presses"))
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(OneLine):
     """One second or so of motion; arrays are read-only."""
 
     states: Array
@@ -60,7 +62,9 @@ class Plan:
     max_violation: float
     """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
     iterations: int
+    """Of the solver, linearisations and sweeps."""
     status: PlanStatus
+    """How the solve ended, and whether the plan may be flown."""
     solve_time: float
     """Of the whole call [s]."""
     time_step: float
@@ -131,7 +135,9 @@ class Planner:
         given = {
             "friction": friction, "disturbance": disturbance, "inertia": inertia, "damping": damping, "stiffness": stiffness,
         }  # fmt: skip
-        hinge = self._hinge._replace(**{name: float(value) for name, value in given.items() if value is not None})
+        hinge = self._hinge._replace(
+            **{name: number(value, name) for name, value in given.items() if value is not None}
+        )
         for name, value, least, allowed in (
             ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
             ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
@@ -152,9 +158,10 @@ class Planner:
         Raises:
             DimensionError: if it is negative or not finite.
         """
-        if not 0.0 <= margin < math.inf:
+        wanted = number(margin, "margin", "finite, >= 0 [m]")
+        if wanted < 0.0:
             raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
-        self._margin, self._fitted = float(margin), False
+        self._margin, self._fitted = wanted, False
 
     @property
     def margin(self) -> float:
@@ -234,8 +241,8 @@ class Planner:
         """
         started = time.perf_counter()
         x = self.planning.check_state(state)
-        if elapsed is not None and not math.isfinite(elapsed):
-            raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
+        if elapsed is not None:
+            elapsed = number(elapsed, "elapsed", "a finite time [s]")
         budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
         self._fit(x)
         solver = self.solver
