@@ -13,7 +13,7 @@ from doorman.cli.arguments import Settings, Source, Sources
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
 from doorman.cli.vehicle_commands import add_vehicle_commands
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, how_to_install
 
 BAD_INPUT = 2
 """Exit status for input that cannot be used; what was asked for and did not come true is 1."""
@@ -188,7 +188,7 @@ def _leave(command: Callable[[], int]) -> None:
         extra = _EXTRAS.get((error.name or "").partition(".")[0])
         if extra is None:
             raise
-        _complain(f"error: {error.name} is not installed; it comes with: pip install 'doorman[{extra}]'")
+        _complain(f"error: {error.name} is not installed; {how_to_install(extra)}")
         status = BAD_INPUT
     raise typer.Exit(status)
 

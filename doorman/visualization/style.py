@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, how_to_install
 from doorman.recording import Recording
 
 try:
@@ -21,7 +21,7 @@ try:
     from matplotlib.patches import Circle
     from matplotlib.ticker import FuncFormatter
 except ImportError as error:
-    raise DoormanError("figures need matplotlib", field="matplotlib", allowed="pip install 'doorman[viz]'") from error
+    raise DoormanError("figures need matplotlib", field="matplotlib", allowed=how_to_install("viz")) from error
 
 __all__ = ["Axes", "Circle", "Figure", "FuncFormatter", "colormaps", "flight_name", "save", "true_states"]
 
