@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from at_the_door import AT_THE_DOOR
-from command_line import run, start
+from command_line import assert_bad_input, run, start
 from rich.console import Console
 from typer.testing import Result
 
@@ -136,6 +136,8 @@ def test_ctrl_c_keeps_what_was_flown(tmp_path):
     while not (recording.is_file() and recording.stat().st_size > 300_000):
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.05)
+    second = run("open", "--duration", "0.1", "--set", "contact.height=0.9", "--out", str(tmp_path / "run"))
+    assert_bad_input(second, "another run writes to this folder", str(tmp_path / "run"))
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 1, err
@@ -146,6 +148,7 @@ def test_ctrl_c_keeps_what_was_flown(tmp_path):
     assert loaded.complete
     assert loaded["truth"].time[-1] > 0.1
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["opened"] is False
+    assert Scenario.load(tmp_path / "run" / "scenario.toml").contact.height == 0.8
 
 
 def test_ctrl_c_before_the_flight_is_a_sentence(tmp_path, monkeypatch):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import re
 import shutil
 import sys
 import webbrowser
@@ -19,11 +21,15 @@ from typer.testing import CliRunner, Result
 from doorman.cli import app
 from doorman.cli.replay import replay_plans
 from doorman.exceptions import DoormanError, RecordingError
+from doorman.flown import carried_files, recorded_header, recorded_scenario
+from doorman.kinematics.meshes import mesh_file
 from doorman.mission import PlanSchedule, simulate
+from doorman.model import Model
 from doorman.ocp.hinge import Hinge
 from doorman.ocp.planner import Planner
 from doorman.recording import Recorder, Recording
 from doorman.recording.export import export
+from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 
 CONTACT = {"mission.start": "contact"}
@@ -133,6 +139,21 @@ def test_names_of_topics_do_not_leave_the_folder(tmp_path):
         export(recorder.recording(), tmp_path, "xlsx")  # type: ignore[arg-type]
 
 
+def test_no_cell_is_taken_for_a_formula(tmp_path):
+    formulas = ["=1+1", "+1", "-1+1", "@SUM(A1)", "\t=1", "\r=1", "=cmd|' /C calc'!A0", "-", "＝1", "-inf|x"]
+    harmless = ["", "a=1", "-1.5", "-2e-07", "-.5", "-inf", "'x", "paper", " 1", "α"]
+    with Recorder(None, {}) as recorder:
+        for k, word in enumerate([*formulas, *harmless]):
+            recorder.write("event", k, {"message": word, "words": [word, "x"], "=2+2": -1.0, "amount": -0.5 - k})
+        files = export(recorder.recording(), tmp_path, "csv")
+    with files["event"].open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["message"] for row in rows] == [*(f"'{word}" for word in formulas), *harmless]
+    assert [row["words[0]"] for row in rows] == [row["message"] for row in rows]
+    assert [float(row["amount"]) for row in rows] == [-0.5 - k for k in range(20)]
+    assert list(rows[0])[3:5] == ["words[1]", "'=2+2"]
+
+
 @pytest.mark.parametrize("command", ["export", "plot", "replay", "view"])
 def test_a_run_that_is_not_there_is_bad_input(command, tmp_path):
     for given, words in ((tmp_path / "none", "no such run"), (tmp_path, "not the folder of one run")):
@@ -165,15 +186,134 @@ def test_urdfs_are_found_where_the_scenario_beside_the_recording_says(flight, re
     assert "has no plans" in result.stderr  # the vehicle was found
 
 
-def test_a_scenario_of_another_version_is_bad_input(recording, tmp_path):
+def test_keys_of_another_version_are_a_warning(recording, tmp_path):
     header = json.loads(json.dumps(recording.header))
     header["scenario"]["planner"]["crystal_ball"] = True
-    for given, words in ((header, "header.scenario.planner.crystal_ball"), ({}, "which scenario")):
-        with Recorder(tmp_path / "recording.mcap", given) as recorder:
-            recorder.write("estimate", 0.0, {"state": [0.0]})
-        result = run("plot", tmp_path)
-        assert result.exit_code == 2
-        assert words in result.stderr
+    header["scenario"]["tea"] = {"sugar": 2}
+    header["version"] = "9.9.9"
+    with Recorder(tmp_path / "recording.mcap", header, attachments=recording.attachments) as recorder:
+        recorder.write("truth", 0.0, {name: recording["truth"][name][0] for name in recording["truth"]})
+    result = run("view", tmp_path, "--out", tmp_path / "page.html")
+    assert result.exit_code == 0, result.output
+    assert "Warning" in result.stderr and "planner.crystal_ball" in result.stderr and "tea" in result.stderr
+    with pytest.warns(UserWarning, match="crystal_ball"):
+        assert recorded_scenario(Recording.load(tmp_path)).planner == Scenario.load("paper", CONTACT).planner
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda header: header.clear(), "which scenario"),
+        (lambda header: header.update(scenario=[1, 2]), "which scenario"),
+        (lambda header: header["scenario"].update(planner=3), "header.scenario.planner"),
+        (lambda header: header["scenario"]["planner"].update(rate=-1.0), "header.scenario.planner.rate"),
+        (lambda header: header["scenario"].update(vehicle={"urdf": "/nowhere/vehicle.urdf"}), "vehicle.urdf"),
+    ],
+)
+def test_a_recording_without_a_usable_scenario_is_bad_input(recording, tmp_path, change, words):
+    header = json.loads(json.dumps(recording.header))
+    change(header)
+    with Recorder(tmp_path / "recording.mcap", header) as recorder:
+        recorder.write("estimate", 0.0, {"state": [0.0]})
+    result = run("plot", tmp_path)
+    assert result.exit_code == 2
+    assert words in result.stderr and result.stderr.count("\n") == 1
+
+
+def test_a_damaged_recording_is_shown_as_far_as_it_goes(flight, recording, tmp_path):
+    data = bytearray((flight / "recording.mcap").read_bytes())
+    data[len(data) // 2] ^= 0xFF
+    (tmp_path / "recording.mcap").write_bytes(data)
+    result = run("export", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert "damaged: 1 chunk" in result.stdout
+    result = run("export", tmp_path, "--json")
+    assert json.loads(result.stdout)["complete"] is False and "damaged: 1 chunk" in result.stderr
+
+
+# ---------------------------------------------------------------- recordings that travel
+
+
+def write_mesh(path: Path) -> None:
+    """A tetrahedron."""
+    corners = ("0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.1")
+    facets = "".join(
+        f"facet normal 0 0 0\nouter loop\n{''.join(f'vertex {corners[i]}{chr(10)}' for i in face)}endloop\nendfacet\n"
+        for face in ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    )
+    path.write_text(f"solid t\n{facets}endsolid t\n")
+
+
+def test_a_recording_is_viewed_where_its_urdfs_and_meshes_are_not(recording, tmp_path):
+    """The files of the flight are gone; header and attachments are all that is left."""
+    home = tmp_path / "home"
+    (home / "shapes").mkdir(parents=True)
+    write_mesh(home / "shapes" / "leaf.stl")
+    write_mesh(home / "shapes" / "a b&c.stl")
+    door = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
+    mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    meshes = "".join(
+        map(mesh.format, ("shapes/leaf.stl", "package://home/shapes/leaf.stl", "shapes/a b&amp;c.stl", "no.stl"))
+    )
+    (home / "my_door.urdf").write_text(door.replace("</link>", f"{meshes}</link>", 1), encoding="utf-8")
+    (home / "task.toml").write_text('[door]\nurdf = "my_door.urdf"\ndamping = 0.9\n[vehicle]\nradius = 0.4\n')
+    scenario = Scenario.load(home / "task.toml")
+    carried = carried_files(scenario)
+    path = tmp_path / "far" / "recording.mcap"
+    with Recorder(path, recorded_header(scenario), attachments=carried) as recorder:
+        recorder.write("truth", 0.0, {name: recording["truth"][name][0] for name in recording["truth"]})
+    shutil.rmtree(home)
+    assert len(carried) == 4 and carried["vehicle.urdf"] == (urdf_directory() / "hexarotor_arm.urdf").read_bytes()
+    again = recorded_scenario(Recording.load(path.parent))
+    assert again.door.damping == 0.9 and again.vehicle.radius == 0.4
+    assert mesh_file(again.door_urdf, "door-0-leaf.stl") is not None
+    filenames = re.findall('filename="([^"]+)"', again.door_urdf.read_text())
+    assert filenames == ["door-0-leaf.stl", "door-0-leaf.stl", "door-1-a_b_c.stl", "no.stl"]
+    assert Model(again).door.mass == Model(Scenario.load("paper")).door.mass
+    result = run("view", path.parent, "--json", "--out", tmp_path / "page.html")
+    assert result.exit_code == 0, result.output
+
+
+def test_names_of_attachments_do_not_lead_out_of_their_folder(recording, tmp_path):
+    hostile = {"../../evil.urdf": b"evil", f"{tmp_path}/absolute": b"evil", "..": b"evil", "a/b": b"evil"}
+    files = dict(recording.attachments) | hostile
+    there = recorded_scenario(Recording({}, recording.header, attachments=files)).vehicle_urdf.parent
+    assert {path.name for path in there.iterdir()} == {"vehicle.urdf", "door.urdf"}
+    assert not (tmp_path / "absolute").exists() and not list(there.parent.parent.glob("*.urdf"))
+
+
+def test_the_summary_of_a_loaded_recording_is_computed_when_asked_for(flight, recording, planner):
+    flown = simulate(planner.model, 0.1, planner=planner)
+    assert flown.summary is not None and set(recording.summary) == set(flown.summary)
+    assert Recording.load(flight).summary == recording.summary
+    assert recording.summary["duration_s"] == recording["truth"].time[-1]
+    assert Recording({"plan": recording["plan"]}, recording.header).summary is None
+
+
+# ---------------------------------------------------------------- the newest run
+
+
+def test_the_newest_run_is_taken_by_default_and_named(flight, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for command in ("view", "export", "plot", "replay"):
+        result = run(command)
+        assert result.exit_code == 2 and "no run there yet" in result.stderr
+    data = (flight / "recording.mcap").read_bytes()
+    for age, name in enumerate(("paper-2", "paper-9/recording", "fly-1/flight", "paper-3/recording")):
+        path = Path("runs") / f"{name}.mcap"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+        os.utime(path, (1e9 - age, 1e9 - age))
+    Path("runs/campaign-push").mkdir()
+    for expected in ("runs/paper-2.mcap", "runs/paper-9/recording.mcap", "runs/fly-1/flight.mcap"):
+        result = run("export", "--json")
+        assert result.exit_code == 0, result.output
+        assert f"The newest run: {expected}" in result.stderr
+        header = json.loads(result.stdout)["topics"]["header"]["file"]
+        assert Path(header).parent.parent == Path(expected).parent
+        Path(expected).unlink()
+    assert "runs/paper-3" in run("view", "--out", "page.html").stderr
+    assert "newest" not in run("export", "runs/paper-3").stderr
 
 
 # ---------------------------------------------------------------- view

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import importlib.metadata
 import json
 import platform
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 import doorman
 from doorman.campaign.specification import Campaign, portable
 from doorman.exceptions import DoormanError
+from doorman.locks import locked
 
 RESULTS = "results.parquet"
 """All rows."""
@@ -41,9 +41,9 @@ def claimed(folder: Path, campaign: Campaign) -> Iterator[Path]:
     """
     parts = folder / _PARTS
     parts.mkdir(parents=True, exist_ok=True)
-    with (folder / _LOCK).open("w") as lock:
+    with ExitStack() as stack:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            stack.enter_context(locked(folder / _LOCK))
         except BlockingIOError as error:
             raise DoormanError(
                 "another process runs a campaign in this folder", field="--out", given=str(folder)

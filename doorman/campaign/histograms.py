@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from doorman.campaign.figures import METRICS, TORQUE, Metric, estimate_columns, estimated, numbers
 from doorman.campaign.judgement import ANGLE_TOLERANCE
 from doorman.campaign.results import Row
-from doorman.visualization.style import BLUE, CYCLE, RED, Axes, Figure
+from doorman.visualization.style import BLUE, CYCLE, RED, Axes, Figure, MaxNLocator
 
 _BINS = 30
 _WIDEST = 4.0

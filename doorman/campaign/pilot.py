@@ -6,7 +6,6 @@ compiled or loaded. Of all pilots of a machine one at a time prepares: what one 
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import queue
@@ -19,6 +18,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from doorman.compilation import cache_directory, kernel_counts
+from doorman.locks import locked
 from doorman.mission import simulate
 from doorman.scenario import Scenario
 
@@ -85,8 +85,7 @@ def _fly(scenario: Scenario, order: dict[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def _alone_on_this_machine() -> Iterator[None]:
-    with (cache_directory() / "preparing.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with locked(cache_directory() / "preparing.lock", wait=True):
         yield
 
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
+import signal
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -12,11 +16,16 @@ from doorman.cli import panels
 from doorman.cli.arguments import Settings, Source, Sources
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
+from doorman.cli.streams import lost_stream, steady_streams
 from doorman.cli.vehicle_commands import add_vehicle_commands
 from doorman.exceptions import DoormanError, how_to_install
 
 BAD_INPUT = 2
-"""Exit status for input that cannot be used; what was asked for and did not come true is 1."""
+"""Exit status for input or surroundings that cannot be used; what was asked for and did not come true is 1."""
+FAULT = 3
+"""Exit status for what nobody expected."""
+INTERRUPTED = 130
+"""Exit status of a question whose answer would be 0 or 1, after Ctrl-C: as a shell counts it."""
 
 _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
@@ -40,7 +49,7 @@ First steps:
 - `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
 - `doorman check paper`: can it work at all?
 - `doorman open paper --view --realtime`: fly it and watch; the results go to a new folder under runs.
-- `doorman view runs/paper-1`: watch it again: play, pause, speed, and a slider through its time.
+- `doorman view`: watch the newest run again: play, pause, speed, and a slider through its time.
 
 Then:
 
@@ -53,7 +62,7 @@ Every command that finds or writes something takes `--json`: the result goes to 
 stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
-did not, 2 if the input cannot be used.
+did not, 2 if the input or the surroundings cannot be used, 3 for what nobody expected: DOORMAN_TRACEBACK=1 shows where.
 """
 
 app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
@@ -61,7 +70,11 @@ app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=Fal
 
 def main() -> None:
     """Run the command line and leave with its exit status."""
-    app(prog_name="doorman")
+    steady_streams()
+    try:
+        app(prog_name="doorman")
+    finally:  # from here on Ctrl-C ends the process without a word
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _show_version(wanted: bool) -> None:
@@ -101,7 +114,7 @@ def check_command(
 
         return check_scenario(scenario, settings or [], as_json)
 
-    _leave(command)
+    _leave(command, interrupted=INTERRUPTED)
 
 
 @app.command("warmup", rich_help_panel=panels.PREPARE)
@@ -171,30 +184,52 @@ def open_command(
     _leave(command)
 
 
-def _leave(command: Callable[[], int]) -> None:
-    """Run a command and leave with the status that it returns; what can be expected to fail is one line, no traceback."""
+def _leave(command: Callable[[], int], interrupted: int = 1) -> None:
+    """Run a command and leave with the status that it returns; what goes wrong is one line, no traceback."""
     try:
-        status = command()
+        status = _status(command)
     except KeyboardInterrupt:
-        _complain("interrupted.")
-        status = 1
-    except DoormanError as error:
-        _complain(f"error: {error}")
-        status = BAD_INPUT
-    except OSError as error:
-        _complain(f"error: {error.filename or 'a file'}: {error.strerror or error}")
-        status = BAD_INPUT
-    except ModuleNotFoundError as error:
-        extra = _EXTRAS.get((error.name or "").partition(".")[0])
-        if extra is None:
-            raise
-        _complain(f"error: {error.name} is not installed; {how_to_install(extra)}")
-        status = BAD_INPUT
+        with suppress(KeyboardInterrupt):  # a second one
+            _complain("interrupted.")
+        status = interrupted
     raise typer.Exit(status)
 
 
+def _status(command: Callable[[], int]) -> int:
+    try:
+        status = command()
+        if lost := lost_stream():
+            raise OSError(errno.EPIPE, "takes nothing any more", lost)
+        return status
+    except (typer.Exit, typer.BadParameter):
+        raise
+    except DoormanError as error:
+        _complain(f"error: {error}")
+    except OSError as error:
+        _complain(f"error: {error.filename or lost_stream() or 'stdout or a file'}: {error.strerror or error}")
+    except ModuleNotFoundError as error:
+        extra = _EXTRAS.get((error.name or "").partition(".")[0])
+        advice = "" if extra is None else f"; {how_to_install(extra)}"
+        _complain(f"error: {error.name} is not installed{advice}")
+    except (EOFError, typer.Abort):
+        _complain("error: stdin: nobody answers a question")
+    except UnicodeError as error:
+        _complain(f"error: a text that cannot be read or written: {error}")
+    except SystemExit as end:
+        if end.code != 1:  # rich's, where a pipe's reader has left
+            raise
+        _complain(f"error: {lost_stream() or 'stdout'}: nobody reads it any more")
+    except Exception as error:
+        if os.environ.get("DOORMAN_TRACEBACK"):
+            raise
+        _complain(f"error: {type(error).__name__}: {error} (not expected: DOORMAN_TRACEBACK=1 shows where)")
+        return FAULT
+    return BAD_INPUT
+
+
 def _complain(message: str) -> None:
-    typer.echo(f"doorman: {' '.join(message.split())}", err=True)
+    with suppress(OSError):  # stderr may be gone, too
+        typer.echo(f"doorman: {' '.join(message.split())}", err=True)
 
 
 add_campaign_command(app, _leave)

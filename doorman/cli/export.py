@@ -9,18 +9,18 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from doorman.cli.recorded import recording_file
+from doorman.cli.recorded import chosen_recording, say_what_is_missing
 from doorman.exceptions import DoormanError
 from doorman.recording import Recording
 from doorman.recording.export import Format, export
-from doorman.recording.recording import HEADER
+from doorman.recording.messages import HEADER
 
 
-def export_run(run: Path, as_csv: bool, as_parquet: bool, out: Path | None, as_json: bool) -> int:
+def export_run(run: Path | None, as_csv: bool, as_parquet: bool, out: Path | None, as_json: bool) -> int:
     """Write every topic of a recording as a table.
 
     Args:
-        run: Folder of the run, or its MCAP file.
+        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
         as_csv: Write CSV; also if neither is asked for.
         as_parquet: Write Parquet.
         out: Folder to write to; by default one beside the recording, named after it and the format.
@@ -37,8 +37,9 @@ def export_run(run: Path, as_csv: bool, as_parquet: bool, out: Path | None, as_j
     if as_csv and as_parquet:
         raise DoormanError("one format at a time", field="--csv, --parquet", allowed="one of them")
     form: Format = "parquet" if as_parquet else "csv"
-    file = recording_file(run)
+    file = chosen_recording(run)
     recording = Recording.load(file)
+    say_what_is_missing(recording, err=as_json)
     files = export(recording, out or file.parent / f"{file.stem}-{form}", form)
     counts = {topic: len(recording[topic].time) for topic in recording}
     if as_json:
@@ -50,6 +51,5 @@ def export_run(run: Path, as_csv: bool, as_parquet: bool, out: Path | None, as_j
         table.add_row(topic, "" if topic == HEADER else str(counts[topic]), path.name)
     console = Console(highlight=False)
     console.print(table)
-    whole = "" if recording.complete else "The recording was cut off; this is what it holds.\n"
-    console.print(f"\n{whole}Tables: {files[HEADER].parent}", soft_wrap=True, markup=False)
+    console.print(f"\nTables: {files[HEADER].parent}", soft_wrap=True, markup=False)
     return 0

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -22,11 +21,13 @@ from rich.text import Text
 from doorman import __version__
 from doorman.cli.background_printer import BackgroundPrinter
 from doorman.cli.overrides import parse_overrides
+from doorman.cli.run_folder import new_folder
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
 from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
 from doorman.flight.guarded import STOPPING
+from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
@@ -155,12 +156,20 @@ def _refusal(checks: list[Check], yes: bool, output: Output) -> dict[str, Any] |
     good = ready(checks)
     if not good:
         words = "The vehicle does not fly: see the lines marked 'no'."
-    elif not yes and not typer.confirm("Arm and fly?", default=False, err=output != "words"):
+    elif not yes and not _confirmed(output):
         words = "Not flown."
     else:
         return None
     typer.echo(words, err=output != "words")
     return {"ready": good, "completed": False, "message": words}
+
+
+def _confirmed(output: Output) -> bool:
+    """Whether the operator wants to fly; a question that nobody can answer is a no."""
+    try:
+        return typer.confirm("Arm and fly?", default=False, err=output != "words")
+    except typer.Abort:
+        return False
 
 
 def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
@@ -186,14 +195,12 @@ def _fly(
     duration: float | None,
     output: Output,
 ) -> dict[str, Any]:
-    header = {
-        "scenario": model.scenario.model_dump(mode="json"),
-        "name": model.scenario.name,
+    header = recorded_header(model.scenario) | {
         "version": __version__,
         "links": asdict(links.config),
         "checklist": _as_data(checks),
     }
-    recorder, unwritten = Recorder(path, header, keep=False), ""
+    recorder, unwritten = Recorder(path, header, keep=False, attachments=carried_files(model.scenario)), ""
     with BackgroundPrinter(sys.stderr) as printer:
         try:
             session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
@@ -307,5 +314,4 @@ def _print_report(
 def _file(out: Path | None, model: Model) -> Path:
     if out is not None:
         return out
-    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-    return Path("runs") / f"fly-{model.scenario.name}-{stamp}" / "flight.mcap"
+    return new_folder(f"fly-{model.scenario.name}") / "flight.mcap"

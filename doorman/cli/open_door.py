@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from datetime import datetime
+from contextlib import ExitStack
 from pathlib import Path
 
 import typer
@@ -13,6 +13,7 @@ from doorman.cli.display import flight_progress, print_run
 from doorman.cli.effective import effective_toml
 from doorman.cli.live import live_view
 from doorman.cli.overrides import parse_overrides
+from doorman.cli.run_folder import run_folder
 from doorman.exceptions import DoormanError
 from doorman.feasibility import Severity, beforehand
 from doorman.mission import simulate
@@ -20,7 +21,7 @@ from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario
 from doorman.summary import verdict
-from doorman.visualization import write_pictures
+from doorman.visualization import PicturesMissing, write_pictures
 
 RUN_FILES = (
     "scenario.toml",
@@ -73,6 +74,22 @@ def open_door(
         DoormanError: if the input cannot be used or the simulation fails.
         OSError: if the folder cannot be written.
     """
+    with ExitStack() as claims:
+        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json)
+
+
+def _open_door(
+    claims: ExitStack,
+    source: str,
+    settings: Sequence[str],
+    out: Path | None,
+    duration: float | None,
+    seed: int,
+    realtime: bool,
+    port: int | None,
+    as_json: bool,
+) -> int:
+    """`open_door`; the folder is claimed until the end of `claims`."""
     if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
     scenario = Scenario.load(source, parse_overrides(settings))
@@ -82,7 +99,7 @@ def open_door(
             if finding.severity is Severity.ERROR:
                 advice = f"; {finding.advice}" if finding.advice else ""
                 typer.echo(f"Warning: {finding.name}: {finding.message}{advice}", err=True)
-        folder = _run_folder(out, scenario.name)
+        folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
         (folder / "scenario.toml").write_text(effective_toml(scenario), encoding="utf-8")
         with live_view(model, port) as listener:
             recording = simulate(
@@ -92,7 +109,10 @@ def open_door(
     summary = recording.summary or {}
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    write_pictures(recording, model, folder)
+    try:
+        write_pictures(recording, model, folder)
+    except PicturesMissing as error:
+        typer.echo(f"Warning: {error}", err=True)
     good, sentence = _outcome(recording)
     if as_json:
         typer.echo(text)
@@ -108,15 +128,3 @@ def _outcome(recording: Recording) -> tuple[bool, str]:
     if end["message"][-1] != "interrupted":
         return good, sentence
     return False, f"Interrupted after {end.time[-1]:.1f} s. Until then: {sentence}"
-
-
-def _run_folder(out: Path | None, name: str) -> Path:
-    """The folder, made, without what an earlier run may have left in it."""
-    if out is None:
-        stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
-        candidates = (Path("runs") / f"{name}-{stamp}{suffix}" for suffix in ("", *(f"-{k}" for k in range(2, 1000))))
-        out = next(folder for folder in candidates if not folder.exists())
-    out.mkdir(parents=True, exist_ok=True)
-    for file in RUN_FILES:
-        (out / file).unlink(missing_ok=True)
-    return out

@@ -1,49 +1,38 @@
-"""A recorded run: its file, and the model of the scenario that was flown."""
+"""A recorded run as the command line takes it: which one, what it holds, and the scenario that was flown."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-from pydantic import ValidationError
+import typer
 
-from doorman.exceptions import RecordingError
+from doorman import flown
 from doorman.recording import Recording
+from doorman.recording.runs import newest_recording, recording_file
 from doorman.scenario import Scenario
 
-_FILE = "recording.mcap"
-_SCENARIO = "scenario.toml"
 
-
-def recording_file(run: Path) -> Path:
+def chosen_recording(run: Path | None) -> Path:
     """The recording of a run.
 
     Args:
-        run: Folder of the run, or the file itself.
+        run: Folder of the run, or the file itself; None: the newest one under `runs`, and stderr says which.
 
     Returns:
         The file.
 
     Raises:
-        RecordingError: if there is no such file, or the folder holds no recording or several.
+        RecordingError: if there is none, or the folder holds several.
     """
-    if run.is_file():
-        return run
-    if not run.is_dir():
-        raise RecordingError("no such run", given=str(run), allowed="a run's folder, or an MCAP file")
-    if (run / _FILE).is_file():
-        return run / _FILE
-    found = sorted(run.glob("*.mcap"))
-    if len(found) != 1:
-        names = ", ".join(file.name for file in found) or "no MCAP file"
-        raise RecordingError("not the folder of one run", file=run, given=names, allowed=f"{_FILE}, or one MCAP file")
-    return found[0]
+    if run is not None:
+        return recording_file(run)
+    file = newest_recording()
+    typer.echo(f"The newest run: {file}", err=True)
+    return file
 
 
 def recorded_scenario(recording: Recording, file: Path) -> Scenario:
-    """The scenario that was flown, as the recording's header holds it.
-
-    URDFs that do not ship with doorman are looked for where the `scenario.toml` beside the recording says.
+    """The scenario that was flown; a warning on stderr if keys of it are not known.
 
     Args:
         recording: The recording.
@@ -53,22 +42,20 @@ def recorded_scenario(recording: Recording, file: Path) -> Scenario:
         The scenario.
 
     Raises:
-        RecordingError: if the header holds no scenario, or one that this version of doorman does not know.
-        ScenarioError: if the `scenario.toml` beside the recording cannot be read.
+        DoormanError: as `doorman.flown.recorded_scenario`.
     """
-    tables: Any = recording.header.get("scenario")
-    if not isinstance(tables, dict):
-        raise RecordingError("the recording does not say which scenario was flown", file=file, field="header.scenario")
-    tables = dict(tables)
-    if (file.parent / _SCENARIO).is_file():
-        beside = Scenario.load(file.parent / _SCENARIO)
-        for section, urdf in (("vehicle", beside.vehicle.urdf), ("door", beside.door.urdf)):
-            tables[section] = {**tables.get(section, {}), "urdf": urdf}
-    try:
-        return Scenario.model_validate(tables)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise RecordingError(
-            "the recorded scenario does not fit this version of doorman", file=file,
-            field=".".join(map(str, ("header", "scenario", *first["loc"]))), given=first["input"], allowed=first["msg"],
-        ) from None  # fmt: skip
+    return flown.recorded_scenario(recording, file.parent, lambda words: typer.echo(f"Warning: {words}", err=True))
+
+
+def say_what_is_missing(recording: Recording, err: bool) -> None:
+    """Say what a recording has lost, if anything.
+
+    Args:
+        recording: The recording.
+        err: To stderr instead of stdout.
+    """
+    if recording.damaged_chunks:
+        chunks = "1 chunk" if recording.damaged_chunks == 1 else f"{recording.damaged_chunks} chunks"
+        typer.echo(f"The recording is damaged: {chunks} could not be read; this is what it holds.", err=err)
+    elif not recording.complete:
+        typer.echo("The recording was cut off; this is what it holds.", err=err)

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from doorman.cli.recorded import recorded_scenario, recording_file
+from doorman.cli.recorded import chosen_recording, recorded_scenario, say_what_is_missing
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.ocp.hinge import Hinge
@@ -63,11 +63,11 @@ class Replay:
         return not self.differences
 
 
-def replay_run(run: Path, as_json: bool) -> int:
+def replay_run(run: Path | None, as_json: bool) -> int:
     """Solve every plan of a recording again.
 
     Args:
-        run: Folder of the run, or its MCAP file.
+        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
         as_json: Print what was found as JSON and nothing else.
 
     Returns:
@@ -77,8 +77,9 @@ def replay_run(run: Path, as_json: bool) -> int:
         RecordingError: if there is no recording to read, or it lacks what a plan was made from.
         DoormanError: if its scenario cannot be planned with.
     """
-    file = recording_file(run)
+    file = chosen_recording(run)
     recording = Recording.load(file)
+    say_what_is_missing(recording, err=as_json)
     found = replay_plans(recording, Planner(recorded_scenario(recording, file)))
     if as_json:
         typer.echo(json.dumps(_as_json(found), indent=2))

@@ -15,6 +15,7 @@ import typer
 
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import BackendError
+from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
@@ -57,11 +58,15 @@ def run_rig(
     """
     scenario = Scenario.load(source, parse_overrides(settings))
     setup = RigSetup(autopilot, pixhawk_port, mocap_port, folder, seed=seed)
-    header = {"scenario": scenario.model_dump(mode="json"), "name": scenario.name, "rig": autopilot}
+    header = recorded_header(scenario) | {"rig": autopilot}
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())
-    with nullcontext() if out is None else Recorder(out, header, keep=False) as recorder:
+    with (
+        nullcontext()
+        if out is None
+        else Recorder(out, header, keep=False, attachments=carried_files(scenario)) as recorder
+    ):
         rig = Rig(Model(scenario), setup, recorder)
         with real_time(), rig:
             overrides = [word for setting in settings for word in ("--set", setting)]

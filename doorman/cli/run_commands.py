@@ -10,7 +10,10 @@ import typer
 
 from doorman.cli import panels
 
-_Run = Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")]
+_Run = Annotated[
+    Path | None,
+    typer.Argument(metavar="[RUN]", help="A run's folder, or an MCAP file.", show_default="the newest one under runs"),
+]
 _Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
 
 
@@ -29,7 +32,7 @@ def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None
 
 def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def view(
-        run: _Run,
+        run: _Run = None,
         output: Annotated[
             Path | None,
             typer.Option(
@@ -61,7 +64,7 @@ def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
 
 def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def export(
-        run: _Run,
+        run: _Run = None,
         as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV; this is the default.")] = False,
         as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
         out: Annotated[
@@ -88,7 +91,7 @@ def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
 
 def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def plot(
-        run: _Run,
+        run: _Run = None,
         out: Annotated[
             Path | None, typer.Option(metavar="DIR", help="Folder for the files.", show_default="the recording's")
         ] = None,
@@ -112,7 +115,7 @@ def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
 
 
 def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
-    def replay(run: _Run, as_json: _Json = False) -> None:
+    def replay(run: _Run = None, as_json: _Json = False) -> None:
         """Solve every plan of a recorded run again, and compare it with the recorded one bit by bit.
 
         Each plan is made from the recorded state and the recorded estimate of the door, with a planner of the recorded

@@ -15,8 +15,8 @@ import yourdfpy
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.meshes import mesh_path
 from doorman.kinematics.urdf import frozen, load_description
-from doorman.kinematics.urdf_meshes import mesh_path
 
 Array = NDArray[np.float64]
 

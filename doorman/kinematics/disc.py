@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.meshes import missing_meshes, with_mesh_paths
 from doorman.kinematics.urdf import load_pinocchio
-from doorman.kinematics.urdf_meshes import missing_meshes, with_mesh_paths
 
 
 def disc_radius(urdf: Path, base: pinocchio.SE3) -> float:

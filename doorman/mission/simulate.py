@@ -7,6 +7,7 @@ from pathlib import Path
 
 from doorman.checks import number, whole
 from doorman.exceptions import DoormanError
+from doorman.flown import carried_files, recorded_header
 from doorman.mission.mission import Mission, OnProgress
 from doorman.model import Model
 from doorman.ocp.planner import Planner
@@ -32,7 +33,7 @@ def simulate(
         scenario: The scenario, its name or path, or a model of it that exists already.
         duration: Simulated time at most, > 0 [s]; to the mission's end if not given.
         seed: Of the sensors' noise and the gusts, an integer >= 0.
-        path: MCAP file to record to, whose directory is made; in memory only if not given.
+        path: MCAP file to record to, which carries the URDFs, and whose directory is made; in memory only if not given.
         realtime: Do not run ahead of the wall clock.
         planner: Planner of the same scenario, to save its construction.
         on_progress: Called once per planner period with time and estimated door angle.
@@ -52,14 +53,9 @@ def simulate(
     seed = whole(seed, "seed", 0)
     file = None if path is None else _file(path)
     model = scenario if isinstance(scenario, Model) else Model(scenario)
-    header = {
-        "scenario": model.scenario.model_dump(mode="json"),
-        "name": model.scenario.name,
-        "seed": seed,
-        "duration": duration,
-        "version": __version__,
-    }
-    with Recorder(file, header, listener) as recorder:
+    header = recorded_header(model.scenario) | {"seed": seed, "duration": duration, "version": __version__}
+    carried = None if file is None else carried_files(model.scenario)
+    with Recorder(file, header, listener, attachments=carried) as recorder:
         mission = Mission(model, planner, recorder)
         backend = SimulatedBackend(model, seed=seed, recorder=recorder, realtime=realtime)
         try:

@@ -8,17 +8,20 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import DoormanError, RecordingError, how_to_install
-from doorman.recording.messages import TIME
-from doorman.recording.recording import HEADER, Recording, Topic
+from doorman.recording.messages import HEADER, TIME
+from doorman.recording.recording import Recording, Topic
 
 Format = Literal["csv", "parquet"]
 
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
+"""With one of these a text begins that spreadsheets take for a formula."""
+_NUMBER = re.compile(r"-(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|-inf|-nan", re.IGNORECASE)
 _UNSAFE = re.compile(r"[^\w-]")
 """What of a topic's name does not go into that of a file."""
 
@@ -26,8 +29,9 @@ _UNSAFE = re.compile(r"[^\w-]")
 def export(recording: Recording, folder: str | Path, form: Format) -> dict[str, Path]:
     """Write one file a topic, and the header as JSON.
 
-    In CSV an array's entries are columns of their own, `field[0]` or `field[3,1]`, and floats keep all their digits. In
-    Parquet an array is a list of fixed length, nested for every further dimension.
+    In CSV an array's entries are columns of their own, `field[0]` or `field[3,1]`, and floats keep all their digits; a text that
+    a spreadsheet would take for a formula begins with an apostrophe. In Parquet an array is a list of fixed length, nested for
+    every further dimension.
 
     Args:
         recording: What to write.
@@ -64,11 +68,31 @@ def _csv_writer() -> Callable[[Topic, Path], None]:
             names += _entry_names(field, values.shape[1:])
             columns += list(values.reshape(len(values), -1).T)
         with file.open("w", newline="", encoding="utf-8") as stream:
-            rows = csv.writer(stream, lineterminator="\n")
-            rows.writerow(names)
-            rows.writerows(zip(*(column.tolist() for column in columns), strict=True))
+            rows = csv.writer(_Rows(stream))
+            rows.writerow(map(_defused, names))
+            rows.writerows(zip(*map(_cells, columns), strict=True))
 
     return write
+
+
+class _Rows:
+    """Ends rows by a line feed, and has a text with either character of a line's end quoted."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, row: str) -> None:
+        self._stream.write(row.removesuffix("\r\n") + "\n")
+
+
+def _cells(column: NDArray[Any]) -> list[Any]:
+    cells: list[Any] = column.tolist()
+    return [_defused(cell) for cell in cells] if column.dtype.kind == "U" else cells
+
+
+def _defused(text: str) -> str:
+    """A text that no spreadsheet takes for a formula."""
+    return f"'{text}" if text.startswith(_FORMULA) and not _NUMBER.fullmatch(text) else text
 
 
 def _entry_names(field: str, shape: tuple[int, ...]) -> list[str]:

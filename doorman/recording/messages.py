@@ -22,6 +22,11 @@ from doorman.exceptions import RecordingError
 Value: TypeAlias = float | int | bool | str | NDArray[Any] | Sequence[Any]
 Kind = Literal["number", "integer", "boolean", "string"]
 Row: TypeAlias = tuple[Any, ...]
+Columns: TypeAlias = tuple[NDArray[np.float64], dict[str, NDArray[Any]]]
+"""Times, shape (m,) [s], and for every field an array of m rows."""
+
+HEADER = "header"
+"""Topic whose only message is the header."""
 
 TIME = "time"
 """Every message's first entry, in seconds; no field may have this name."""
@@ -174,7 +179,7 @@ class MessageType:
         message = json.loads(data)
         return (message[TIME], *(field.read(message[field.name]) for field in self.fields))
 
-    def columns(self, rows: Sequence[Row]) -> tuple[NDArray[np.float64], dict[str, NDArray[Any]]]:
+    def columns(self, rows: Sequence[Row]) -> Columns:
         """Stack rows, be they copied or decoded.
 
         Args:
@@ -195,6 +200,47 @@ class MessageType:
         return RecordingError(
             "other fields than in the topic's first message", field=self.topic, given=", ".join(message), allowed=names
         )
+
+
+def joined(blocks: Sequence[Columns]) -> Columns:
+    """Columns of several blocks of rows of one topic, one after the other.
+
+    Args:
+        blocks: At least one, all of one type.
+
+    Returns:
+        Times and fields, read-only.
+    """
+    if len(blocks) == 1:
+        return blocks[0]
+    time = np.concatenate([times for times, _ in blocks])
+    fields = {name: np.concatenate([columns[name] for _, columns in blocks]) for name in blocks[0][1]}
+    return _frozen(time), {name: _frozen(values) for name, values in fields.items()}
+
+
+def header_schema(value: Any) -> dict[str, Any]:
+    """The JSON schema of a recording's header, or of a part of it.
+
+    Viewers iterate over `properties` and know no other types than these: what is null, or an array of other things than plain
+    values, is left out, which a schema may do.
+
+    Args:
+        value: Of JSON.
+
+    Returns:
+        The schema; empty for what is left out.
+    """
+    if isinstance(value, Mapping):
+        entries = {name: header_schema(entry) for name, entry in value.items()}
+        return {"type": "object", "properties": {name: schema for name, schema in entries.items() if schema}}
+    if isinstance(value, list):
+        kinds = [header_schema(entry) for entry in value]
+        plain = bool(kinds) and all(kind == kinds[0] and kind.get("type") in _DTYPES for kind in kinds)
+        return {"type": "array", "items": kinds[0]} if plain else {}
+    for type_, name in ((bool, "boolean"), (str, "string"), ((int, float), "number")):
+        if isinstance(value, type_):
+            return {"type": name}
+    return {}
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

@@ -1,15 +1,19 @@
-"""Recorder: writes what simulation and flight alike report, into memory and into an MCAP file that survives a crash.
+"""Recorder: writes what simulation and flight alike report, into an MCAP file that survives a crash, or into memory.
 
 Messages are gathered for a tenth of a second of their own time, or until they fill a chunk, and then written out: what a
-killed process loses is less than that. A message enters memory and the gathered batch by one append each, and batches
-are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never leaves half a message.
+killed process loses is less than that. A thread has the disk take what was written; a power cut costs little more. A message
+enters the gathered batch by one append, and batches are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never
+leaves half a message. What is in the file is read back from there; only what no file takes stays in memory.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import signal
+import stat
 import threading
+import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,8 +24,11 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from doorman.exceptions import RecordingError
-from doorman.recording.messages import MessageType, Row, Value
-from doorman.recording.recording import HEADER, Recording, Topic
+from doorman.locks import lock_stream
+from doorman.recording.messages import HEADER, MessageType, Row, Value, header_schema, joined
+from doorman.recording.reading import TOPIC, Contents, header_text, read_contents
+from doorman.recording.recording import Recording, Topic
+from doorman.recording.syncer import Syncer, sync_folder
 
 Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
 """Called with topic, time and fields of every message, as soon as it is recorded."""
@@ -32,6 +39,8 @@ _BATCH_SIZE = 64_000
 """Most bytes that wait in memory; also the size of the file's chunks."""
 _LAST_TIME = 1e10
 """MCAP counts nanoseconds in 64 bits [s]."""
+_PROFILE = "x-doorman"
+_MEDIA_TYPES = {".urdf": "application/xml", ".stl": "model/stl", ".obj": "model/obj", ".dae": "model/vnd.collada+xml"}
 
 
 class _Channel:
@@ -40,6 +49,7 @@ class _Channel:
     def __init__(self, type_: MessageType) -> None:
         self.type = type_
         self.rows: list[Row] = []
+        """What no file has taken."""
         self.file_id: int | None = None
 
 
@@ -50,18 +60,28 @@ class Recorder:
         path: MCAP file to write; its directory is made, an older file is replaced. None: keep in memory only.
         header: What was run: scenario, versions, seed. Values that JSON can hold, arrays and paths.
         listener: Called with every message, on the thread that writes it.
-        keep: Whether messages stay in memory, for `recording`; what runs for hours has no room for them.
+        keep: Whether `recording` will be asked for: messages that no file takes stay in memory then, all of them without a path.
+        attachments: Files that the recording carries, by name.
 
     Raises:
-        RecordingError: if the file cannot be opened, or the header holds something that JSON cannot.
+        RecordingError: if the file cannot be opened, another recorder writes to it, or the header holds something that JSON
+            cannot.
     """
 
     def __init__(
-        self, path: Path | None, header: Mapping[str, Any], listener: Listener | None = None, *, keep: bool = True
+        self,
+        path: Path | None,
+        header: Mapping[str, Any],
+        listener: Listener | None = None,
+        *,
+        keep: bool = True,
+        attachments: Mapping[str, bytes] | None = None,
     ) -> None:
         self.path = None if path is None else Path(path)
+        self._file = None if path is None else Path(path).absolute()
         text = _header_text(header)
         self.header: dict[str, Any] = json.loads(text)
+        self._attachments = dict(attachments or {})
         self._channels: dict[str, _Channel] = {}
         self._batch: list[tuple[_Channel, int, bytes]] = []
         self._batch_size = 0
@@ -71,6 +91,9 @@ class Recorder:
         self._error: OSError | None = None
         self._stream: IO[bytes] | None = None
         self._writer: Writer | None = None
+        self._syncer: Syncer | None = None
+        self._written = 0
+        """So much of the file is whole [bytes]."""
         if self.path is not None:
             self._open(self.path, text)
 
@@ -97,7 +120,7 @@ class Recorder:
         row = channel.type.row(time, fields)
         data = channel.type.encode(row) if self._writer is not None else b""
         self._channels[topic] = channel
-        if self._keeps:
+        if self._keeps and self._writer is None:
             channel.rows.append(row)
         if self._writer is not None:
             if not self._batch:
@@ -112,46 +135,55 @@ class Recorder:
     def flush(self) -> None:
         """Hand everything written so far to the operating system; `write` calls it often enough by itself."""
         with _signals_held_back(), self._errors_remembered():
-            self._write_batch()
-            if self._writer is not None:
-                self._writer.flush()  # type: ignore[no-untyped-call]
+            self._hand_over()
 
     def close(self) -> None:
-        """Write what is left and close the file; may be called twice.
+        """Write what is left, have the disk take it, and close the file; may be called twice.
 
         Raises:
-            RecordingError: once, if the file could not be written to the end, now or earlier. What was recorded is still
-                in memory, unless `keep` was false.
+            RecordingError: once, if the file could not be written to the end, now or earlier. What the file does not hold is
+                still in memory, unless `keep` was false.
         """
         if self._closed:
             return
         with _signals_held_back():
             self._closed = True
             with self._errors_remembered():
-                self._write_batch()
+                self._hand_over()
                 if self._writer is not None and self._stream is not None:
                     self._writer.finish()  # type: ignore[no-untyped-call]
+                    self._stream.flush()
+                    if self._syncer is not None:
+                        self._written = self._stream.tell()
+                        self._syncer.sync()
                     self._stream.close()
             self._writer = None
+            if self._syncer is not None:
+                self._syncer.stop()
         if self._error is not None:
             raise RecordingError(
                 f"the recording is incomplete: {self._error.strerror or self._error}", file=self.path
             ) from self._error
 
     def recording(self) -> Recording:
-        """Everything recorded so far, from memory; later messages do not show in it.
+        """Everything recorded so far, read back from the file, if there is one; later messages do not show in it.
 
         Raises:
-            RecordingError: if nothing is kept there.
+            RecordingError: if `keep` was false, or the file cannot be read any more.
         """
         if not self._keeps:
             raise RecordingError("it is not kept in memory; read the file", file=self.path)
-        topics = {}
+        if not self._closed:
+            self.flush()
+        found = self._read_back()
+        blocks = {topic: [columns] for topic, columns in found.topics.items()}
         for name, channel in list(self._channels.items()):
             rows = channel.rows[:]
             if rows:
-                topics[name] = Topic(name, *channel.type.columns(rows))
-        return Recording(topics, self.header, complete=self._error is None)
+                blocks.setdefault(name, []).append(channel.type.columns(rows))
+        topics = {name: Topic(name, *joined(parts)) for name, parts in blocks.items()}
+        whole = self._error is None and not found.damaged_chunks
+        return Recording(topics, self.header, whole, attachments=self._attachments, damaged_chunks=found.damaged_chunks)
 
     def __enter__(self) -> Recorder:
         return self
@@ -166,36 +198,75 @@ class Recorder:
                 raise
             error.add_note(str(failure))  # the first error is the one to report
 
-    def _open(self, path: Path, header_text: str) -> None:
+    def _open(self, path: Path, header: str) -> None:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream = path.open("wb")
+            self._stream = _claimed_stream(path)
+        except BlockingIOError as error:
+            raise RecordingError("another recorder writes to this file", file=path) from error
         except OSError as error:
             raise RecordingError(f"cannot be written: {error.strerror}", file=path) from error
         self._writer = Writer(self._stream, chunk_size=_BATCH_SIZE, compression=CompressionType.LZ4)
         with _signals_held_back(), self._errors_remembered():
-            self._writer.start(profile="doorman", library="doorman")
-            self._writer.add_metadata(HEADER, {k: _metadata_text(v) for k, v in self.header.items()})
-            schema = self._writer.register_schema(HEADER, "jsonschema", b'{"type":"object"}')
+            if _is_regular(self._stream):
+                self._syncer = Syncer(self._stream.fileno())
+                weakref.finalize(self, self._syncer.stop)
+                sync_folder(path.parent)
+            self._writer.start(profile=_PROFILE, library="doorman")
+            self._writer.add_metadata(HEADER, {k: header_text(v) for k, v in self.header.items()})
+            for name, data in self._attachments.items():
+                kind = _MEDIA_TYPES.get(Path(name).suffix.lower(), "application/octet-stream")
+                self._writer.add_attachment(0, 0, name, kind, data)
+            schema = self._writer.register_schema(HEADER, "jsonschema", json.dumps(header_schema(self.header)).encode())
             channel = self._writer.register_channel(HEADER, "json", schema)
-            self._writer.add_message(channel, 0, header_text.encode(), 0)
-            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._writer.add_message(channel, 0, header.encode(), 0)
+            self._hand_over()
 
     def _new_channel(self, topic: str, fields: Mapping[str, Value]) -> _Channel:
         if topic == HEADER:
             raise RecordingError("the topic is taken by the recording's header", field="topic", given=topic)
         return _Channel(MessageType.of(topic, fields))
 
+    def _hand_over(self) -> None:
+        """Hand what was gathered to the operating system, and have the disk take it soon."""
+        self._write_batch()
+        if self._writer is None or self._stream is None:
+            return
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        if self._syncer is None:
+            self._keep_batch()  # a device, from which nothing is read back
+            return
+        self._written, self._batch, self._batch_size = self._stream.tell(), [], 0
+        self._syncer.ask()
+
     def _write_batch(self) -> None:
-        batch, self._batch, self._batch_size = self._batch, [], 0
         if self._writer is None:
             return
-        for channel, log_time, data in batch:
+        for channel, log_time, data in self._batch:
             if channel.file_id is None:
-                schema = json.dumps(channel.type.schema()).encode()
-                schema_id = self._writer.register_schema(channel.type.topic, "jsonschema", schema)
+                schema = json.dumps(channel.type.schema())
+                schema_id = self._writer.register_schema(channel.type.topic, "jsonschema", schema.encode())
                 channel.file_id = self._writer.register_channel(channel.type.topic, "json", schema_id)
+                copy = {"id": str(channel.file_id), "topic": channel.type.topic, "schema": schema}
+                self._writer.add_metadata(TOPIC, copy)
             self._writer.add_message(channel.file_id, log_time, data, log_time)
+
+    def _keep_batch(self) -> None:
+        """Keep in memory what the file has not taken."""
+        batch, self._batch, self._batch_size = self._batch, [], 0
+        if self._keeps:
+            for channel, _, data in batch:
+                channel.rows.append(channel.type.decode(data))
+
+    def _read_back(self) -> Contents:
+        """What the file holds that was handed over whole."""
+        if self._file is None or self._written == 0:
+            return Contents()
+        try:
+            with self._file.open("rb") as stream:
+                return read_contents(stream, self._written)
+        except OSError as error:
+            raise RecordingError(f"cannot be read back: {error.strerror}", file=self._file) from error
 
     @contextmanager
     def _errors_remembered(self) -> Iterator[None]:
@@ -205,11 +276,29 @@ class Recorder:
         except OSError as error:
             self._error = error
             self._writer = None
+            self._keep_batch()
             try:
                 if self._stream is not None:
                     self._stream.close()
             except OSError:
                 pass  # the same failure again, as its buffer is written out
+
+
+def _claimed_stream(path: Path) -> IO[bytes]:
+    """The file, emptied, for one recorder alone; BlockingIOError if another one has it."""
+    stream = open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o666), "wb")
+    try:
+        if _is_regular(stream):
+            lock_stream(stream.fileno())
+            stream.truncate(0)
+    except BaseException:
+        stream.close()
+        raise
+    return stream
+
+
+def _is_regular(stream: IO[bytes]) -> bool:
+    return stat.S_ISREG(os.fstat(stream.fileno()).st_mode)
 
 
 @contextmanager
@@ -243,10 +332,6 @@ def _header_text(header: Mapping[str, Any]) -> str:
         return json.dumps(dict(header), allow_nan=False, default=_plain)
     except (TypeError, ValueError) as error:
         raise RecordingError(f"not for JSON: {error}", field=HEADER, given=repr(header)[:80]) from error
-
-
-def _metadata_text(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value)
 
 
 def _plain(value: Any) -> Any:

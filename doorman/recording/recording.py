@@ -1,22 +1,20 @@
-"""Recording: what was recorded, as arrays by topic and field; from memory or from an MCAP file, whole or truncated."""
+"""Recording: what was recorded, as arrays by topic and field; from memory or from an MCAP file, whole, cut off or damaged."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
-from mcap.exceptions import InvalidMagic
-from mcap.reader import NonSeekingReader
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
-from doorman.recording.messages import MessageType, Row
+from doorman.recording.reading import read_contents
+from doorman.recording.runs import recording_file
 
-HEADER = "header"
-"""Topic whose only message is the header."""
+_JUDGED = ("truth", "estimate", "mission")
+"""Topics without which a run has no summary."""
 
 
 class _UnknownNameError(RecordingError, KeyError):
@@ -63,37 +61,77 @@ class Recording(Mapping[str, Topic]):
     Args:
         topics: The topics.
         header: What was run, as given to the recorder.
-        complete: False if the file was cut off, or could not be written to its end.
+        complete: False if the file was cut off or damaged, or could not be written to its end.
+        attachments: Files that the recording carries, by name: the URDFs that were flown, and their meshes.
+        damaged_chunks: How many chunks of the file could not be read.
     """
 
-    def __init__(self, topics: Mapping[str, Topic], header: Mapping[str, Any], complete: bool = True) -> None:
+    def __init__(
+        self,
+        topics: Mapping[str, Topic],
+        header: Mapping[str, Any],
+        complete: bool = True,
+        *,
+        attachments: Mapping[str, bytes] | None = None,
+        damaged_chunks: int = 0,
+    ) -> None:
         self._topics = dict(topics)
         self.header = dict(header)
         self.complete = complete
-        self.summary: dict[str, Any] | None = None
-        """Figures of the run, once somebody has computed them."""
+        self.attachments = dict(attachments or {})
+        self.damaged_chunks = damaged_chunks
+        self._summary: dict[str, Any] | None = None
 
     @classmethod
     def load(cls, path: str | Path) -> Recording:
         """Read an MCAP file that `Recorder` wrote.
 
-        A file that was cut off, as by a crash, is read up to its last whole chunk; `complete` is then False.
+        A file that was cut off, as by a crash, is read up to its last whole chunk; a chunk that is damaged costs its own
+        messages. `complete` is False then, and `damaged_chunks` says how many were lost.
 
         Args:
-            path: The file.
+            path: The file, or the folder of the run.
 
         Returns:
             The recording.
 
         Raises:
-            RecordingError: if the file cannot be read, is no MCAP, or holds no header of doorman's.
+            RecordingError: if the file cannot be read, is no MCAP, or holds no header of doorman's; or if a folder holds no
+                recording, or several.
         """
         path = Path(path)
+        file = recording_file(path) if path.is_dir() else path
         try:
-            with path.open("rb") as stream:
-                return _read(stream, path)
+            with file.open("rb") as stream:
+                found = read_contents(stream)
         except OSError as error:
-            raise RecordingError(f"cannot be read: {error.strerror}", file=path) from error
+            raise RecordingError(f"cannot be read: {error.strerror}", file=file) from error
+        except RecordingError as error:
+            error.file = str(file)
+            raise
+        if found.header is None:
+            raise RecordingError("not an MCAP file, or holds no header of a doorman recording", file=file)
+        topics = {name: Topic(name, *columns) for name, columns in found.topics.items()}
+        return cls(
+            topics, found.header, found.complete, attachments=found.attachments, damaged_chunks=found.damaged_chunks
+        )
+
+    @property
+    def summary(self) -> dict[str, Any] | None:
+        """Figures of a simulated run, as in `summary.json`, computed when first asked for; None if there is nothing to judge.
+
+        Raises:
+            DoormanError: if the recorded scenario cannot be made a model any more.
+        """
+        if self._summary is None and all(topic in self for topic in _JUDGED):
+            from doorman.flown import summary_of  # an upper layer: pyproject.toml allows this one import
+
+            self._summary = summary_of(self)
+        return self._summary
+
+    @summary.setter
+    def summary(self, figures: dict[str, Any] | None) -> None:
+        self._summary = figures
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -116,33 +154,3 @@ class Recording(Mapping[str, Topic]):
 
     def __repr__(self) -> str:
         return f"Recording({', '.join(f'{name}: {len(topic.time)}' for name, topic in self.items())})"
-
-
-def _read(stream: IO[bytes], path: Path) -> Recording:
-    types: dict[str, MessageType] = {}
-    rows: dict[str, list[Row]] = {}
-    header: dict[str, Any] | None = None
-    complete = False
-    reader = NonSeekingReader(stream, validate_crcs=True)  # needs no index, which a truncated file lacks
-    try:
-        for schema, channel, message in reader.iter_messages(log_time_order=False):
-            topic = channel.topic
-            if topic == HEADER:
-                header = json.loads(message.data)
-            elif header is None:
-                break
-            else:
-                if topic not in types:
-                    types[topic] = MessageType.from_schema(topic, json.loads(schema.data) if schema else {})
-                rows.setdefault(topic, []).append(types[topic].decode(message.data))
-        else:
-            complete = True
-    except (RecordingError, OSError):
-        raise
-    except Exception as error:  # cut off inside a record: parsers raise whatever they stumble over
-        if isinstance(error, InvalidMagic) and header is None:
-            raise RecordingError("not an MCAP file", file=path) from error
-    if header is None:
-        raise RecordingError("holds no header of a doorman recording", file=path)
-    topics = {name: Topic(name, *types[name].columns(entries)) for name, entries in rows.items()}
-    return Recording(topics, header, complete)

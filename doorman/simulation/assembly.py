@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from doorman.exceptions import BackendError
+from doorman.kinematics.meshes import with_mesh_paths
 from doorman.kinematics.urdf import load_description
-from doorman.kinematics.urdf_meshes import with_mesh_paths
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.rotors import RotorLayout

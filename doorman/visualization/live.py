@@ -1,7 +1,8 @@
 """Live view: a page on this machine that shows a flight while it is flown.
 
 The flight hands over its messages and goes on; a thread per browser sends what was drawn since. No browser, a slow one or one
-that leaves does not change the flight.
+that leaves does not change the flight. Pages of other sites get nothing: a request must ask for this machine by its own name, and
+come from this page.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import json
 import threading
 import time
 from collections.abc import Mapping
+from email.message import Message
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
 from typing import Any
@@ -21,11 +23,23 @@ from doorman.visualization.moments import FRAMES_PER_SECOND, CurrentMoment
 from doorman.visualization.page import page
 
 _HOST = "127.0.0.1"
+_NAMES = (_HOST, "localhost", "[::1]")
+"""Names by which a browser on this machine, or at the end of a tunnel to it, asks for the page."""
 _PATH = "/frames"
 _MOST_AT_ONCE = 300
 """Frames in one event."""
 _SILENCE = 0.5
 """Longest wait of a thread before it looks whether the view is closed [s]."""
+
+
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+}
+"""With every answer: no other site keeps, frames or embeds it."""
 
 
 class LiveView:
@@ -142,7 +156,9 @@ class LiveView:
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                if self.path == "/":
+                if not _is_ours(self.headers):
+                    self.send_error(403, "Not a request of this page")
+                elif self.path == "/":
                     self._answer("text/html; charset=utf-8")
                     self.wfile.write(view._page)
                 elif self.path == _PATH:
@@ -154,7 +170,8 @@ class LiveView:
             def _answer(self, kind: str) -> None:
                 self.send_response(200)
                 self.send_header("Content-Type", kind)
-                self.send_header("Cache-Control", "no-store")
+                for name, value in _HEADERS.items():
+                    self.send_header(name, value)
                 self.end_headers()
 
             def _stream(self) -> None:
@@ -172,3 +189,23 @@ class LiveView:
                 pass
 
         return Handler
+
+
+def _is_ours(headers: Message) -> bool:
+    """Whether a request comes from this page, or from somebody who typed its address.
+
+    The name in `Host` tells apart a site whose name was made to point at this machine; `Origin` and `Sec-Fetch-Site` name the
+    page that asks. The port may be that of a tunnel.
+    """
+    hosts, origins = headers.get_all("Host", []), headers.get_all("Origin", [])
+    if len(hosts) != 1 or _without_port(hosts[0]) not in _NAMES:
+        return False
+    if any(origin.lower() != f"http://{hosts[0].lower()}" for origin in origins):
+        return False
+    embedded = headers.get("Sec-Fetch-Dest", "document") != "document"
+    return not (embedded and headers.get("Sec-Fetch-Site") in ("cross-site", "same-site"))
+
+
+def _without_port(host: str) -> str:
+    name, colon, port = host.strip().lower().rpartition(":")
+    return name if colon and port.isdecimal() else host.strip().lower()

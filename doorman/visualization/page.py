@@ -44,8 +44,8 @@ def page(title: str, scene: Command, frames: Sequence[dict[str, Any]], live: str
 
 
 def _in_script(data: str) -> str:
-    """JSON that cannot end the script element that it stands in."""
-    return data.replace("</", "<\\/").replace("<!--", "<\\!--")
+    """JSON that neither ends the script element that it stands in, nor opens another."""
+    return data.replace("<", "\\u003c")
 
 
 def _viewer_source() -> str:

@@ -6,6 +6,9 @@ tell apart; lines of different meaning differ in style as well.
 
 from __future__ import annotations
 
+import importlib
+import os
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,28 +17,48 @@ from numpy.typing import NDArray
 from doorman.exceptions import DoormanError, how_to_install
 from doorman.recording import Recording
 
+
+def _import_matplotlib() -> None:
+    """Import it although the environment may name a backend that does not exist: figures in files need none."""
+    backend = os.environ.pop("MPLBACKEND", "")
+    try:
+        matplotlib = importlib.import_module("matplotlib")
+        if backend:
+            with suppress(ValueError):
+                matplotlib.rcParams["backend"] = backend
+    finally:
+        if backend:
+            os.environ["MPLBACKEND"] = backend
+
+
 try:
+    _import_matplotlib()
     from matplotlib import colormaps
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle
-    from matplotlib.ticker import FuncFormatter
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
 except ImportError as error:
     raise DoormanError("figures need matplotlib", field="matplotlib", allowed=how_to_install("viz")) from error
 
-__all__ = ["Axes", "Circle", "Figure", "FuncFormatter", "colormaps", "flight_name", "save", "true_states"]
+__all__ = [
+    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "save", "save_as", "true_states",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7"
 )  # fmt: skip
+FORMATS = ("png", "pdf")
+_DPI = 140
+"""Of a figure in pixels."""
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK)
 
 
 def flight_name(recording: Recording) -> str:
-    """Name of the scenario that was flown."""
-    return str(recording.header.get("name", "flight"))
+    """Name of the scenario that was flown, as matplotlib shows it: a dollar sign is none of mathematics."""
+    return str(recording.header.get("name", "flight")).replace("$", r"\$")
 
 
 def true_states(recording: Recording) -> tuple[Array, Array] | None:
@@ -62,9 +85,17 @@ def save(figure: Figure, folder: str | Path, name: str) -> tuple[Path, Path]:
     Raises:
         OSError: if a file cannot be written.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    png, pdf = folder / f"{name}.png", folder / f"{name}.pdf"
-    figure.savefig(png, dpi=140)
-    figure.savefig(pdf)
+    png, pdf = (Path(folder) / f"{name}.{suffix}" for suffix in FORMATS)
+    save_as(figure, png)
+    save_as(figure, pdf)
     return png, pdf
+
+
+def save_as(figure: Figure, file: Path) -> None:
+    """Write a figure in the format that the file's suffix names; its folder is made if it does not exist.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=_DPI if file.suffix == ".png" else "figure")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import http.client
 import json
+import socket
 import urllib.request
 from urllib.error import HTTPError
 
@@ -64,3 +66,67 @@ def test_nothing_else_is_served(model):
             pass
     with pytest.raises(DoormanError, match="not open"):
         view.url  # noqa: B018
+
+
+def ask(view, path="/", **headers):
+    """Status and headers of an answer to a request with exactly these headers."""
+    with socket.create_connection(("127.0.0.1", int(view.url.rsplit(":", 1)[1][:-1])), timeout=60) as connection:
+        lines = [f"GET {path} HTTP/1.0", *(f"{name.replace('_', '-')}: {value}" for name, value in headers.items())]
+        connection.sendall(("\r\n".join(lines) + "\r\n\r\n").encode())
+        with connection.makefile("rb") as answer:
+            head = answer.readline().decode(), http.client.parse_headers(answer)
+            return int(head[0].split()[1]), head[1]
+
+
+def test_only_its_own_page_gets_an_answer(model):
+    with LiveView(model, "live") as view:
+        view.end()
+        host = view.url.removeprefix("http://").rstrip("/")
+        tunnel = "localhost:7000"
+        for path in ("/", "/frames"):
+            for headers in (
+                {"Host": host},
+                {"Host": host, "Origin": f"http://{host}", "Sec_Fetch_Site": "same-origin", "Sec_Fetch_Dest": "empty"},
+                {"Host": tunnel, "Origin": f"http://{tunnel}"},
+                {"Host": "[::1]:7000"},
+                {"Host": "LOCALHOST"},
+                {
+                    "Host": host,
+                    "Sec_Fetch_Site": "cross-site",
+                    "Sec_Fetch_Dest": "document",
+                },  # a link that was followed
+            ):
+                assert ask(view, path, **headers)[0] == 200, headers
+            for headers in (
+                {},
+                {"Host": "evil.example"},
+                {"Host": f"evil.example:{host.rsplit(':', 1)[1]}"},
+                {"Host": f"{host}.evil.example"},
+                {"Host": "127.0.0.1.evil.example"},
+                {"Host": "evil.example#127.0.0.1"},
+                {"Host": host, "Origin": "http://evil.example"},
+                {"Host": host, "Origin": "null"},
+                {"Host": host, "Origin": f"https://{host}"},
+                {"Host": host, "Origin": "http://127.0.0.1:1"},
+                {"Host": f"{host}\r\nHost: evil.example"},
+                {"Host": host, "Sec_Fetch_Site": "cross-site", "Sec_Fetch_Dest": "iframe"},
+                {"Host": host, "Sec_Fetch_Site": "cross-site", "Sec_Fetch_Dest": "script"},
+                {"Host": host, "Origin": "http://evil.example", "Upgrade": "websocket", "Connection": "Upgrade"},
+            ):
+                assert ask(view, path, **headers)[0] == 403, headers
+        _, answer = ask(view, Host=host)
+        assert answer["X-Frame-Options"] == "DENY" and "Access-Control-Allow-Origin" not in answer
+
+
+def test_a_hostile_name_and_message_stay_words(model):
+    hostile = "</script><script>alert(1)</script><!-- <script>"
+    with LiveView(model, hostile) as view:
+        with urllib.request.urlopen(view.url, timeout=60) as answer:
+            text = answer.read().decode()
+        view.listen("mission", 0.0, {"state": "open", "message": f"{hostile}\n\nevent: end"})
+        fields = {"position": np.zeros(3), "attitude": np.zeros(3), "door_angle": 1.0, "arm_angles": model.start_arm}
+        view.listen("truth", 0.0, fields)
+        view.end()
+        (frame,), _ = events(view)
+    assert "alert(1)" in text and "<script>alert" not in text and "</script><script>a" not in text
+    assert frame["reason"] == f"{hostile}\n\nevent: end"

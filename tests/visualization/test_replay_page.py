@@ -206,10 +206,19 @@ def test_vehicles_of_meshes_are_drawn_as_rods(tmp_path, name, fly):
     assert len(rods) >= model.n_arm
 
 
-def test_header_cannot_break_the_page(flight, model, tmp_path):
-    hostile = Recording(dict(flight), {"name": "</script><script>alert(1)</script>"})
+HOSTILE = "</script><script>alert(1)</script><!-- <script> $title ${flight} \u2028 &amp; </ScRiPt >"
+
+
+def test_name_and_messages_cannot_break_the_page(flight, model, tmp_path):
+    recorder = Recorder(None, {})
+    recorder.write("mission", 0.0, {"state": HOSTILE, "message": HOSTILE})
+    hostile = Recording(dict(flight) | dict(recorder.recording()), {"name": HOSTILE})
     page = Page(replay_page(hostile, model, tmp_path / "replay.html").read_text(encoding="utf-8"))
-    assert len(page.scripts) == 3 and "alert(1)" not in "".join(page.scripts)
+    clean = Page(replay_page(flight, model, tmp_path / "clean.html").read_text(encoding="utf-8"))
+    assert len(page.scripts) == len(clean.scripts) == 3
+    assert [page.scripts[k] for k in (0, 2)] == [clean.scripts[k] for k in (0, 2)]
+    assert "<" not in page.scripts[1]  # nothing in the data that a parser of HTML looks at
+    assert {frame["reason"] for frame in page.frames} == {frame["phase"] for frame in page.frames} == {HOSTILE}
 
 
 def test_times_that_are_not_finite_are_left_out(model, flight, tmp_path):

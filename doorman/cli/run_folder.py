@@ -1,0 +1,68 @@
+"""Folder of a run: made or taken over for one process alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from datetime import datetime
+from pathlib import Path
+
+from doorman.exceptions import DoormanError
+from doorman.locks import locked
+from doorman.recording.runs import RUNS
+
+_LOCK = ".lock"
+
+
+@contextmanager
+def run_folder(out: Path | None, name: str, files: Iterable[str]) -> Iterator[Path]:
+    """A folder for one run, without what an earlier one has left of the same files; other files in it stay.
+
+    Args:
+        out: The folder; made if it does not exist. None: a new one under `runs`.
+        name: How a new one begins.
+        files: What a run writes.
+
+    Yields:
+        The folder; nobody else gets it until the end.
+
+    Raises:
+        DoormanError: if another run writes to it now.
+        OSError: if it cannot be made.
+    """
+    folder = new_folder(name) if out is None else out
+    folder.mkdir(parents=True, exist_ok=True)
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(locked(folder / _LOCK))
+        except BlockingIOError as error:
+            raise DoormanError(
+                "another run writes to this folder now", field="--out", given=str(folder), allowed="a folder of its own"
+            ) from error
+        for file in files:
+            (folder / file).unlink(missing_ok=True)
+        yield folder
+
+
+def new_folder(name: str) -> Path:
+    """Make a new folder under `runs`, named after what is run and the time; no two callers get the same.
+
+    Args:
+        name: How its name begins.
+
+    Returns:
+        The folder.
+
+    Raises:
+        OSError: if it cannot be made.
+    """
+    RUNS.mkdir(parents=True, exist_ok=True)
+    first = folder = RUNS / f"{name}-{datetime.now():%Y%m%d-%H%M%S}"
+    number = 1
+    while True:
+        try:
+            folder.mkdir()
+            return folder
+        except FileExistsError:
+            number += 1
+            folder = first.with_name(f"{first.name}-{number}")

@@ -1,0 +1,166 @@
+"""What was flown: what a recording says of its scenario, and the scenario made of that again, on any machine."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import warnings
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from doorman.exceptions import RecordingError
+from doorman.kinematics.meshes import portable_files
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.scenario import Scenario
+from doorman.summary import summarize
+
+_PARTS = ("vehicle", "door")
+"""Sections of a scenario that name a URDF."""
+_BESIDE = "scenario.toml"
+
+
+def recorded_header(scenario: Scenario) -> dict[str, Any]:
+    """What every recording's header says: the scenario with all its values, and its name."""
+    return {"scenario": scenario.model_dump(mode="json"), "name": scenario.name}
+
+
+def carried_files(scenario: Scenario) -> dict[str, bytes]:
+    """The files that a recording carries: the URDFs of vehicle and door, and their meshes.
+
+    Args:
+        scenario: That is flown.
+
+    Returns:
+        Contents by name, `vehicle.urdf` and `door.urdf` among them.
+
+    Raises:
+        UrdfError: if a URDF cannot be read.
+        OSError: if a mesh cannot be read.
+    """
+    return portable_files(scenario.vehicle_urdf, "vehicle") | portable_files(scenario.door_urdf, "door")
+
+
+def recorded_scenario(
+    recording: Recording, folder: Path | None = None, warn: Callable[[str], None] = warnings.warn
+) -> Scenario:
+    """The scenario that was flown, as the recording's header holds it, with the URDFs that the recording carries.
+
+    A recording that carries none has them looked for where the `scenario.toml` beside it says. Keys that this version of
+    doorman does not know, of an older or a newer one, are left out with a warning.
+
+    Args:
+        recording: The recording.
+        folder: Where its file lies; None if it has none.
+        warn: Called with a sentence if keys are left out.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        RecordingError: if the header holds no scenario, or one with values that do not fit this version of doorman.
+        ScenarioError: if the `scenario.toml` beside the recording cannot be read.
+    """
+    tables = recording.header.get("scenario")
+    if not isinstance(tables, dict):
+        raise RecordingError(
+            "the recording does not say which scenario was flown", file=folder, field="header.scenario"
+        )
+    urdfs = _urdfs(recording, folder)
+    tables = tables | {part: {**_table(tables, part), "urdf": urdf} for part, urdf in urdfs.items()}
+    scenario, unknown = _validated(tables, folder)
+    if unknown:
+        warn(f"the recording is of another version of doorman; left out: {', '.join(unknown)}")
+    return scenario
+
+
+def summary_of(recording: Recording) -> dict[str, Any]:
+    """Figures of a simulated run, by the scenario that it has recorded.
+
+    Args:
+        recording: As `doorman.summary.summarize` takes it.
+
+    Returns:
+        The keys of `summary.json`.
+
+    Raises:
+        DoormanError: if the recorded scenario cannot be made a model any more.
+    """
+    return summarize(recording, Model(recorded_scenario(recording)))
+
+
+def _urdfs(recording: Recording, folder: Path | None) -> dict[str, str]:
+    """Where the URDFs of this recording are now, as far as it is known, by section."""
+    carried = {part: name for part in _PARTS if (name := f"{part}.urdf") in recording.attachments}
+    if carried:
+        unpacked = _unpacked(recording.attachments)
+        return {part: str(unpacked / name) for part, name in carried.items()}
+    if folder is None or not (folder / _BESIDE).is_file():
+        return {}
+    beside = Scenario.load(folder / _BESIDE)
+    return {"vehicle": str(beside.vehicle_urdf), "door": str(beside.door_urdf)}
+
+
+def _table(tables: Mapping[str, Any], name: str) -> dict[str, Any]:
+    table = tables.get(name, {})
+    return table if isinstance(table, dict) else {}
+
+
+def _validated(tables: dict[str, Any], folder: Path | None) -> tuple[Scenario, list[str]]:
+    """The scenario, and the keys that had to be left out."""
+    unknown: list[str] = []
+    while True:
+        try:
+            return Scenario.model_validate(tables), unknown
+        except ValidationError as error:
+            found = error.errors(include_url=False)
+            extra = [tuple(map(str, one["loc"])) for one in found if one["type"] == "extra_forbidden"]
+            shorter = tables
+            for keys in extra:
+                shorter = _without(shorter, keys)
+            if not extra or shorter == tables:
+                raise _misfit(found[0], folder) from None
+            tables = shorter
+            unknown += [".".join(keys) for keys in extra]
+
+
+def _without(table: Any, keys: tuple[str, ...]) -> Any:
+    """The table without a key of it, or of a table in it."""
+    first, *rest = keys
+    if not isinstance(table, dict) or first not in table:
+        return table
+    if not rest:
+        return {key: value for key, value in table.items() if key != first}
+    return {**table, first: _without(table[first], tuple(rest))}
+
+
+def _misfit(first: Any, folder: Path | None) -> RecordingError:
+    return RecordingError(
+        "the recorded scenario does not fit this version of doorman", file=folder,
+        field=".".join(map(str, ("header", "scenario", *first["loc"]))), given=first["input"], allowed=first["msg"],
+    )  # fmt: skip
+
+
+@cache
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    """Goes with the process."""
+    return tempfile.TemporaryDirectory(prefix="doorman-recorded-")
+
+
+def _unpacked(files: Mapping[str, bytes]) -> Path:
+    """A folder with the files, the same for the same ones; their names may be anybody's, and do not lead out of it."""
+    digest = hashlib.sha256()
+    for name, data in sorted(files.items()):
+        digest.update(f"{len(name)} {name} {len(data)} ".encode())
+        digest.update(data)
+    folder = Path(_folder().name) / digest.hexdigest()[:16]
+    if not folder.is_dir():
+        folder.mkdir()
+        for name, data in files.items():
+            if name == Path(name).name and name not in ("", ".", ".."):
+                (folder / name).write_bytes(data)
+    return folder

@@ -1,0 +1,69 @@
+"""Where recordings are: the file in a run's folder, and the newest one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from doorman.exceptions import RecordingError
+
+RUNS = Path("runs")
+"""Folder, below the current one, in which commands put what they are not told to put elsewhere."""
+
+_FILE = "recording.mcap"
+_SUFFIX = ".mcap"
+
+
+def recording_file(run: Path) -> Path:
+    """The recording of a run.
+
+    Args:
+        run: Folder of the run, or the file itself.
+
+    Returns:
+        The file.
+
+    Raises:
+        RecordingError: if there is no such file, or the folder holds no recording or several.
+    """
+    if run.is_file():
+        return run
+    if not run.is_dir():
+        raise RecordingError("no such run", given=str(run), allowed="a run's folder, or an MCAP file")
+    if (run / _FILE).is_file():
+        return run / _FILE
+    found = sorted(run.glob(f"*{_SUFFIX}"))
+    if len(found) != 1:
+        names = ", ".join(file.name for file in found) or "no MCAP file"
+        raise RecordingError("not the folder of one run", file=run, given=names, allowed=f"{_FILE}, or one MCAP file")
+    return found[0]
+
+
+def newest_recording(folder: Path = RUNS) -> Path:
+    """The recording that was written last.
+
+    Args:
+        folder: Where runs are.
+
+    Returns:
+        A file in the folder, or in the folder of a run.
+
+    Raises:
+        RecordingError: if there is none.
+    """
+    found = [(_written(file), file) for file in (*folder.glob(f"*{_SUFFIX}"), *folder.glob(f"*/*{_SUFFIX}"))]
+    times = [(time, file) for time, file in found if time is not None]
+    if not times:
+        raise RecordingError(
+            "no run there yet",
+            file=folder,
+            allowed="a run's folder, an MCAP file, or a run that doorman open left there",
+        )
+    return max(times)[1]
+
+
+def _written(file: Path) -> int | None:
+    """When a file was last written [ns]; None if it is none, or is gone."""
+    try:
+        return file.stat().st_mtime_ns if file.is_file() else None
+    except OSError:
+        return None

@@ -1,0 +1,74 @@
+"""Syncer: has the disk take what was written to a file, without holding up whoever writes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+from pathlib import Path
+
+
+class Syncer:
+    """A thread that calls fsync whenever it is asked to; what is asked for meanwhile is done once, afterwards.
+
+    Args:
+        descriptor: Of the file; the syncer has a copy of its own.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor = os.dup(descriptor)
+        self._asked = threading.Event()
+        self._over = False
+        self._error: OSError | None = None
+        self._thread = threading.Thread(target=self._run, name="recording's syncer", daemon=True)
+        self._thread.start()
+
+    def ask(self) -> None:
+        """Have the disk take, soon, what was written until now.
+
+        Raises:
+            OSError: if an earlier request has failed.
+        """
+        if self._error is not None:
+            raise self._error
+        self._asked.set()
+
+    def sync(self) -> None:
+        """Have the disk take what was written until now, and wait for it.
+
+        Raises:
+            OSError: if it cannot, or an earlier request has failed.
+        """
+        if self._error is not None:
+            raise self._error
+        os.fsync(self._descriptor)
+
+    def stop(self) -> None:
+        """End the thread; may be called twice."""
+        self._over = True
+        self._asked.set()
+        if threading.current_thread() is not self._thread:  # garbage may be collected on any
+            self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            while True:
+                self._asked.wait()
+                self._asked.clear()
+                if self._over:
+                    return
+                os.fsync(self._descriptor)
+        except OSError as error:
+            self._error = error
+        finally:
+            os.close(self._descriptor)
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the disk take the names of new files in a folder, where its file system can."""
+    with contextlib.suppress(OSError):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
