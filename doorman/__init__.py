@@ -1,6 +1,7 @@
 """doorman: aerial manipulators that open hinged doors.
 
-A public name brings in its module when it is first asked for: `import doorman` itself loads nothing.
+A public name brings in its module when it is first asked for, and so does a package, such as `doorman.ocp`: `import doorman`
+itself loads nothing.
 """
 
 from __future__ import annotations
@@ -31,9 +32,17 @@ _MODULES = {
     "simulate": "doorman.mission",
 }
 
+_PACKAGES = (
+    "campaign", "cli", "collision", "control", "dynamics", "exceptions", "feasibility", "flight", "hardware", "kinematics",
+    "mission", "model", "numba_types", "ocp", "recording", "rig", "scenario", "signals", "simulation", "summary",
+    "visualization",
+)  # fmt: skip
+
 if not TYPE_CHECKING:  # a type checker would take any name for granted
 
     def __getattr__(name: str) -> object:
+        if name in _PACKAGES:
+            return importlib.import_module(f"{__name__}.{name}")  # which makes it an attribute of this one
         if name not in _MODULES:
             raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
         value = getattr(importlib.import_module(_MODULES[name]), name)
@@ -42,4 +51,4 @@ if not TYPE_CHECKING:  # a type checker would take any name for granted
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__, *_PACKAGES})

@@ -1,8 +1,10 @@
-"""Checks of arrays that come from outside: shape, type and finiteness."""
+"""Checks of numbers and arrays that come from outside: type, shape and finiteness. Text, bool and complex are no numbers."""
 
 from __future__ import annotations
 
 import math
+from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,12 +26,7 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
     Raises:
         DimensionError: if the values are not numbers, have another shape, or are not all finite.
     """
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise DimensionError(
-            "not an array of numbers", field=field, given=repr(values)[:80], allowed=f"shape ({size},)"
-        ) from error
+    array = numbers(values, field, f"shape ({size},)")
     if array.shape != (size,):
         raise DimensionError("wrong shape", field=field, given=array.shape, allowed=f"({size},)")
     if not all(map(math.isfinite, array.tolist())):  # faster than numpy's for short vectors
@@ -38,3 +35,73 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
             "not finite", field=f"{field}[{index}]", given=float(array[index]), allowed="finite numbers"
         )
     return array
+
+
+def numbers(values: ArrayLike, field: str, allowed: str = "an array of numbers") -> NDArray[np.float64]:
+    """A fresh, contiguous float array of any shape, finite or not.
+
+    Args:
+        values: What was given.
+        field: Name of the argument, for the error.
+        allowed: What would have been accepted, for the error.
+
+    Raises:
+        DimensionError: if the values are not numbers.
+    """
+    try:
+        if _are_numbers(values):
+            return np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError, OverflowError, RecursionError):  # ragged, beyond floats, or a list that holds itself
+        pass
+    raise DimensionError("not an array of numbers", field=field, given=repr(values)[:80], allowed=allowed)
+
+
+def number(value: Any, field: str, allowed: str = "a finite number") -> float:
+    """A finite number.
+
+    Args:
+        value: What was given.
+        field: Name of the argument, for the error.
+        allowed: What would have been accepted, for the error.
+
+    Raises:
+        DimensionError: if it is no number, or not finite.
+    """
+    try:
+        found = float(numbers(value, field, allowed)) if np.ndim(value) == 0 else math.nan
+    except ValueError as error:  # of an array whose rows differ in length
+        raise DimensionError("not a number", field=field, given=repr(value)[:80], allowed=allowed) from error
+    if not math.isfinite(found):
+        raise DimensionError("not a finite number", field=field, given=value, allowed=allowed)
+    return found
+
+
+_MOST = 2**63 - 1
+"""Of integers as kernels and generators of random numbers take them."""
+
+
+def whole(value: Any, field: str, least: int) -> int:
+    """A whole number of 64 bits, not below a least one; 3.0 is none.
+
+    Args:
+        value: What was given.
+        field: Name of the argument, for the error.
+        least: Smallest that is accepted.
+
+    Raises:
+        DimensionError: if it is no whole number, smaller, or larger than 64 bits hold.
+    """
+    if isinstance(value, (int, np.integer)) and not isinstance(value, bool) and least <= value <= _MOST:
+        return int(value)
+    raise DimensionError("not a whole number", field=field, given=value, allowed=f"an integer >= {least}, of 64 bits")
+
+
+def _are_numbers(values: Any) -> bool:
+    if isinstance(values, (list, tuple)):
+        return all(map(_are_numbers, values))
+    kind = getattr(getattr(values, "dtype", None), "kind", None)
+    if kind is None:
+        if hasattr(values, "__array__"):
+            return _are_numbers(np.asarray(values))
+        return isinstance(values, Real) and not isinstance(values, bool)
+    return kind in "iuf" or (kind == "O" and all(map(_are_numbers, np.asarray(values).ravel().tolist())))

@@ -5,6 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 
+def how_to_install(extra: str) -> str:
+    """Words that say how an extra of doorman is installed.
+
+    Args:
+        extra: Its name in `pyproject.toml`.
+    """
+    return f"in a checkout of doorman: pip install -e '.[{extra}]'"
+
+
 class DoormanError(Exception):
     """Base of every error that doorman raises on purpose.
 

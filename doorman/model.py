@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import number, numbers, vector
 from doorman.collision.constraints import (
     ConstraintParameters,
     collision_constraints,
@@ -47,15 +48,15 @@ class Model:
     States are x = [φ, θ, ψ, α, α̇, η_1 … η_n], inputs u = [f_t, Ω, Ḣ_d]; shapes (5 + n,) and (4 + n,).
 
     Args:
-        scenario: The scenario.
+        scenario: The scenario, the name of a shipped one, or the path of a TOML file.
 
     Raises:
         UrdfError: if a URDF is unusable.
         ScenarioError: if the scenario's vectors do not fit the arm, or the contact point is off the leaf.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
+    def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
+        self.scenario = scenario = Scenario.of(scenario)
         self._own_constraints: PerThread[ConstraintParameters] = PerThread()
         self._own_dynamics: PerThread[QuasiStaticParameters] = PerThread()
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
@@ -100,6 +101,7 @@ class Model:
             x, shape (5 + n,).
         """
         first, last = self.start_state, self.goal_state
+        door_angle = number(door_angle, "door_angle")
         done = min(max((first[3] - door_angle) / (first[3] - last[3]), 0.0), 1.0)
         return np.asarray(last + (1.0 - done) * (first - last))
 
@@ -162,10 +164,9 @@ class Model:
         Raises:
             DimensionError: if the array has another shape.
         """
-        x = np.ascontiguousarray(states, dtype=np.float64)
+        x = numbers(states, "states", f"shape (m, {self.nx})")
         if x.ndim != 2 or x.shape[1] != self.nx:
             raise DimensionError("wrong shape", field="states", given=x.shape, allowed=f"(m, {self.nx})")
-        x = x if x.flags.writeable else x.copy()
         h = np.empty((len(x), self.n_constraints))
         collision_constraints_batch(self._constraint_parameters, x, h)
         return h
@@ -235,7 +236,7 @@ class Model:
             friction_rate=door.friction_rate,
             stiffness=door.stiffness,
             rest_angle=door.rest_angle,
-            disturbance=disturbance,
+            disturbance=number(disturbance, "disturbance"),
             entries=np.zeros(N_ENTRIES),
         )
 

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.one_line import OneLine
+
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Measurement:
+@dataclass(frozen=True, eq=False, repr=False)
+class Measurement(OneLine):
     """What the sensors say at one time; the door's angle is not among it."""
 
     time: float
@@ -33,8 +35,8 @@ class Measurement:
     nothing new has come, and before 0 where the pose is older than the backend's opening."""
 
 
-@dataclass(frozen=True)
-class Command:
+@dataclass(frozen=True, eq=False, repr=False)
+class Command(OneLine):
     """What is asked of the vehicle until the next command."""
 
     thrust: float

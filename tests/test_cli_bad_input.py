@@ -110,4 +110,4 @@ def test_a_missing_extra_is_named(tmp_path):
         env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False,
     )  # fmt: skip
     assert ran.returncode == 2
-    assert "doorman[sim]" in ran.stderr and ran.stderr.count("\n") == 1
+    assert "pip install -e '.[sim]'" in ran.stderr and ran.stderr.count("\n") == 1

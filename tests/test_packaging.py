@@ -69,8 +69,8 @@ def test_the_wheel_holds_every_file(unpacked, source, packaged, suffix):
 
 def test_the_wheel_holds_the_package_alone(unpacked):
     assert (unpacked / "doorman" / "py.typed").is_file()
-    assert {path.name for path in unpacked.iterdir()} == {"doorman", f"doorman-{doorman.__version__}.dist-info"}
-    information = unpacked / f"doorman-{doorman.__version__}.dist-info"
+    assert {path.name for path in unpacked.iterdir()} == {"doorman", f"doorman_uam-{doorman.__version__}.dist-info"}
+    information = unpacked / f"doorman_uam-{doorman.__version__}.dist-info"
     assert "doorman = doorman.cli:main" in (information / "entry_points.txt").read_text()
     assert list(information.rglob("LICENSE"))
 

@@ -119,7 +119,7 @@ def test_parquet_without_pyarrow_names_the_extra(flight, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     result = run("export", flight, "--parquet", "--out", tmp_path / "tables")
     assert result.exit_code == 2
-    assert "doorman[campaign]" in result.stderr
+    assert "pip install -e '.[campaign]'" in result.stderr
     assert not (tmp_path / "tables").exists()
 
 

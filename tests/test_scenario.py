@@ -109,7 +109,7 @@ def test_urdf_paths_are_shipped_names_or_relative_to_the_file(write, tmp_path):
     (tmp_path / "doors").mkdir()
     own = tmp_path / "doors" / "own.urdf"
     own.write_text((urdf_directory() / "hinged_door.urdf").read_text())
-    scenario = Scenario.load(write('[door]\nurdf = "doors/own.urdf"\n[vehicle]\nurdf = "hexarotor_arm.urdf"\n'))
+    scenario = Scenario.load(write('[door]\nurdf = "doors/own.urdf"\n[vehicle]\nurdf = "hexarotor_arm"\n'))
     assert scenario.door_urdf == own.resolve()
     assert scenario.vehicle_urdf.samefile(urdf_directory() / "hexarotor_arm.urdf")
     assert Model(scenario).door.width == 1.2

@@ -93,6 +93,15 @@ def test_every_public_name_is_that_of_its_module():
         assert vars(doorman)[name] is value
 
 
+def test_packages_come_when_they_are_asked_for(tmp_path):
+    code = "import doorman; assert doorman.ocp.Problem and doorman.scenario.Scenario; dir(doorman)"
+    assert loaded_by(code, {"doorman.ocp.problem", "doorman.mission", "mujoco"}, tmp_path) == {"doorman.ocp.problem"}
+    folders = {path.parent.name for path in (ROOT / "doorman").glob("*/__init__.py")}
+    assert folders <= set(dir(doorman))
+    for name in folders:
+        assert getattr(doorman, name) is importlib.import_module(f"doorman.{name}")
+
+
 def test_an_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match=r"'doorman' has no attribute 'Plane'"):
         doorman.Plane  # noqa: B018

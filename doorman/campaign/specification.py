@@ -13,8 +13,9 @@ from typing import Any, overload
 from doorman.campaign.draws import Draw, draw
 from doorman.exceptions import ScenarioError
 from doorman.model import Model
-from doorman.resources import scenario_directory, shipped, urdf_directory
+from doorman.resources import shipped, urdf_directory
 from doorman.scenario import CampaignSection, Distribution, Scenario
+from doorman.scenario.files import absolute
 
 
 @dataclass(frozen=True)
@@ -107,9 +108,7 @@ class Campaign:
         )
 
     def _command(self, seed: int, duration: float | None, overrides: Mapping[str, Any]) -> str:
-        source = (
-            self.source if self.source in shipped(scenario_directory(), ".toml") else str(Path(self.source).resolve())
-        )
+        source = absolute(self.source, Path.cwd())
         words = ["doorman", "open", source, "--seed", str(seed)]
         if duration is not None:
             words += ["--duration", repr(duration)]

@@ -18,7 +18,7 @@ from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
 from doorman.cli.streams import lost_stream, steady_streams
 from doorman.cli.vehicle_commands import add_vehicle_commands
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, how_to_install
 
 BAD_INPUT = 2
 """Exit status for input or surroundings that cannot be used; what was asked for and did not come true is 1."""
@@ -209,7 +209,7 @@ def _status(command: Callable[[], int]) -> int:
         _complain(f"error: {error.filename or lost_stream() or 'stdout or a file'}: {error.strerror or error}")
     except ModuleNotFoundError as error:
         extra = _EXTRAS.get((error.name or "").partition(".")[0])
-        advice = "" if extra is None else f"; it comes with: pip install 'doorman[{extra}]'"
+        advice = "" if extra is None else f"; {how_to_install(extra)}"
         _complain(f"error: {error.name} is not installed{advice}")
     except (EOFError, typer.Abort):
         _complain("error: stdin: nobody answers a question")

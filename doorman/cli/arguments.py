@@ -58,7 +58,9 @@ def _keys(section: Any, prefix: str) -> list[str]:
 Source = Annotated[
     str,
     typer.Argument(
-        metavar="SCENARIO", help="Name of a shipped scenario, or path of a TOML file.", autocompletion=complete_scenario
+        metavar="SCENARIO",
+        help="Name of a shipped scenario, or path of a TOML file.",
+        autocompletion=complete_scenario,
     ),
 ]
 Sources = Annotated[

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
-from doorman.resources import shipped, urdf_directory
 from doorman.scenario import Scenario
 
 
 def effective_toml(scenario: Scenario) -> str:
-    """A scenario as TOML text that loads as the same task from any directory.
-
-    Keys whose default follows from the URDFs and that nobody has set are left out; URDFs that do not ship with doorman are
-    written as absolute paths.
+    """A scenario as TOML text that loads as the same task from any directory; see `Scenario.save`.
 
     Args:
         scenario: The scenario.
@@ -24,28 +17,4 @@ def effective_toml(scenario: Scenario) -> str:
     Raises:
         ScenarioError: if one of its URDFs does not exist.
     """
-    tables: dict[str, Any] = scenario.model_dump(exclude_none=True)
-    known = shipped(urdf_directory(), ".urdf").values()
-    for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):
-        tables[section]["urdf"] = path.stem if path in known else str(path)
-    return "\n".join(_lines(tables, "")).lstrip("\n") + "\n"
-
-
-def _lines(table: dict[str, Any], name: str) -> list[str]:
-    values = {key: value for key, value in table.items() if not isinstance(value, dict)}
-    lines = ["", f"[{name}]"] if values and name else []
-    lines += [f"{key} = {_value(value)}" for key, value in values.items()]
-    for key, value in table.items():
-        if isinstance(value, dict):
-            lines += _lines(value, f"{name}.{key}" if name else key)
-    return lines
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, (list, tuple)):
-        return f"[{', '.join(_value(item) for item in value)}]"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    return repr(value)
+    return scenario.toml()

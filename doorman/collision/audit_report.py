@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from doorman.one_line import OneLine
+
 
 @dataclass(frozen=True)
 class Offender:
@@ -35,8 +37,8 @@ class RowConservatism:
     """Median of the exact clearance there, without the link that carries the tip against the leaf [m]."""
 
 
-@dataclass(frozen=True)
-class AuditReport:
+@dataclass(frozen=True, repr=False)
+class AuditReport(OneLine):
     """Result of an audit."""
 
     sampled: int

@@ -10,12 +10,13 @@ import fcl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import numbers, vector
 from doorman.collision.shapes import Shape, read_shapes
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import load_description
 from doorman.kinematics.vehicle import Vehicle
+from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
 
@@ -34,8 +35,8 @@ class Clearance:
     """Shape of the door, or of the vehicle itself."""
 
 
-@dataclass(frozen=True)
-class Clearances:
+@dataclass(frozen=True, eq=False, repr=False)
+class Clearances(OneLine):
     """Distance of the closest pair of shapes at each of m configurations."""
 
     distances: Array
@@ -249,12 +250,7 @@ class CollisionScene:
 
 def _numbers(values: ArrayLike, field: str) -> Array:
     """Finite floats of any shape."""
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise DimensionError(
-            "not an array of numbers", field=field, given=repr(values)[:80], allowed="an array of numbers"
-        ) from error
+    array = numbers(values, field)
     if not np.isfinite(array).all():
         raise DimensionError(
             "not finite", field=field, given=float(array[~np.isfinite(array)][0]), allowed="finite numbers"

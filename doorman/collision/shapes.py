@@ -15,7 +15,7 @@ import yourdfpy
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.meshes import mesh_file
+from doorman.kinematics.meshes import mesh_path
 from doorman.kinematics.urdf import frozen, load_description
 
 Array = NDArray[np.float64]
@@ -87,8 +87,8 @@ def _shape(path: Path, link: str, name: str, collision: yourdfpy.Collision) -> S
 
 def _convex_hull(path: Path, field: str, mesh: yourdfpy.Mesh) -> tuple[Array, NDArray[np.int64]]:
     """Vertices (m, 3) of a mesh's convex hull, and its triangles in FCL's flat form: 3 and three indices each."""
-    file = mesh_file(path, mesh.filename)
-    if file is None:
+    file = mesh_path(path, mesh.filename, field)
+    if not file.is_file():
         raise UrdfError("no such mesh", file=path, field=field, given=mesh.filename, allowed="an existing file")
     scale = np.ones(3) if mesh.scale is None else np.broadcast_to(np.asarray(mesh.scale, dtype=np.float64), 3).copy()
     points = coal.StdVec_Vec3s()

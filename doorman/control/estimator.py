@@ -17,6 +17,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import GRAVITY, Model
+from doorman.one_line import OneLine
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
@@ -47,8 +48,8 @@ class Tie(Enum):
     """It is tied to the leaf."""
 
 
-@dataclass(frozen=True)
-class Estimate:
+@dataclass(frozen=True, eq=False, repr=False)
+class Estimate(OneLine):
     """What is known at one time."""
 
     time: float

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.one_line import OneLine
 from doorman.scenario import ControlSection
 
 Array = NDArray[np.float64]
@@ -32,8 +33,8 @@ _MOST_LIFT = 0.7
 vehicle that grips hangs on the handle [N]."""
 
 
-@dataclass(frozen=True)
-class Setpoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class Setpoint(OneLine):
     """Where the vehicle should be and how it should move there, world frame."""
 
     position: Array
@@ -56,8 +57,8 @@ class Setpoint:
     """Largest tilt, in place of the settings' [rad]."""
 
 
-@dataclass(frozen=True)
-class Thrust:
+@dataclass(frozen=True, eq=False, repr=False)
+class Thrust(OneLine):
     """What the controller asks of the vehicle."""
 
     thrust: float

@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from doorman.collision.audit import AuditReport
+from doorman.one_line import OneLine
 
 
 class Severity(StrEnum):
@@ -41,8 +42,8 @@ class Finding:
         return self.severity is Severity.OK
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, repr=False)
+class Report(OneLine):
     """All findings about one scenario."""
 
     scenario: str

@@ -19,6 +19,7 @@ from doorman.kinematics.arm import ArmParameters, tip_motion
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
 from doorman.kinematics.vehicle import Vehicle
+from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
 
@@ -47,8 +48,8 @@ def distance_in_doorway(reach: float, room: float) -> float:
     return beside + math.sqrt(max(room**2 - behind**2, 0.0))
 
 
-@dataclass(frozen=True)
-class VehicleMotion:
+@dataclass(frozen=True, eq=False, repr=False)
+class VehicleMotion(OneLine):
     """Where the vehicle is and how it moves, in the world frame."""
 
     position: Array

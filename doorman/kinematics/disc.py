@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.meshes import missing_meshes, with_mesh_paths
 from doorman.kinematics.urdf import load_pinocchio
 
 
@@ -25,15 +26,14 @@ def disc_radius(urdf: Path, base: pinocchio.SE3) -> float:
     Raises:
         UrdfError: if the base link has no collision shape, or a mesh cannot be read.
     """
-    folders = [str(folder) for folder in urdf.resolve().parents]
     try:
-        geometry = pinocchio.buildGeomFromUrdf(
-            load_pinocchio(urdf), str(urdf), pinocchio.GeometryType.COLLISION, package_dirs=folders
+        geometry = pinocchio.buildGeomFromUrdfString(
+            load_pinocchio(urdf), with_mesh_paths(urdf), pinocchio.GeometryType.COLLISION
         )
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
             "collision meshes cannot be read; set vehicle.radius", file=urdf, field="vehicle.radius",
-            given=" ".join(str(error).split()), allowed="meshes that exist, or a radius > 0 m",
+            given=", ".join(missing_meshes(urdf)) or " ".join(str(error).split()), allowed="meshes that exist, or a radius > 0 m",
         ) from error  # fmt: skip
     reaches = [
         _horizontal_reach(item.geometry, base.inverse() * item.placement)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
+import os
 from pathlib import Path
 
+from doorman.checks import number, whole
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files, recorded_header
 from doorman.mission.mission import Mission, OnProgress
@@ -16,11 +17,11 @@ from doorman.summary import summarize
 
 
 def simulate(
-    scenario: Scenario | Model,
+    scenario: Scenario | Model | str | os.PathLike[str],
     duration: float | None = None,
     seed: int = 0,
     *,
-    path: Path | None = None,
+    path: str | os.PathLike[str] | None = None,
     realtime: bool = False,
     planner: Planner | None = None,
     on_progress: OnProgress | None = None,
@@ -29,10 +30,10 @@ def simulate(
     """Fly a scenario in simulation.
 
     Args:
-        scenario: The scenario, or a model of it that exists already.
+        scenario: The scenario, its name or path, or a model of it that exists already.
         duration: Simulated time at most, > 0 [s]; to the mission's end if not given.
-        seed: Of the sensors' noise and the gusts, >= 0.
-        path: MCAP file to record to, which carries the URDFs; in memory only if not given.
+        seed: Of the sensors' noise and the gusts, an integer >= 0.
+        path: MCAP file to record to, which carries the URDFs, and whose directory is made; in memory only if not given.
         realtime: Do not run ahead of the wall clock.
         planner: Planner of the same scenario, to save its construction.
         on_progress: Called once per planner period with time and estimated door angle.
@@ -47,14 +48,14 @@ def simulate(
     from doorman import __version__
     from doorman.simulation import SimulatedBackend  # needs the extra `sim`
 
-    if duration is not None and not 0.0 < duration < math.inf:
-        raise DoormanError("not a duration", field="duration", given=duration, allowed="> 0 s")
-    if seed < 0:
-        raise DoormanError("not a seed", field="seed", given=seed, allowed=">= 0")
+    if duration is not None:
+        duration = _duration(duration)
+    seed = whole(seed, "seed", 0)
+    file = None if path is None else _file(path)
     model = scenario if isinstance(scenario, Model) else Model(scenario)
     header = recorded_header(model.scenario) | {"seed": seed, "duration": duration, "version": __version__}
-    carried = None if path is None else carried_files(model.scenario)
-    with Recorder(path, header, listener, attachments=carried) as recorder:
+    carried = None if file is None else carried_files(model.scenario)
+    with Recorder(file, header, listener, attachments=carried) as recorder:
         mission = Mission(model, planner, recorder)
         backend = SimulatedBackend(model, seed=seed, recorder=recorder, realtime=realtime)
         try:
@@ -65,3 +66,16 @@ def simulate(
     if "truth" in recording and "estimate" in recording:  # else interrupted before the first tick
         recording.summary = summarize(recording, model)
     return recording
+
+
+def _duration(given: float) -> float:
+    duration = number(given, "duration", "> 0 s")
+    if duration <= 0.0:
+        raise DoormanError("not a duration", field="duration", given=given, allowed="> 0 s")
+    return duration
+
+
+def _file(given: str | os.PathLike[str]) -> Path:
+    if not isinstance(given, (str, os.PathLike)) or not (file := Path(given)).name or file.is_dir():
+        raise DoormanError("not a file to record to", field="path", given=given, allowed="path of an MCAP file")
+    return file

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import DimensionError
+from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class QuadraticCost:
+@dataclass(frozen=True, eq=False, repr=False)
+class QuadraticCost(OneLine):
     r"""Diagonal quadratic cost (the paper's).
 
     .. math::

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import number, vector
 from doorman.exceptions import DimensionError
 from doorman.ocp import augmented_lagrangian as kernels
 from doorman.ocp import cold_start, guess, real_time, rollout, sweep
@@ -182,8 +182,8 @@ class Hybrid(Cddp):
         """
         started = time.monotonic()
         first = vector(state, self._problem.nx, "state")
-        if elapsed is not None and not math.isfinite(elapsed):
-            raise DimensionError("not a time", field="elapsed", given=elapsed, allowed="a finite time [s]")
+        if elapsed is not None:
+            elapsed = number(elapsed, "elapsed", "a finite time [s]")
         budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
         if not self._started:
             return self.run(first, max_iterations=budget, time_limit=time_limit)

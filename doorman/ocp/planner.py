@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ from doorman.ocp.hybrid import Hybrid
 from doorman.ocp.options import SolverOptions
 from doorman.ocp.planning_model import planning_model
 from doorman.ocp.solution import PlanStatus, row_name
+from doorman.one_line import OneLine
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -33,8 +35,8 @@ def _runs_away(status: PlanStatus, violated: str) -> bool:
     return not status.flyable and violated.startswith(("door", "tip presses"))
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(OneLine):
     """One second or so of motion; arrays are read-only."""
 
     states: Array
@@ -46,7 +48,9 @@ class Plan:
     max_violation: float
     """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
     iterations: int
+    """Of the solver, linearisations and sweeps."""
     status: PlanStatus
+    """How the solve ended, and whether the plan may be flown."""
     solve_time: float
     """Of the whole call [s]."""
     time_step: float
@@ -73,14 +77,16 @@ class Planner(CopiedWhole):
     touching it: with the same hinge, margin and previous plan.
 
     Args:
-        scenario: The scenario, or a model of it that exists already.
+        scenario: The scenario, its name or path, or a model of it that exists already.
         options: Settings of the solver.
 
     Raises:
         DoormanError: if the scenario cannot be made a problem.
     """
 
-    def __init__(self, scenario: Scenario | Model, options: SolverOptions | None = None) -> None:
+    def __init__(
+        self, scenario: Scenario | Model | str | os.PathLike[str], options: SolverOptions | None = None
+    ) -> None:
         self.model = scenario if isinstance(scenario, Model) else Model(scenario)
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
@@ -115,7 +121,9 @@ class Planner(CopiedWhole):
         given = {
             "friction": friction, "disturbance": disturbance, "inertia": inertia, "damping": damping, "stiffness": stiffness,
         }  # fmt: skip
-        hinge = self._hinge._replace(**{name: float(value) for name, value in given.items() if value is not None})
+        hinge = self._hinge._replace(
+            **{name: number(value, name) for name, value in given.items() if value is not None}
+        )
         for name, value, least, allowed in (
             ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
             ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
@@ -136,9 +144,10 @@ class Planner(CopiedWhole):
         Raises:
             DimensionError: if it is negative or not finite.
         """
-        if not 0.0 <= margin < math.inf:
+        wanted = number(margin, "margin", "finite, >= 0 [m]")
+        if wanted < 0.0:
             raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
-        self._margin, self._fitted = float(margin), False
+        self._margin, self._fitted = wanted, False
 
     @property
     def margin(self) -> float:
@@ -219,9 +228,8 @@ class Planner(CopiedWhole):
         started = time.perf_counter()
         x = self.planning.check_state(state)
         self._fit(x)
-        left = time_limit - (time.perf_counter() - started)
         status, iterations = self.solver.replan(
-            x, elapsed, iterations=self.settings.iterations, max_iterations=max_iterations, time_limit=left
+            x, elapsed, iterations=self.settings.iterations, max_iterations=max_iterations, time_limit=time_limit
         )
         return self._plan(status, iterations, started)
 

@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 from doorman.ocp.costs import QuadraticCost
+from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Bounds:
+@dataclass(frozen=True, eq=False, repr=False)
+class Bounds(OneLine):
     """Bounds of states after the first, and of inputs; an end that is not given, or infinite, does not bind."""
 
     state_lower: ArrayLike | None = None
@@ -51,8 +52,8 @@ class Bounds:
         return Bounds(**arrays)
 
 
-@dataclass(frozen=True)
-class Problem:
+@dataclass(frozen=True, eq=False, repr=False)
+class Problem(OneLine):
     r"""Minimise a cost subject to dynamics, constraints and bounds.
 
     .. math::
@@ -69,6 +70,7 @@ class Problem:
     time_step: float
     """Δt [s]."""
     cost: QuadraticCost
+    """Quadratic part of J; its goals say how many states and inputs there are."""
     n_constraints: int = 0
     """Rows of h, on every state after the first."""
     n_input_constraints: int = 0
@@ -76,6 +78,7 @@ class Problem:
     n_end_constraints: int = 0
     """Rows of h_N, on the last state."""
     bounds: Bounds = field(default_factory=Bounds)
+    """Of states after the first, and of inputs."""
     integrators: int = 0
     """m: the last m states are x⁺ = x + Δt u of the last m inputs, and nothing else depends on these inputs. Declaring them
     saves time, nothing more."""

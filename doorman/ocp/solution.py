@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from doorman.ocp.kkt import kkt_residual
 from doorman.ocp.problem import Problem
 from doorman.ocp.workspace import Multipliers
+from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
 
@@ -68,11 +69,12 @@ class Timings:
     """Rollouts onto dynamics and constraints."""
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution(OneLine):
     """Trajectory and diagnosis of one solve; arrays are read-only."""
 
     problem: Problem
+    """What was solved."""
     states: Array
     """X, shape (N + 1, nx)."""
     inputs: Array
@@ -82,6 +84,7 @@ class Solution:
     multipliers: Multipliers
     """Of constraints and bounds."""
     cost: float
+    """J of the trajectory."""
     violation: float
     """Largest violated row or bound at any node, 0 inside [the row's unit]."""
     violation_node: int
@@ -93,8 +96,11 @@ class Solution:
     defect: float
     """Largest |f(x_k, u_k) − x_{k+1}|."""
     iterations: int
+    """Linearisations and sweeps."""
     status: PlanStatus
+    """How the solve ended, and whether the trajectory may be used."""
     timings: Timings
+    """Where the time went."""
 
     @property
     def solve_time(self) -> float:

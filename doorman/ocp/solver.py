@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import number, numbers, vector, whole
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import Handle, held, separate
@@ -340,12 +340,9 @@ def checked_budget(max_iterations: int, time_limit: float) -> int:
     Raises:
         DimensionError: if it is no integer, or a budget is not positive.
     """
-    if not (isinstance(max_iterations, (int, np.integer)) and max_iterations >= 1 and time_limit > 0.0):
-        raise DimensionError(
-            "no budget", field="max_iterations, time_limit", given=(max_iterations, time_limit),
-            allowed=">= 1 iteration, an integer, and > 0 s",
-        )  # fmt: skip
-    return int(max_iterations)
+    if time_limit != math.inf and number(time_limit, "time_limit", "> 0 s") <= 0.0:
+        raise DimensionError("no time", field="time_limit", given=time_limit, allowed="> 0 s")
+    return whole(max_iterations, "max_iterations", 1)
 
 
 def per_node(values: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -371,7 +368,7 @@ def per_node(values: ArrayLike, shape: tuple[int, ...]) -> Array:
 
 
 def _copy_checked(field: str, values: ArrayLike, out: Array) -> None:
-    given = np.asarray(values, dtype=np.float64)
+    given = numbers(values, field)
     if given.shape != out.shape:
         raise DimensionError("wrong shape", field=field, given=given.shape, allowed=str(out.shape))
     if not np.isfinite(given).all():

@@ -13,7 +13,7 @@ from typing import Any, Literal, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import DoormanError, RecordingError
+from doorman.exceptions import DoormanError, RecordingError, how_to_install
 from doorman.recording.messages import HEADER, TIME
 from doorman.recording.recording import Recording, Topic
 
@@ -107,7 +107,7 @@ def _parquet_writer() -> Callable[[Topic, Path], None]:
         from pyarrow import parquet
     except ModuleNotFoundError as error:
         raise DoormanError(
-            "Parquet needs pyarrow, which is not installed; it comes with: pip install 'doorman[campaign]'",
+            f"Parquet needs pyarrow, which is not installed; {how_to_install('campaign')}",
             field="form", given="parquet", allowed="csv without it",
         ) from error  # fmt: skip
 

@@ -23,8 +23,17 @@ _ALLOWED = {
 """Words of TOML for what pydantic says in words of Python, by its type of error."""
 
 
-def explain(root: type[BaseModel], error: ValidationError, path: Path) -> ScenarioError:
-    """Turn the first of pydantic's findings into one error of ours."""
+def explain(root: type[BaseModel], error: ValidationError, path: Path | None = None) -> ScenarioError:
+    """Turn the first of pydantic's findings into one error of ours.
+
+    Args:
+        root: The section that was to be made.
+        error: What pydantic found.
+        path: File that holds the values, if one does.
+
+    Returns:
+        The error.
+    """
     first = error.errors(include_url=False)[0]
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""

@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
-import difflib
+import os
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import PrivateAttr, ValidationError
 
 from doorman.exceptions import ScenarioError
-from doorman.resources import scenario_directory, shipped, urdf_directory
-from doorman.scenario.campaign import CampaignSection
+from doorman.scenario.campaign import CampaignSection, Distribution
 from doorman.scenario.errors import explain
+from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate
 from doorman.scenario.flight import ControlSection, EstimationSection, MissionSection
+from doorman.scenario.plain import plain
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.simulation import SimulationSection
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
-from doorman.scenario.values import Section
+from doorman.scenario.toml_text import toml_text
+from doorman.scenario.values import Section, hashed
+
+_URDFS = ("vehicle.urdf", "door.urdf")
+"""Keys that hold the path of a file, or the name of a shipped one."""
 
 
 class Scenario(Section):
     """One task: URDFs, contact, start, goal, and the options of planner, controller and simulator.
 
-    Make one with `Scenario.load`; `Scenario()` is the paper's task.
+    Make one with `Scenario.load`; `Scenario()` is the paper's task. Two scenarios are equal if they have the same values and the
+    same files, wherever they were read from.
+
+    Raises:
+        ScenarioError: if a key is unknown, or a value of wrong type or out of range.
     """
 
     vehicle: VehicleSection = VehicleSection()
@@ -46,12 +55,13 @@ class Scenario(Section):
     _source: Path | None = PrivateAttr(default=None)
 
     @classmethod
-    def load(cls, source: str | Path = "paper", overrides: Mapping[str, Any] | None = None) -> Scenario:
+    def load(cls, source: str | os.PathLike[str] = "paper", overrides: Mapping[str, Any] | None = None) -> Scenario:
         """Read a scenario and check it.
 
         Args:
-            source: Name of a shipped scenario (`paper`, `push`) or path of a TOML file.
-            overrides: Values by dotted key, for example `{"contact.distance_from_hinge": 0.65}`; they win over the file.
+            source: Name of a shipped scenario (`paper`, `push`) or path of a TOML file, with its suffix.
+            overrides: Values by dotted key, for example `{"contact.distance_from_hinge": 0.65}`; they win over the file. Paths
+                in them are relative to the working directory, those in the file to the file.
 
         Returns:
             The checked scenario.
@@ -61,19 +71,76 @@ class Scenario(Section):
         """
         path = _find_scenario(source)
         try:
-            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+            tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         except (ValueError, RecursionError) as error:  # syntax, encoding, integers or nesting beyond Python's limits
             raise ScenarioError(f"not valid TOML: {error}", file=path, allowed="TOML 1.0 in UTF-8") from error
         except OSError as error:
             raise ScenarioError(f"cannot be read: {error.strerror}", file=path) from error
-        for key, value in (overrides or {}).items():
-            _set(tables, key, value, path)
+        return cls._of(tables, overrides or {}, path)
+
+    @classmethod
+    def of(cls, source: Scenario | str | os.PathLike[str]) -> Scenario:
+        """A scenario as it is, or read by its name or path.
+
+        Args:
+            source: The scenario, or what `load` takes.
+
+        Raises:
+            ScenarioError: see `load`.
+        """
+        return source if isinstance(source, Scenario) else cls.load(source)
+
+    def replace(self, overrides: Mapping[str, Any] | None = None, /, **more: Any) -> Scenario:
+        """The same scenario with other values, checked.
+
+        Args:
+            overrides: Values by dotted key, as `load` takes them: `scenario.replace({"contact.height": 0.9})`.
+            more: Values by key, where tables are dictionaries: `scenario.replace(contact={"height": 0.9})`; keys that are not
+                named stay. Two underscores stand for a dot: `scenario.replace(contact__height=0.9)`.
+
+        Returns:
+            Another scenario.
+
+        Raises:
+            ScenarioError: if a key is unknown, or a value of wrong type or out of range.
+        """
+        keywords = {key.replace("__", "."): value for key, value in more.items()}
+        return self._of(self.model_dump(), {**_mapping(overrides), **keywords}, self._source)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the scenario with all its values to a TOML file that loads as the same task; an older file is replaced.
+
+        Paths of files are written as absolute ones. Keys whose default follows from the URDFs and that nobody has set are left
+        out.
+
+        Args:
+            path: The file; its directory is made.
+
+        Returns:
+            The file's absolute path: `Scenario.load(scenario.save(path)) == scenario`.
+
+        Raises:
+            ScenarioError: if the file cannot be written, or a URDF does not exist.
+        """
+        text, file = self.toml(), Path(path).absolute()
         try:
-            scenario = cls.model_validate(tables)
-        except ValidationError as error:
-            raise explain(cls, error, path) from None
-        scenario._source = path
-        return scenario
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise ScenarioError(f"cannot be written: {error.strerror}", file=file) from error
+        return file
+
+    def toml(self) -> str:
+        """The text that `save` writes.
+
+        Raises:
+            ScenarioError: if a URDF does not exist.
+        """
+        tables = self.model_dump(exclude_none=True)
+        for section, path in (("vehicle", self.vehicle_urdf), ("door", self.door_urdf)):
+            if path != URDF.known().get(tables[section]["urdf"].removeprefix(SHIPPED)):
+                tables[section]["urdf"] = str(path)
+        return toml_text(tables)
 
     @property
     def source(self) -> Path | None:
@@ -95,41 +162,77 @@ class Scenario(Section):
         """Path of the door's URDF."""
         return self._urdf("door.urdf", self.door.urdf)
 
-    def _urdf(self, field: str, name: str) -> Path:
-        known = shipped(urdf_directory(), ".urdf")
-        if name.removesuffix(".urdf") in known:
-            return known[name.removesuffix(".urdf")]
-        bases = [Path.cwd()] if self._source is None else [self._source.parent, Path.cwd()]
-        for base in bases:
-            if (base / name).is_file():
-                return (base / name).resolve()
-        raise ScenarioError(
-            "no such URDF",
-            file=self._source,
-            field=field,
-            given=name,
-            allowed=f"a shipped name ({', '.join(known)}) or a path relative to the scenario file",
-        )
+    def __eq__(self, other: object) -> bool:
+        return self._values() == other._values() if isinstance(other, Scenario) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hashed(self._values())
+
+    def __repr__(self) -> str:
+        return f"Scenario({self.name!r}, {self.vehicle.urdf} at {self.door.urdf}, {self.contact.kind})"
+
+    @classmethod
+    def _of(cls, tables: dict[str, Any], overrides: Mapping[str, Any], path: Path | None) -> Scenario:
+        """Tables of a file with other values."""
+        for key, value in _flat(cls, _mapping(overrides), ""):
+            _set(tables, key, absolute(value, Path.cwd()) if key in _URDFS and isinstance(value, str) else value, path)
+        try:
+            scenario = cls.model_validate(tables)
+        except ValidationError as error:
+            raise explain(cls, error, path) from None
+        scenario._source = path
+        drawn = {key: _absolute_choices(scenario.campaign.vary[key], scenario._folder)
+                 for key in _URDFS if key in scenario.campaign.vary}  # fmt: skip
+        if not drawn:
+            return scenario
+        campaign = scenario.campaign.model_copy(update={"vary": scenario.campaign.vary | drawn})
+        return scenario.model_copy(update={"campaign": campaign})
+
+    @property
+    def _folder(self) -> Path:
+        """That relative paths start from."""
+        return Path.cwd() if self._source is None else self._source.parent
+
+    def _urdf(self, field: str, text: str) -> Path:
+        folders = dict.fromkeys((self._folder, Path.cwd()))
+        return locate(URDF, text, list(folders), self._source, field)
+
+    def _values(self) -> dict[str, Any]:
+        """All values, with files named alike wherever the scenario was read from."""
+        tables = self.model_dump()
+        for section in ("vehicle", "door"):
+            tables[section]["urdf"] = absolute(tables[section]["urdf"], self._folder).removeprefix(SHIPPED)
+        return tables
 
 
-def _find_scenario(source: str | Path) -> Path:
-    known = shipped(scenario_directory(), ".toml")
-    if str(source) in known:
-        return known[str(source)]
-    path = Path(source)
-    try:
-        if path.is_file():
-            return path.resolve()
-    except OSError as error:
-        raise ScenarioError(f"cannot be read: {error.strerror}", given=str(source)[:80]) from error
-    close = difflib.get_close_matches(str(source), known, n=1)
-    hint = f"; did you mean '{close[0]}'?" if close else ""
-    raise ScenarioError(
-        f"no such scenario{hint}", given=str(source), allowed=f"{', '.join(known)}, or the path of a TOML file"
-    )
+def _find_scenario(source: str | os.PathLike[str]) -> Path:
+    text = plain(source)
+    if not isinstance(text, str):
+        raise ScenarioError("not a scenario", given=source, allowed="a name, or the path of a TOML file")
+    return locate(SCENARIO, text, [Path.cwd()]).resolve()
 
 
-def _set(tables: dict[str, Any], key: str, value: Any, path: Path) -> None:
+def _mapping(overrides: Mapping[str, Any] | None) -> Mapping[str, Any]:
+    given: Any = overrides or {}
+    if not isinstance(given, Mapping) or not all(isinstance(key, str) for key in given):
+        raise ScenarioError("not overrides", field="overrides", given=given, allowed="values by dotted key")
+    return given
+
+
+def _flat(section: Any, values: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    """Plain values by dotted key: a dictionary given for a section changes the keys that it names."""
+    for key, value in values.items():
+        below = section
+        for part in key.split("."):
+            field = getattr(below, "model_fields", {}).get(part)
+            below = None if field is None else field.annotation
+        if isinstance(value, Mapping) and hasattr(below, "model_fields"):
+            yield from _flat(below, _mapping(value), f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", plain(value)
+
+
+def _set(tables: dict[str, Any], key: str, value: Any, path: Path | None) -> None:
     *sections, last = key.split(".")
     table = tables
     for section in sections:
@@ -138,4 +241,12 @@ def _set(tables: dict[str, Any], key: str, value: Any, path: Path) -> None:
             raise ScenarioError(
                 "not a table", file=path, field=key, given=section, allowed="a dotted key of the scenario"
             )
-    table[last] = list(value) if isinstance(value, tuple) else value
+    table[last] = value
+
+
+def _absolute_choices(distribution: Distribution, folder: Path) -> Distribution:
+    """A distribution of files, from which every one is found in any directory."""
+    if distribution.choice is None:
+        return distribution
+    choice = tuple(absolute(item, folder) if isinstance(item, str) else item for item in distribution.choice)
+    return distribution.model_copy(update={"choice": choice})

@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from doorman.exceptions import ScenarioError
+from doorman.scenario.errors import explain
+from doorman.scenario.plain import plain
+
+if TYPE_CHECKING:  # the same class under its own name, which is pydantic's alone
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
@@ -17,7 +27,59 @@ Switch = Annotated[bool, Field(strict=True)]
 Name = Annotated[str, Field(min_length=1)]
 
 
-class Section(BaseModel):
+class _Checked(ModelMetaclass):
+    """Sections whose constructor raises an error of ours; pydantic's own ways in raise pydantic's."""
+
+    def __call__(cls, *arguments: Any, **values: Any) -> Any:
+        section: Any = cls
+        if arguments:
+            raise ScenarioError(
+                f"a {cls.__name__} is made of keywords", given=arguments[0],
+                allowed=f"{', '.join(section.model_fields)}; Scenario.load reads names and files",
+            )  # fmt: skip
+        try:
+            return super().__call__(**values)
+        except ValidationError as error:
+            raise explain(section, error) from None
+
+
+class Section(BaseModel, metaclass=_Checked):
     """A table of the TOML file: frozen, and closed to unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, values: Any) -> Any:
+        return plain(values)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy, with other values for some keys.
+
+        Args:
+            update: The other values; they are checked.
+            deep: Whether the values are copied too.
+
+        Raises:
+            ScenarioError: if a key is unknown, or a value of wrong type or out of range.
+        """
+        if not update:
+            return super().model_copy(deep=deep)
+        copy = type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | dict(update))
+        for name in self.__private_attributes__:
+            setattr(copy, name, getattr(self, name))
+        return copy
+
+    def __hash__(self) -> int:
+        return hashed(self.model_dump())
+
+
+def hashed(values: Any) -> int:
+    """Hash of numbers, texts, and lists and tables of them; equal values have equal hashes."""
+    return hash(_hashable(values))
+
+
+def _hashable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return frozenset((key, _hashable(item)) for key, item in value.items())
+    return tuple(map(_hashable, value)) if isinstance(value, (list, tuple)) else value

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from doorman.exceptions import BackendError
+from doorman.kinematics.meshes import with_mesh_paths
 from doorman.kinematics.urdf import load_description
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
@@ -95,7 +96,7 @@ def _set_options(spec: Any, mujoco: Any, time_step: float) -> None:
 def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> Any:
     """One URDF as a specification: only the named joints move, every body has mass, every shape a name."""
     try:
-        part = mujoco.MjSpec.from_file(str(urdf))
+        part = mujoco.MjSpec.from_string(with_mesh_paths(urdf))
     except ValueError as error:
         raise BackendError(f"MuJoCo cannot read the URDF: {' '.join(str(error).split())}", file=urdf) from error
     part.compiler.fusestatic = False  # would weld the root link into the world and lose its mass

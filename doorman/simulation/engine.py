@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, how_to_install
 
 
 def engine() -> Any:
@@ -17,9 +17,7 @@ def engine() -> Any:
     try:
         mujoco = importlib.import_module("mujoco")
     except ImportError as error:
-        raise BackendError(
-            "the simulation needs MuJoCo; install it with: pip install 'doorman[sim]'", field="mujoco"
-        ) from error
+        raise BackendError(f"the simulation needs MuJoCo; {how_to_install('sim')}", field="mujoco") from error
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(_ignore)
     return mujoco

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.one_line import OneLine
+
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Truth:
+@dataclass(frozen=True, eq=False, repr=False)
+class Truth(OneLine):
     """State and contact of the simulated plant at one tick of the controller."""
 
     time: float

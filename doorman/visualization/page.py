@@ -13,7 +13,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, how_to_install
 from doorman.visualization.meshcat_scene import Command
 
 
@@ -55,4 +55,4 @@ def _viewer_source() -> str:
         file = Path(folder) / "viewer" / "dist" / "main.min.js"
         if file.is_file():
             return file.read_text(encoding="utf-8")
-    raise DoormanError("the page needs meshcat", field="meshcat", allowed="pip install 'doorman[viz]'")
+    raise DoormanError("the page needs meshcat", field="meshcat", allowed=how_to_install("viz"))

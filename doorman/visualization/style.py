@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import DoormanError
+from doorman.exceptions import DoormanError, how_to_install
 from doorman.recording import Recording
 
 
@@ -39,7 +39,7 @@ try:
     from matplotlib.patches import Circle
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 except ImportError as error:
-    raise DoormanError("figures need matplotlib", field="matplotlib", allowed="pip install 'doorman[viz]'") from error
+    raise DoormanError("figures need matplotlib", field="matplotlib", allowed=how_to_install("viz")) from error
 
 __all__ = [
     "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "save", "save_as", "true_states",

@@ -230,7 +230,7 @@ def test_turning_over_is_an_error(model):
 def test_missing_mujoco_says_what_to_install(model, monkeypatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
     backend = SimulatedBackend(model())
-    with pytest.raises(BackendError, match=r"pip install 'doorman\[sim\]'"):
+    with pytest.raises(BackendError, match=r"pip install -e '\.\[sim\]'"):
         backend.open()
 
 

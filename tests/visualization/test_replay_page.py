@@ -251,6 +251,6 @@ def test_nothing_to_replay(model, fly, tmp_path):
 
 def test_missing_meshcat_says_what_to_install(flight, model, tmp_path, monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(DoormanError, match=r"pip install 'doorman\[viz\]'"):
+    with pytest.raises(DoormanError, match=r"pip install -e '\.\[viz\]'"):
         replay_page(flight, model, tmp_path / "replay.html")
     assert not (tmp_path / "replay.html").exists()

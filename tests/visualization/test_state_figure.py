@@ -120,4 +120,4 @@ def test_missing_matplotlib_says_what_to_install():
         "try:\n    import doorman.visualization\nexcept DoormanError as error:\n    print(error)"
     )
     result = subprocess.run([sys.executable, "-c", check], capture_output=True, text=True, timeout=60, check=True)
-    assert "pip install 'doorman[viz]'" in result.stdout
+    assert "pip install -e '.[viz]'" in result.stdout

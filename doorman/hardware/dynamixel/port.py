@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 from typing import Any, Protocol
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, how_to_install
 
 CHUNK = 4096
 """Most bytes taken at once."""
@@ -85,7 +85,7 @@ class SerialPort:
             sdk = importlib.import_module("dynamixel_sdk")
         except ImportError as error:
             raise BackendError(
-                "the servos need dynamixel-sdk; install it with: pip install 'doorman[hardware]'", field="dynamixel_sdk"
+                f"the servos need dynamixel-sdk; {how_to_install('hardware')}", field="dynamixel_sdk"
             ) from error
         if not os.path.exists(self._path):
             raise BackendError("no such serial device", field="servos.port", given=self._path,

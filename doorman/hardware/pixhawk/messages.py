@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, how_to_install
 
 try:
     from pymavlink.dialects.v20 import ardupilotmega
 except ImportError as _error:
-    raise BackendError("MAVLink needs pymavlink", allowed="pip install 'doorman[hardware]'") from _error
+    raise BackendError("MAVLink needs pymavlink", allowed=how_to_install("hardware")) from _error
 
 Message = Any
 """A message, whose fields are attributes."""

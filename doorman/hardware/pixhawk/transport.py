@@ -15,7 +15,7 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import Any
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.pixhawk.connection import Endpoint, Transport
 
 Address = tuple[str, int] | None
@@ -264,6 +264,6 @@ def open_line(endpoint: Endpoint, timeout: float) -> Line:
             return _TcpLine(endpoint, timeout)
         return _UdpLine(endpoint)
     except ImportError as error:
-        raise BackendError("serial ports need pyserial", allowed="pip install 'doorman[hardware]'") from error
+        raise BackendError("serial ports need pyserial", allowed=how_to_install("hardware")) from error
     except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
         raise BackendError(f"cannot be opened: {error}", field="connection", given=str(endpoint)) from error

@@ -1,0 +1,148 @@
+"""Every `doorman …` command that README, docs and help show is one that works when it is pasted.
+
+All are parsed by the real application: options exist, values are of their type, scenarios and keys of `--set` too. A command
+alone on a line of a shell block, or in the help, is whole; one within a sentence may leave out what is required. Those that
+need seconds are run, on two short flights made once: `check`, `view`, `plot`, `export`, `replay`, and `--help`, `--version`.
+Parsed only are `open`, `campaign`, `warmup`, `rig` and `fly`: they take minutes, or hardware; tests of their own run them.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+from command_line import ROOT, run
+
+from doorman.cli import app
+from doorman.cli.overrides import parse_overrides
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+PAGES = [ROOT / "README.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+COMMANDS: Any = typer.main.get_command(app)
+RUN = {"check", "view", "plot", "export", "replay"}
+SHELL = re.compile(r"^```(?:sh|bash|console|shell|text)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+INLINE = re.compile(r"`+(doorman(?: [^`]+)?)`+")
+
+
+def in_shell_blocks(text: str) -> Iterator[str]:
+    for block in SHELL.findall(text):
+        for line in re.sub(r"\\\n\s*", " ", block).splitlines():
+            if line.removeprefix("$ ").startswith("doorman "):
+                yield line.removeprefix("$ ")
+
+
+def in_sentences(text: str) -> Iterator[str]:
+    yield from (" ".join(found.split()) for found in INLINE.findall(SHELL.sub("", text)))
+
+
+def helps() -> dict[str, str]:
+    return {"doorman": COMMANDS.help} | {f"doorman {name}": command.help for name, command in COMMANDS.commands.items()}
+
+
+def words(command: str) -> list[str]:
+    return shlex.split(command, comments=True)[1:]
+
+
+WHOLE = sorted(
+    {line for page in PAGES for line in in_shell_blocks(page.read_text(encoding="utf-8"))}
+    | {line for text in helps().values() for line in INLINE.findall(text) if line.count(" ") > 1}
+)
+PARTS = sorted({line for page in PAGES for line in in_sentences(page.read_text(encoding="utf-8"))} - set(WHOLE))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the commands are pasted: with the files that the pages speak of, and two runs."""
+    folder = tmp_path_factory.mktemp("pasted")
+    for name in ("my_task", "doors"):
+        (folder / f"{name}.toml").write_text(
+            "[contact]\nheight = 0.7\n[campaign.vary]\ncontact.height = { min = 0.6, max = 0.9 }\n"
+        )
+    for source, out in (("push", "push-3"), ("paper", "runs/paper")):
+        flown = run("open", source, "--duration", "0.3", "--out", str(folder / out))
+        assert flown.exit_code == 1, flown.output  # not opened in so short a time
+    return folder
+
+
+@pytest.fixture
+def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(folder)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)  # `view` says where its page is
+    return folder
+
+
+def parsed(arguments: list[str], whole: bool) -> dict[str, Any]:
+    """What a command gets; a required option may be missing unless it is whole."""
+    if arguments[0].startswith("-"):
+        known = {name for parameter in COMMANDS.params for name in parameter.opts} | {"--help"}
+        assert set(arguments) <= known, arguments
+        return {}
+    assert arguments[0] in COMMANDS.commands, arguments
+    command = COMMANDS.commands[arguments[0]]
+    with COMMANDS.make_context("doorman", [], resilient_parsing=True) as parent:
+        if "--help" in arguments:
+            return {}
+        if not whole:
+            missing = {option.opts[0]: "x" for option in command.params if option.required}
+            given = [word.partition("=")[0] for word in arguments]
+            arguments = arguments + [word for pair in missing.items() if pair[0] not in given for word in pair]
+        return dict(command.make_context(arguments[0], arguments[1:], parent=parent).params)
+
+
+def check_values(values: dict[str, Any]) -> None:
+    sources = values.get("scenario") or values.get("scenarios") or []
+    for source in [sources] if isinstance(sources, str) else sources:
+        Model(Scenario.load(source, parse_overrides(values.get("settings") or [])))
+
+
+def test_the_pages_show_commands():
+    assert len(WHOLE) > 15 and len(PARTS) > 25
+    assert {words(line)[0] for line in WHOLE} >= set(COMMANDS.commands) - {"export", "replay"}
+    assert "doorman view" in {line.partition("#")[0].strip() for line in WHOLE}
+
+
+@pytest.mark.parametrize("line", WHOLE)
+def test_a_command_on_a_line_of_its_own_is_whole(line, here):
+    assert not re.search(r"[…<>]|\b[A-Z]{3,}\b", line.partition("#")[0]), "a placeholder cannot be pasted"
+    check_values(parsed(words(line), whole=True))
+
+
+@pytest.mark.parametrize("line", PARTS)
+def test_a_command_within_a_sentence_exists(line, here):
+    assert not re.search(r"[…<>]|\b[A-Z]{3,}\b", line), "a placeholder cannot be pasted"
+    if words(line):
+        check_values(parsed(words(line), whole=False))
+
+
+@pytest.mark.parametrize(
+    "line", sorted({shlex.join(words(line)) for line in [*WHOLE, *PARTS] if set(words(line)[:1]) & RUN})
+)
+def test_a_quick_command_runs(line, here):
+    ran = run(*shlex.split(line))
+    assert ran.exit_code == 0, ran.output
+
+
+@pytest.mark.parametrize("line", ["--help", "--version", *(f"{name} --help" for name in sorted(COMMANDS.commands))])
+def test_help_and_version_run(line):
+    assert run(*line.split()).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["doorman veiw", "doorman view runs/paper-1 --fast", "doorman open paper --seed x", "doorman open papr", "doorman --verbose",
+     "doorman open paper --set contact.hight=0.9", "doorman fly paper", "doorman plot", "doorman open RUN"],
+)  # fmt: skip
+def test_a_command_that_does_not_work_would_be_noticed(line, here, tmp_path, monkeypatch):
+    if line == "doorman plot":
+        monkeypatch.chdir(tmp_path)
+        assert run("plot").exit_code == 2
+        return
+    with pytest.raises(Exception):  # noqa: B017
+        test_a_command_on_a_line_of_its_own_is_whole(line, here)

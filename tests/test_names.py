@@ -1,0 +1,100 @@
+"""Names: the distribution is `doorman-uam`; nobody is told to install `doorman`, which is another project's on an index."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from doorman.exceptions import how_to_install
+
+ROOT = Path(__file__).parent.parent
+SUFFIXES = {".py", ".md", ".toml", ".cff", ".txt", ".ipynb", ".yaml", ".yml", ".cfg", ".js", ".html", ".urdf", ""}
+TOOLS = r"(?:pip3?|pipx|uv|uvx|poetry|pdm|rye|hatch|conda|mamba|micromamba|pixi|easy_install|python3? -m pip)"
+VERBS = r"(?:install|add|run|wheel|download|inject|sync|upgrade)"
+PACKAGE = r"doorman(?:[-_.]uam)?(?:\[[\w, -]*\])?(?:\s*[=<>~!]=?=?\s*[\w.*]+)?"
+RULES = {
+    "an installer and its argument": re.compile(
+        rf"\b{TOOLS}[ \t](?:[^\n&;|]*[ \t])?{VERBS}\b(?:(?!\.\s)[^\n&;|)])*?[ \t'\"`=]{PACKAGE}(?=[ \t'\"`,;.)]|$)",
+        re.MULTILINE,
+    ),
+    "uvx": re.compile(rf"\b(?:uvx|pipx run)\s+['\"]?{PACKAGE}"),
+    "extras of the other project": re.compile(r"(?<![\w./-])doorman\[[a-z]+(?:,\s*[a-z]+)*\]"),
+    "its page on an index": re.compile(r"pypi\.org/(?:project|simple|p)/doorman(?![-\w])", re.IGNORECASE),
+    "its metadata": re.compile(r"(?:version|distribution|metadata|files|requires)\(\s*['\"]doorman['\"]"),
+}
+
+
+def told(text: str) -> list[str]:
+    """What of a text tells somebody to install the wrong thing, or asks for its metadata."""
+    joined = re.sub(r"\\\n\s*", " ", text)
+    return [f"{name}: {found[0]}" for name, rule in RULES.items() for found in rule.finditer(joined)]
+
+
+def texts() -> list[Path]:
+    listed = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True)
+    names = listed.stdout.splitlines() if listed.returncode == 0 else []
+    paths = [ROOT / name for name in names] or [path for path in ROOT.rglob("*") if ".venv" not in path.parts]
+    return [path for path in paths if path.suffix in SUFFIXES and path.is_file() and path != Path(__file__)]
+
+
+def test_no_text_tells_anybody_to_install_the_other_project():
+    paths = texts()
+    assert {
+        ROOT / "README.md",
+        ROOT / "Makefile",
+        ROOT / "doorman" / "cli" / "app.py",
+        ROOT / "docs" / "campaign.md",
+    } <= set(paths)
+    found = {str(path.relative_to(ROOT)): words for path in paths if (words := told(path.read_text(encoding="utf-8")))}
+    assert found == {}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "pip install doorman",
+        "pip install 'doorman[hardware]'",
+        'python -m pip install -U "doorman[sim,viz]"',
+        "pip install --quiet doorman==0.1.0",
+        "pip install \\\n    numpy doorman",
+        "uv pip install doorman",
+        "uv add doorman[sim]",
+        "uvx doorman open paper",
+        "pipx run doorman",
+        "pipx install doorman>=0.1",
+        "conda install -c forge doorman",
+        "install it with: pip install `doorman`.",
+        "needs doorman[viz]",
+        "pip install doorman-uam",
+        "pip install 'doorman-uam[sim]'",
+        "https://pypi.org/project/doorman/",
+        "importlib.metadata.version('doorman')",
+    ],
+)
+def test_the_rule_sees_what_it_looks_for(text):
+    assert told(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "pip install -e '.[sim,viz]'",
+        "in a checkout of doorman: pip install -e '.[sim]'",
+        "pip install -e . && doorman open",
+        "pip install -e '.[sim]'\ndoorman open",
+        "python -m venv /tmp/doorman",
+        "the distribution is doorman-uam",
+        "pip install /tmp/doorman/dist/wheel.whl",
+        "importlib.metadata.version('numpy')",
+    ],
+)
+def test_the_rule_lets_the_right_words_through(text):
+    assert told(text) == []
+
+
+def test_words_of_an_extra_are_such_words():
+    assert told(how_to_install("sim")) == []
+    assert "pip install -e '.[sim]'" in how_to_install("sim")
