@@ -8,12 +8,12 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+from doorman.cache_files import write_atomically
 from doorman.campaign.orders import digests
 from doorman.campaign.software import software
 from doorman.campaign.specification import Campaign, portable
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
-from doorman.cache_files import write_atomically
 from doorman.locks import locked
 from doorman.recording.syncer import sync_folder
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.checks import number
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError
 from doorman.model import Model
