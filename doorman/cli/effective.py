@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from doorman.resources import shipped, urdf_directory
 from doorman.scenario import Scenario
 
 
-def effective_toml(scenario: Scenario) -> str:
+def effective_toml(scenario: Scenario, postures: Mapping[str, tuple[float, ...]] | None = None) -> str:
     """A scenario as TOML text that loads as the same task from any directory.
 
     Keys whose default follows from the URDFs and that nobody has set are left out; URDFs that do not ship with doorman are
@@ -17,6 +18,7 @@ def effective_toml(scenario: Scenario) -> str:
 
     Args:
         scenario: The scenario.
+        postures: By key, as the scenario's `Model` proposes them; without them they are proposed anew where it is loaded.
 
     Returns:
         TOML text.
@@ -25,6 +27,9 @@ def effective_toml(scenario: Scenario) -> str:
         ScenarioError: if one of its URDFs does not exist.
     """
     tables: dict[str, Any] = scenario.model_dump(exclude_none=True)
+    for key, value in (postures or {}).items():
+        section, name = key.split(".")
+        tables[section][name] = value
     known = shipped(urdf_directory(), ".urdf").values()
     for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):
         tables[section]["urdf"] = path.stem if path in known else str(path)
