@@ -90,6 +90,6 @@ def beside_the_normal(goal: Array, room: Room, scenario: Scenario) -> Array:
     goal, yaw = goal.copy(), float(goal[YAW])
     for beside in np.linspace(0.0, BESIDE, 15):
         goal[YAW] = yaw + math.copysign(beside, scenario.start.door_angle - goal[3])
-        if room.constraints(goal)[-2] < -(scenario.planner.margin + _RESERVE):
+        if room.constraints(goal)[room.latch] < -(scenario.planner.margin + _RESERVE):
             break
     return goal

@@ -76,18 +76,19 @@ def start_arm(scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParame
     Returns:
         H, shape (n,) [rad].
     """
-    far = 1e3 * (vehicle.radius + parameters.door_width)
-    finder = _Finder(scenario, vehicle, parameters._replace(distance_from_hinge=far, door_width=2.0 * far))
+    finder = _Finder(scenario, vehicle, parameters, jambs=False)
     return finder.alone(End.of("start", scenario.start, vehicle.n_arm))[5:]
 
 
 class _Finder:
     """Finds the postures of one scenario."""
 
-    def __init__(self, scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters) -> None:
-        self._scenario, self._vehicle, self._parameters = scenario, vehicle, parameters
+    def __init__(
+        self, scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters, jambs: bool = True
+    ) -> None:
+        self._scenario, self._vehicle, self._parameters, self._jambs = scenario, vehicle, parameters, jambs
         self._pushes = scenario.contact.kind == "push"
-        self._clear = Room(vehicle, parameters, 0.0, pushes=False, mobile=False)
+        self._clear = Room(vehicle, parameters, margin=0.0, jambs=jambs)
         self._middle = 0.5 * np.add(*joint_bounds(vehicle))
         self._known: dict[str, list[Found]] = {}
 
@@ -162,7 +163,7 @@ class _Finder:
     def _room(self, end: End) -> Room:
         margin = self._scenario.planner.margin
         mobile = end.arm is None and self._can_move_along_the_normal(end)
-        return Room(self._vehicle, self._parameters, margin, self._pushes, mobile)
+        return Room(self._vehicle, self._parameters, margin, self._pushes, mobile, self._jambs)
 
     def _can_move_along_the_normal(self, end: End) -> bool:
         generator, n = np.random.default_rng(0), self._vehicle.n_arm

@@ -45,35 +45,45 @@ class Room:
         margin: m, of the constraints [m].
         pushes: Whether the tip can only push: it then stays near the leaf's normal.
         mobile: Whether the mobility counts.
+        jambs: Whether the constraints between disc and jambs do.
     """
 
     def __init__(
-        self, vehicle: Vehicle, parameters: ConstraintParameters, margin: float, pushes: bool, mobile: bool
+        self,
+        vehicle: Vehicle,
+        parameters: ConstraintParameters,
+        margin: float,
+        pushes: bool = False,
+        mobile: bool = False,
+        jambs: bool = True,
     ) -> None:
         self.vehicle, self.margin, self._parameters = vehicle, margin, parameters
         self._pushes, self._mobile = pushes, mobile
-        self.n_constraints = len(vehicle.point_names) + 3
+        self._leaf = len(vehicle.point_names)
+        self.latch = self._leaf + 1
+        """Index of the constraint between disc and latch jamb."""
+        self._computed, self._counted = self._leaf + 3, self._leaf + (3 if jambs else 1)
         span = vehicle.upper_limits - vehicle.lower_limits
         self._bounded = np.flatnonzero(np.isfinite(span) & (span > 0.0))
         self._span = span[self._bounded]
 
     def constraints(self, state: Array) -> Array:
-        """h(x), shape (n_constraints,) [m]."""
-        h = np.empty(self.n_constraints)
+        """h(x), shape (k,) [m]."""
+        h = np.empty(self._computed)
         collision_constraints(self._parameters, state, h)
-        return h
+        return h[: self._counted]
 
     def constraint_slopes(self, state: Array) -> Array:
-        """Jacobian of `constraints`, shape (n_constraints, 5 + n)."""
-        h, jacobian = np.empty(self.n_constraints), np.zeros((self.n_constraints, len(state)))
+        """Jacobian of `constraints`, shape (k, 5 + n)."""
+        h, jacobian = np.empty(self._computed), np.zeros((self._computed, len(state)))
         collision_constraints_jacobian(self._parameters, state, h, jacobian)
-        return jacobian
+        return jacobian[: self._counted]
 
     def constraints_along(self, states: Array) -> Array:
-        """`constraints` at many states, shape (m, n_constraints) [m]."""
-        h = np.empty((len(states), self.n_constraints))
+        """`constraints` at many states, shape (m, k) [m]."""
+        h = np.empty((len(states), self._computed))
         collision_constraints_batch(self._parameters, states, h)
-        return h
+        return h[:, : self._counted]
 
     def keeps(self, state: Array, tolerance: float = 1e-9) -> bool:
         """Whether a posture is inside the joint limits, and inside the constraints by the margin."""
@@ -83,7 +93,9 @@ class Room:
 
     def mobility(self, state: Array) -> float:
         """Speed of the tip along the normal for a unit speed of the arm's joints [m/rad]."""
-        return float(np.linalg.norm(self.constraint_slopes(state)[-3, 5:]))  # h of the leaf falls as the tip goes there
+        return float(
+            np.linalg.norm(self.constraint_slopes(state)[self._leaf, 5:])
+        )  # h of the leaf falls as the tip goes there
 
     def width(self, state: Array) -> float:
         """Least distance; negative where the posture breaks a joint limit or a constraint with its margin."""
@@ -125,12 +137,12 @@ class Room:
 
     def _mobility_slopes(self, state: Array, of_constraints: Array) -> Array:
         """By differences of the constraints' exact slopes: a second derivative of the arm."""
-        along = of_constraints[-3, 5:]
+        along = of_constraints[self._leaf, 5:]
         size, slopes = max(float(np.linalg.norm(along)), _SMALLEST_MOBILITY), np.zeros(len(state))
         for k in (2, *range(5, len(state))):
             moved = state.copy()
             moved[k] += _DIFFERENCE
-            change = self.constraint_slopes(moved)[-3, 5:] - along
+            change = self.constraint_slopes(moved)[self._leaf, 5:] - along
             slopes[k] = float(along @ change) / (size * _DIFFERENCE)
         return slopes
 
