@@ -20,6 +20,7 @@ from typer.testing import Result
 from doorman.cli.display import flight_progress
 from doorman.cli.open_door import RUN_FILES
 from doorman.model import Model
+from doorman.postures import PAPER_POSTURES
 from doorman.recording import Recording
 from doorman.scenario import Scenario
 
@@ -84,7 +85,7 @@ def test_the_scenario_of_a_run_is_the_one_that_was_flown(flight):
     tables = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
     assert tables["contact"] == {"distance_from_hinge": 0.7, "fit_doorway": True, "height": 0.8, "kind": "grip"}
     flown = Scenario.load(folder / "scenario.toml")
-    assert flown.model_dump() == Scenario.load("paper").model_dump()
+    assert flown.model_dump() == Scenario.load("paper", PAPER_POSTURES).model_dump()
 
 
 def test_json_is_the_only_thing_on_stdout_and_a_shut_door_is_status_1(tmp_path, monkeypatch):

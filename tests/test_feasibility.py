@@ -320,10 +320,11 @@ def test_a_failed_audit_is_a_warning(rehearsal: Rehearsal) -> None:
 
 def test_other_arms_are_judged_without_exception() -> None:
     path, names = robot_data_vehicle("borinot_flying_arm_2")
-    model = Model(Scenario.model_validate({"vehicle": names.model_dump()}))
     assert str(path) == names.urdf
-    findings = [*setup_findings(model), *geometry_findings(model, DURATION)]
-    assert {"start constraints"} <= errors(findings)
+    for start, wrong in (({"arm": (0.0, 0.0)}, {"start constraints"}), ({}, set())):
+        model = Model(Scenario.model_validate({"vehicle": names.model_dump(), "start": start}))
+        findings = [*setup_findings(model), *geometry_findings(model, DURATION)]
+        assert errors(findings) & {"start constraints", "goal constraints"} == wrong
 
 
 def test_what_cannot_be_read_is_an_error_of_its_own(tmp_path: Path) -> None:
