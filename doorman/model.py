@@ -25,19 +25,15 @@ from doorman.dynamics.quasi_static import (
 )
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError, UrdfError
 from doorman.kinematics.arm import ArmParameters
-from doorman.kinematics.coupling import BESIDE, Coupling, distance_in_doorway
+from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicle import Vehicle
+from doorman.postures import propose, start_arm
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
-
-_PAPER_START_ARM = (0.0, 1.0, -0.6, -0.4)
-_PAPER_GOAL_ARM = (0.0, math.pi / 2, -math.pi / 2, 0.0)
-_RESERVE = 0.04
-"""Beyond the margin, between disc and jamb at the goal of a tip that pushes: it may have slipped, and gusts blow [m]."""
 
 
 class Model:
@@ -68,14 +64,17 @@ class Model:
         self.n_arm = self.vehicle.n_arm
         self.nx = 5 + self.n_arm
         self.nu = 4 + self.n_arm
-        self.start_arm = self._arm("start.arm", scenario.start.arm, _PAPER_START_ARM)
+        for name, given in (("start.arm", scenario.start.arm), ("goal.arm", scenario.goal.arm)):
+            self._check_arm(name, given)
         self.constraint_names = (*(f"{name} below body" for name in self.vehicle.point_names), "disc clear of leaf",
                                  "disc clear of latch jamb", "disc clear of hinge jamb")  # fmt: skip
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
-        self.goal_arm = self._arm("goal.arm", scenario.goal.arm, _PAPER_GOAL_ARM)
+        postures = propose(scenario, self.vehicle, self._constraint_parameters)
+        self.proposed = postures.proposed
+        """What the scenario leaves open, by its keys: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
+        self.start_state, self.goal_state = frozen(postures.start), frozen(postures.goal)
+        self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
-        self.start_state = frozen([0.0, 0.0, 0.0, scenario.start.door_angle, 0.0, *self.start_arm])
-        self.goal_state = frozen(self._goal_state())
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
 
     @property
@@ -242,9 +241,12 @@ class Model:
 
     def constraint_parameters(self, lanes: int = 0) -> ConstraintParameters:
         """Fresh parameters of the constraint kernels, with their own scratch memory, for states side by side if lanes > 0."""
+        return self._parameters_at(self.coupling.distance_from_hinge, lanes)
+
+    def _parameters_at(self, distance_from_hinge: float, lanes: int = 0) -> ConstraintParameters:
         return ConstraintParameters(
             radius=self.vehicle.radius,
-            distance_from_hinge=self.coupling.distance_from_hinge,
+            distance_from_hinge=distance_from_hinge,
             door_width=self.door.width,
             arm=ArmParameters.of(self.vehicle.arm, lanes),
         )
@@ -259,37 +261,23 @@ class Model:
             error.field = "simulation.door_width"
             raise
 
-    def _arm(self, field: str, given: tuple[float, ...] | None, paper: tuple[float, ...]) -> Array:
+    def _check_arm(self, field: str, given: tuple[float, ...] | None) -> None:
         n = self.vehicle.n_arm
-        if given is None:
-            given = paper if n == len(paper) else (0.0,) * n
-        if len(given) != n:
+        if given is not None and len(given) != n:
             raise ScenarioError(
                 "wrong number of joint angles", file=self.scenario.source, field=field, given=len(given),
                 allowed=f"{n}, the joints {', '.join(self.vehicle.joint_names)}",
             )  # fmt: skip
-        return frozen(given)
 
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact = self.scenario.contact
         if contact.kind != "push" or not contact.fit_doorway:
             return contact.distance_from_hinge
-        reach = math.hypot(*self.vehicle.tip_position(self.start_arm)[:2])
+        parameters = self._parameters_at(contact.distance_from_hinge)
+        reach = math.hypot(*self.vehicle.tip_position(start_arm(self.scenario, self.vehicle, parameters))[:2])
         room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
         return min(contact.distance_from_hinge, distance_in_doorway(reach, room))
-
-    def _goal_state(self) -> Array:
-        """The scenario's; in a narrow doorway a tip that pushes may do so from the side, as on the way there."""
-        scenario = self.scenario
-        goal = np.array([*scenario.goal.attitude, scenario.goal.door_angle, 0.0, *self.goal_arm])
-        if scenario.contact.kind == "push" and scenario.contact.fit_doorway:
-            latch, yaw = self.constraint_names.index("disc clear of latch jamb"), goal[2]
-            for beside in np.linspace(0.0, BESIDE, 15):
-                goal[2] = yaw + math.copysign(beside, self.start_state[3] - goal[3])
-                if self.constraints(goal)[latch] < -(scenario.planner.margin + _RESERVE):
-                    break
-        return goal
 
     def _check_contact(self) -> None:
         contact, door = self.scenario.contact, self.door

@@ -19,6 +19,8 @@ from typer.testing import Result
 
 from doorman.cli.display import flight_progress
 from doorman.cli.open_door import RUN_FILES
+from doorman.model import Model
+from doorman.postures import PAPER_POSTURES
 from doorman.recording import Recording
 from doorman.scenario import Scenario
 from doorman.visualization import PicturesMissing
@@ -36,6 +38,7 @@ def test_the_door_opens_and_the_status_is_0(flight):
     assert result.exit_code == 0, result.output
     assert "The door was opened" in result.stdout
     assert "door's angle at the end" in result.stdout
+    assert "postures" not in result.stdout, "the paper's go without saying"
     assert str(folder) in result.stdout.replace("\n", "")
     assert result.stderr == ""
 
@@ -44,6 +47,18 @@ def test_a_door_that_cannot_be_opened_is_told_before_the_flight(tmp_path):
     result = run("open", "push", "--set", "door.friction=20", "--duration", "0.1", "--json", "--out", str(tmp_path))
     assert "Warning: hinge friction: of the hinge's friction of 20.00 N m" in result.stderr
     json.loads(result.stdout)
+
+
+def test_proposed_postures_are_told_and_kept_with_the_run(tmp_path):
+    """In one line, before the flight; the run's own scenario flies them again."""
+    given = ("--set", "goal.door_angle=0.785", "--duration", "0.1", "--json", "--out", str(tmp_path))
+    result = run("open", "paper", *given)
+    (line,) = [line for line in result.stderr.splitlines() if line.startswith("Proposed postures: ")]
+    json.loads(result.stdout)
+    model, again = Model(Scenario.load("paper", {"goal.door_angle": 0.785})), Scenario.load(tmp_path / "scenario.toml")
+    assert f"goal.arm = {list(model.proposed['goal.arm'])}" in line and "start" not in line
+    assert (again.goal.attitude, again.goal.arm) == (model.proposed["goal.attitude"], model.proposed["goal.arm"])
+    assert (again.start.attitude, again.start.arm) == ((0.0, 0.0, 0.0), (0.0, 1.0, -0.6, -0.4))
 
 
 def test_a_run_leaves_every_file(flight):
@@ -71,7 +86,7 @@ def test_the_scenario_of_a_run_is_the_one_that_was_flown(flight):
     tables = tomllib.loads((folder / "scenario.toml").read_text(encoding="utf-8"))
     assert tables["contact"] == {"distance_from_hinge": 0.7, "fit_doorway": True, "height": 0.8, "kind": "grip"}
     flown = Scenario.load(folder / "scenario.toml")
-    assert flown.model_dump() == Scenario.load("paper").model_dump()
+    assert flown.model_dump() == Scenario.load("paper", PAPER_POSTURES).model_dump()
 
 
 def test_json_is_the_only_thing_on_stdout_and_a_shut_door_is_status_1(tmp_path, monkeypatch):

@@ -21,9 +21,11 @@ from doorman.feasibility.rehearsal import DURATION, Rehearsal, rehearse
 from doorman.feasibility.setup import setup_findings
 from doorman.feasibility.swing import best_swing, widest_posture
 from doorman.model import Model
+from doorman.postures import PAPER_POSTURES
 from doorman.scenario import Scenario
 
 LATCH, HINGE = 4, 5
+PAPER_START = {f"start__{key}": PAPER_POSTURES[f"start.{key}"] for key in ("attitude", "arm")}
 
 
 def changed(**overrides: Any) -> Model:
@@ -103,7 +105,7 @@ def test_infinite_limits_become_null() -> None:
 def test_doors_and_arms_that_can_be_opened(
     tmp_path: Path, width: float, contact: float, rod: float, mass: float, resistance: float
 ) -> None:
-    """The corners of what the planner is built for; in the first one the goal itself is 9 cm out of bounds."""
+    """The corners of what the planner is built for; in the first one the paper's goal would be 9 cm out of bounds."""
     model = variant(tmp_path, width=width, contact=contact, rod=rod, mass=mass, damping=resistance, friction=resistance)
     flight = rehearse(model)
     findings = [
@@ -116,7 +118,9 @@ def test_doors_and_arms_that_can_be_opened(
 
 
 def test_a_goal_out_of_bounds_is_a_warning_with_its_rows(tmp_path: Path) -> None:
-    model = variant(tmp_path, width=1.1, contact=0.6, rod=0.35)
+    door, arm = write_door(tmp_path / "door.urdf", width=1.1), write_arm(tmp_path / "arm.urdf", rod=0.35)
+    goal = {f"goal__{key}": PAPER_POSTURES[f"goal.{key}"] for key in ("attitude", "arm")}
+    model = changed(door__urdf=str(door), vehicle__urdf=str(arm), contact__distance_from_hinge=0.6, **goal)
     finding = named(setup_findings(model), "goal constraints")
     excess = model.constraints(model.goal_state)[LATCH] + model.scenario.planner.margin
     assert finding.severity is Severity.WARNING
@@ -135,8 +139,8 @@ def test_a_goal_out_of_bounds_is_a_warning_with_its_rows(tmp_path: Path) -> None
         ({"vehicle__radius": 0.59}, "doorway width", Severity.ERROR),
         ({"start__arm": [0.0, 1.7, -0.6, -0.4]}, "start arm", Severity.ERROR),
         ({"goal__arm": [0.0, math.pi / 2, -math.pi / 2, 1.9]}, "goal arm", Severity.ERROR),
-        ({"contact__distance_from_hinge": 0.9}, "start constraints", Severity.ERROR),
-        ({"contact__distance_from_hinge": 0.79}, "start constraints", Severity.WARNING),
+        ({"contact__distance_from_hinge": 0.9, **PAPER_START}, "start constraints", Severity.ERROR),
+        ({"contact__distance_from_hinge": 0.79, **PAPER_START}, "start constraints", Severity.WARNING),
         ({"door__friction": 5.5}, "hinge friction", Severity.ERROR),
         ({"door__friction": 0.5, "control__door_observer_rate": 0.0}, "hinge friction", Severity.ERROR),
         ({"control__position_look_ahead": 1.2}, "planner", Severity.ERROR),
@@ -316,10 +320,11 @@ def test_a_failed_audit_is_a_warning(rehearsal: Rehearsal) -> None:
 
 def test_other_arms_are_judged_without_exception() -> None:
     path, names = robot_data_vehicle("borinot_flying_arm_2")
-    model = Model(Scenario.model_validate({"vehicle": names.model_dump()}))
     assert str(path) == names.urdf
-    findings = [*setup_findings(model), *geometry_findings(model, DURATION)]
-    assert {"start constraints"} <= errors(findings)
+    for start, wrong in (({"arm": (0.0, 0.0)}, {"start constraints"}), ({}, set())):
+        model = Model(Scenario.model_validate({"vehicle": names.model_dump(), "start": start}))
+        findings = [*setup_findings(model), *geometry_findings(model, DURATION)]
+        assert errors(findings) & {"start constraints", "goal constraints"} == wrong
 
 
 def test_what_cannot_be_read_is_an_error_of_its_own(tmp_path: Path) -> None:

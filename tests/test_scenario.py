@@ -37,7 +37,7 @@ def fault(path: str | Path, **overrides: object) -> ScenarioError:
 
 def test_the_paper_file_says_what_the_defaults_say():
     paper, defaults = Scenario.load("paper"), Scenario()
-    assert (paper.start.door_angle, paper.goal.attitude) == (defaults.start.door_angle, defaults.goal.attitude)
+    assert (paper.start, paper.goal) == (defaults.start, defaults.goal)
     model, default_model = Model(paper), Model(defaults)
     np.testing.assert_array_equal(model.start_state, default_model.start_state)
     np.testing.assert_array_equal(model.goal_state, default_model.goal_state)
@@ -78,7 +78,9 @@ def test_a_push_ends_beside_the_normal_in_a_narrow_doorway():
 
     assert [round(math.degrees(goal(width)[2])) for width in (1.1, 1.15, 1.3)] == [-57, -63, -70]
     for other in ({"kind": "grip"}, {"fit_doorway": False}):
-        assert goal(1.1, **other)[2] == Scenario().goal.attitude[2]
+        assert goal(1.3, **other)[2] == math.pi / 9 - math.pi / 2
+    given = {"door.width": 1.1, "goal.attitude": [0.0, 0.0, -1.2]}
+    assert Model(Scenario.load("push", given)).goal_state[2] == -1.2
 
 
 def test_an_empty_file_is_the_default_task(write):

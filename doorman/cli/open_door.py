@@ -16,6 +16,7 @@ from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import run_folder
 from doorman.exceptions import DoormanError
 from doorman.feasibility import Severity, beforehand
+from doorman.feasibility.postures import unusual_postures
 from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording
@@ -99,8 +100,10 @@ def _open_door(
             if finding.severity is Severity.ERROR:
                 advice = f"; {finding.advice}" if finding.advice else ""
                 typer.echo(f"Warning: {finding.name}: {finding.message}{advice}", err=True)
+        if postures := unusual_postures(model):
+            typer.echo(f"Proposed postures: {postures}", err=as_json)
         folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
-        (folder / "scenario.toml").write_text(effective_toml(scenario), encoding="utf-8")
+        (folder / "scenario.toml").write_text(effective_toml(scenario, model.proposed), encoding="utf-8")
         with live_view(model, port) as listener:
             recording = simulate(
                 model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,

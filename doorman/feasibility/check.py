@@ -5,6 +5,7 @@ from __future__ import annotations
 from doorman.collision.audit import AuditReport, audit
 from doorman.feasibility.flight import flight_findings, stopping_findings
 from doorman.feasibility.geometry import geometry_findings
+from doorman.feasibility.postures import postures_finding
 from doorman.feasibility.rehearsal import DURATION, rehearse
 from doorman.feasibility.report import Finding, Report, Severity, graded
 from doorman.feasibility.setup import setup_findings
@@ -39,6 +40,7 @@ def check(scenario: Scenario) -> Report:
     )
     findings = (
         *setup_findings(model),
+        postures_finding(model),
         *geometry_findings(model, DURATION),
         *flight_findings(model, rehearse(model)),
         audit_finding(report),
@@ -55,7 +57,7 @@ def beforehand(model: Model) -> tuple[Finding, ...]:
     Returns:
         The findings.
     """
-    return (*setup_findings(model), *stopping_findings(model))
+    return (*setup_findings(model), postures_finding(model), *stopping_findings(model))
 
 
 def audit_finding(report: AuditReport) -> Finding:

@@ -12,18 +12,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import proxsuite
 from numpy.typing import NDArray
 
 from doorman.model import Model
+from doorman.postures.minimax import minimise_largest
 
 Array = NDArray[np.float64]
 
-_LARGEST_STEP = 0.3
-_SMALLEST_STEP = 1e-5
-_SMALLEST_GAIN = 1e-6
-_REGULARISATION = 1e-3
-_ITERATIONS = 40
 _ACTIVE = 1e-3
 _RELATIVE_YAWS = (0.0, 0.6, -0.6, 1.2, -1.2)
 
@@ -96,44 +91,18 @@ def widest_posture(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple
     free = np.array([2, *range(5, model.nx)])
     lower = np.concatenate([[-np.inf], model.vehicle.lower_limits])
     upper = np.concatenate([[np.inf], model.vehicle.upper_limits])
-    h, step = model.constraints(state)[rows], _LARGEST_STEP
-    for _ in range(_ITERATIONS):
-        jacobian = model.constraint_jacobian(state)[np.ix_(rows, free)]
-        low, high = np.maximum(lower - state[free], -step), np.minimum(upper - state[free], step)
-        change = _minimax_step(h, jacobian, np.minimum(low, 0.0), np.maximum(high, 0.0))
-        candidate = state.copy()
-        candidate[free] += change
-        reached = model.constraints(candidate)[rows]
-        expected, gain = h.max() - (h + jacobian @ change).max(), h.max() - reached.max()
-        if gain > 0.0:
-            state, h = candidate, reached
-        if expected < _SMALLEST_GAIN or step < _SMALLEST_STEP:
-            break
-        if gain < 0.25 * expected:
-            step *= 0.4
-        elif gain > 0.7 * expected:
-            step = min(2.0 * step, _LARGEST_STEP)
-    return state, -float(h.max())
 
+    def moved(point: Array) -> Array:
+        posture = state.copy()
+        posture[free] = point
+        return posture
 
-def _minimax_step(h: Array, jacobian: Array, low: Array, high: Array) -> Array:
-    """Minimiser of max_i (h + J δ)_i over low ≤ δ ≤ high, slightly regularised; in variables of order one."""
-    m, n = jacobian.shape
-    step = max(float(high.max()), -float(low.min()))
-    scale = max(step * float(np.abs(jacobian).sum(axis=1).max()), 1e-12)
-    rows = np.zeros((m + n, n + 1))
-    rows[:m, :n], rows[:m, n] = jacobian * (step / scale), -1.0
-    rows[m:, :n] = np.eye(n)
-    problem = proxsuite.proxqp.dense.QP(n + 1, 0, m + n)
-    problem.settings.eps_abs = 1e-9
-    problem.settings.eps_primal_inf = problem.settings.eps_dual_inf = 1e-14  # it is feasible: δ = 0 always is
-    problem.settings.max_iter = problem.settings.max_iter_in = 200
-    problem.init(
-        _REGULARISATION * np.eye(n + 1), np.array([*[0.0] * n, 1.0]), None, None, rows,
-        np.concatenate([np.full(m, -1e20), low / step]), np.concatenate([(h.max() - h) / scale, high / step]),
+    best, largest = minimise_largest(
+        lambda point: model.constraints(moved(point))[rows],
+        lambda point: model.constraint_jacobian(moved(point))[np.ix_(rows, free)],
+        state[free], lower, upper,
     )  # fmt: skip
-    problem.solve()
-    return np.asarray(np.clip(step * problem.results.x[:n], low, high))
+    return moved(best), -largest
 
 
 def _elsewhere(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple[Array, float]:

@@ -57,17 +57,20 @@ class ContactSection(Section):
 
 
 class StartSection(Section):
-    """Where the task starts, at rest."""
+    """Where the task starts, at rest. What is not given of its posture is found (`doorman.postures`)."""
 
+    attitude: tuple[Angle, Pitch, Angle] | None = None
+    """Roll, pitch and yaw [rad]; by default level, along the leaf's normal, or beside it where that breaks a constraint."""
     door_angle: DoorAngle = math.pi / 2
     arm: tuple[Angle, ...] | None = None
-    """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints, zeros for others."""
+    """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints that keeps all limits with it, else what is found."""
 
 
 class GoalSection(Section):
-    """Where the task ends, at rest."""
+    """Where the task ends, at rest. What is not given of its posture is found (`doorman.postures`)."""
 
-    attitude: tuple[Angle, Pitch, Angle] = (0.0, 0.0, -7 * math.pi / 18)
+    attitude: tuple[Angle, Pitch, Angle] | None = None
+    """Roll, pitch and yaw [rad]; by default level, along the leaf's normal, or beside it where that breaks a constraint."""
     door_angle: DoorAngle = math.pi / 9
     arm: tuple[Angle, ...] | None = None
-    """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints, zeros for others."""
+    """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints that keeps all limits with it, else what is found."""

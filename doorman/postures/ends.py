@@ -1,0 +1,95 @@
+"""Start and goal of a task: what the scenario pins down of their postures, and the paper's rule for the rest."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.coupling import BESIDE
+from doorman.postures.room import Room
+from doorman.postures.search import YAW
+from doorman.scenario import GoalSection, Scenario, StartSection
+
+Array = NDArray[np.float64]
+
+PAPER_POSTURES: dict[str, tuple[float, ...]] = {
+    "start.attitude": (0.0, 0.0, 0.0),
+    "start.arm": (0.0, 1.0, -0.6, -0.4),
+    "goal.attitude": (0.0, 0.0, -7 * math.pi / 18),
+    "goal.arm": (0.0, math.pi / 2, -math.pi / 2, 0.0),
+}
+"""The paper's, by key of the scenario, for an arm of four joints [rad]."""
+
+_RESERVE = 0.04
+"""Beyond the margin, between disc and jamb at the goal of a tip that pushes: it may have slipped, and gusts blow [m]."""
+
+
+@dataclass(frozen=True)
+class End:
+    """Start or goal."""
+
+    name: str
+    """`start` or `goal`."""
+    door_angle: float
+    """α [rad]."""
+    attitude: tuple[float, ...] | None
+    """Φ where the scenario pins it down [rad]."""
+    arm: tuple[float, ...] | None
+    """H where the scenario pins it down [rad]."""
+    n_arm: int
+    """Number of joints."""
+
+    @classmethod
+    def of(cls, name: str, section: StartSection | GoalSection, n_arm: int) -> End:
+        """End of a scenario's section."""
+        return cls(name, section.door_angle, section.attitude, section.arm, n_arm)
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Indices of x = [Φ, α, α̇, H] that a search may change: a vehicle that is free to turn stays level."""
+        yaw = [] if self.attitude is not None else [YAW]
+        return np.array([*yaw, *(range(5, 5 + self.n_arm) if self.arm is None else ())], dtype=np.int64)
+
+    @property
+    def normal(self) -> float:
+        """Heading along the leaf's normal [rad]."""
+        return self.door_angle - math.pi / 2
+
+    def state(self, arm: tuple[float, ...] | Array) -> Array:
+        """Posture at rest with what is pinned down, along the leaf's normal where the attitude is not.
+
+        Args:
+            arm: H where it is not pinned down, shape (n,) [rad].
+
+        Returns:
+            x, shape (5 + n,).
+        """
+        attitude = (0.0, 0.0, self.normal) if self.attitude is None else self.attitude
+        return np.array([*attitude, self.door_angle, 0.0, *(arm if self.arm is None else self.arm)])
+
+    def paper_state(self) -> Array | None:
+        """Posture with the paper's arm; None for an arm of another number of joints that is not pinned down."""
+        arm = PAPER_POSTURES[f"{self.name}.arm"]
+        return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
+
+
+def beside_the_normal(goal: Array, room: Room, scenario: Scenario) -> Array:
+    """Goal of a tip that pushes: in a narrow doorway its heading lies beside the normal, as on the way there.
+
+    Args:
+        goal: Along the leaf's normal, shape (5 + n,).
+        room: Tells the constraints.
+        scenario: The scenario.
+
+    Returns:
+        The nearest heading that is clear of the latch jamb with a reserve, or the one farthest beside.
+    """
+    goal, yaw = goal.copy(), float(goal[YAW])
+    for beside in np.linspace(0.0, BESIDE, 15):
+        goal[YAW] = yaw + math.copysign(beside, scenario.start.door_angle - goal[3])
+        if room.constraints(goal)[room.latch] < -(scenario.planner.margin + _RESERVE):
+            break
+    return goal

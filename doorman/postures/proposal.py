@@ -1,0 +1,176 @@
+"""Postures of start and goal: as the scenario gives them, the paper's where they keep all limits, else the widest.
+
+What the scenario pins down is used as given. What it leaves open is the paper's: the arm's posture, for four joints, and the
+heading along the leaf's normal. A posture that would break a joint limit or a constraint with its margin is searched instead,
+level, over heading and arm. Of the widest postures (`room`) the nearest to the other end is taken to which a way inside the
+constraints leads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.constraints import ConstraintParameters
+from doorman.kinematics.vehicle import Vehicle
+from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
+from doorman.postures.room import Room
+from doorman.postures.search import YAW, Found, different, joint_bounds, local_optima, pinned, widest
+from doorman.postures.way import follow, straight_way_is_clear, turned
+from doorman.scenario import Scenario
+
+__all__ = ["PAPER_POSTURES", "Postures", "propose", "start_arm"]
+
+Array = NDArray[np.float64]
+
+_AS_WIDE = 0.002
+"""Postures whose widths differ by less are as wide as each other."""
+_FIRST_ENDS = 3
+"""Start postures that are tried where the goal is open as well."""
+_ASIDE = 0.3
+"""Headings beside the normal that a search starts from [rad]."""
+_MOBILE = 1e-3
+"""An arm that moves its tip by less along the normal cannot move it so [m/rad]."""
+
+
+@dataclass(frozen=True)
+class Postures:
+    """Postures at rest of both ends."""
+
+    start: Array
+    """x = [Φ, α, 0, H] at the start, shape (5 + n,)."""
+    goal: Array
+    """x at the goal, shape (5 + n,)."""
+    proposed: Mapping[str, tuple[float, ...]]
+    """What the scenario leaves open, by key: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
+
+
+def propose(scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters) -> Postures:
+    """Postures of start and goal.
+
+    Args:
+        scenario: The scenario; arms that it pins down have as many joints as the vehicle's.
+        vehicle: The vehicle.
+        parameters: Of the constraints, with scratch memory of their own.
+
+    Returns:
+        The postures; the widest that there are where none keeps all limits.
+    """
+    finder = _Finder(scenario, vehicle, parameters)
+    start, goal = (End.of(name, getattr(scenario, name), vehicle.n_arm) for name in ("start", "goal"))
+    first, last = finder.ends(start, goal)
+    return Postures(first, last, {**_open(start, first), **_open(goal, last)})
+
+
+def start_arm(scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters) -> Array:
+    """Arm of the start where no jamb is near: how far it reaches decides how near to the hinge a narrow doorway is pushed open.
+
+    Args:
+        scenario: The scenario.
+        vehicle: The vehicle.
+        parameters: Of the constraints, with scratch memory of their own.
+
+    Returns:
+        H, shape (n,) [rad].
+    """
+    finder = _Finder(scenario, vehicle, parameters, jambs=False)
+    return finder.alone(End.of("start", scenario.start, vehicle.n_arm))[5:]
+
+
+class _Finder:
+    """Finds the postures of one scenario."""
+
+    def __init__(
+        self, scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters, jambs: bool = True
+    ) -> None:
+        self._scenario, self._vehicle, self._parameters, self._jambs = scenario, vehicle, parameters, jambs
+        self._pushes = scenario.contact.kind == "push"
+        self._clear = Room(vehicle, parameters, margin=0.0, jambs=jambs)
+        self._middle = 0.5 * np.add(*joint_bounds(vehicle))
+        self._known: dict[str, list[Found]] = {}
+
+    def ends(self, start: End, goal: End) -> tuple[Array, Array]:
+        """Start and goal."""
+        first, last = self._settled(start), self._settled(goal)
+        if first is not None:
+            return first, self._reached(goal, first) if last is None else last
+        if last is not None:
+            return self._reached(start, last), last
+        best, largest, possible = (np.empty(0), np.empty(0)), -np.inf, self._optima(goal)[0].width
+        for found in self._candidates(start)[:_FIRST_ENDS]:
+            last = self._reached(goal, found.state)
+            width = self._room(goal).width(last)
+            if min(found.width, width) > largest + _AS_WIDE:
+                best, largest = (found.state, last), min(found.width, width)
+            if width >= possible - _AS_WIDE:  # later starts are narrower
+                break
+        return best
+
+    def alone(self, end: End) -> Array:
+        """Posture of an end, whatever the other is."""
+        settled = self._settled(end)
+        return self._candidates(end)[0].state if settled is None else settled
+
+    def _settled(self, end: End) -> Array | None:
+        """Posture of an end that needs no search: all of it is pinned down, or the paper's keeps the limits."""
+        state, room = end.paper_state(), self._room(end)
+        if state is None or not end.free.size:
+            return state
+        narrow = self._pushes and self._scenario.contact.fit_doorway and end.attitude is None
+        if end.name == "goal" and narrow:
+            state = beside_the_normal(state, room, self._scenario)
+        return state if room.keeps(state) else None
+
+    def _reached(self, end: End, other: Array) -> Array:
+        """Posture of an end with a way to the other end's."""
+        there, clear = follow(self._clear, other, end.door_angle)
+        found = self._candidates(end, there, turned(other, end.door_angle))
+        if clear:
+            for posture in found:
+                if posture.width >= 0.0 and straight_way_is_clear(self._clear, there, posture.state):
+                    return posture.state
+        return found[0].state
+
+    def _candidates(self, end: End, *starts: Array) -> list[Found]:
+        """Postures of an end, the best first: the widest, and of those that are as wide the nearest to the last start."""
+        found = self._optima(end)
+        plain = self._plain(end)
+        found = different(
+            [*found, *(widest(self._room(end), pinned(start, plain, end.free), end.free) for start in starts)]
+        )
+        near = starts[-1] if starts else plain
+        as_wide = [one for one in found if one.width >= found[0].width - _AS_WIDE]
+        as_wide.sort(key=lambda one: float(np.linalg.norm(one.state - near)))
+        return [*as_wide, *found[len(as_wide) :]]
+
+    def _optima(self, end: End) -> list[Found]:
+        """Widest postures of an end, whatever the other is."""
+        if end.name not in self._known:
+            plain = self._plain(end)
+            sides = [plain + aside * (np.arange(len(plain)) == YAW) for aside in (_ASIDE, -_ASIDE)]
+            starts = (plain, *sides, end.state(self._middle))
+            self._known[end.name] = local_optima(self._room(end), plain, end.free, starts)
+        return self._known[end.name]
+
+    def _plain(self, end: End) -> Array:
+        """Posture along the normal, the paper's or in the middle of the joints' ranges."""
+        paper = end.paper_state()
+        return end.state(self._middle) if paper is None else paper
+
+    def _room(self, end: End) -> Room:
+        margin = self._scenario.planner.margin
+        mobile = end.arm is None and self._can_move_along_the_normal(end)
+        return Room(self._vehicle, self._parameters, margin, self._pushes, mobile, self._jambs)
+
+    def _can_move_along_the_normal(self, end: End) -> bool:
+        generator, n = np.random.default_rng(0), self._vehicle.n_arm
+        arms = generator.uniform(-1.0, 1.0, (10, n))
+        return any(self._clear.mobility(end.state(arm)) > _MOBILE for arm in arms)
+
+
+def _open(end: End, state: Array) -> dict[str, tuple[float, ...]]:
+    values = {"attitude": state[:3], "arm": state[5:]}
+    return {f"{end.name}.{key}": tuple(value.tolist()) for key, value in values.items() if getattr(end, key) is None}

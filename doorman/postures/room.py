@@ -1,0 +1,164 @@
+r"""Room of a posture at rest: its distances from everything that bounds it, each in a measure of its own.
+
+- constraints: :math:`-(h_i(x) + m)` beyond the margin m [m],
+- joints: :math:`(\eta_j - l_j)/(u_j - l_j)` and :math:`(u_j - \eta_j)/(u_j - l_j)`, shares of the range,
+- mobility: :math:`\lVert J_d^T R^T n_D\rVert`, by how much the arm moves the tip along the leaf's normal [m/rad]; it is zero in
+  a singular posture,
+- of a tip that pushes: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the leaf's direction t, so that the tip lies within β of
+  the normal [m].
+
+The width of a posture is the least of them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.constraints import (
+    ConstraintParameters,
+    collision_constraints,
+    collision_constraints_batch,
+    collision_constraints_jacobian,
+)
+from doorman.kinematics.coupling import BESIDE
+from doorman.kinematics.door import door_normal, leaf_direction
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+_DIFFERENCE = 1e-6
+"""For the slopes of the mobility [rad]."""
+_SMALLEST_MOBILITY = 1e-9
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Room:
+    """Distances of postures x = [Φ, α, α̇, H] from what bounds them.
+
+    Args:
+        vehicle: The vehicle.
+        parameters: Of the constraints, with scratch memory of their own.
+        margin: m, of the constraints [m].
+        pushes: Whether the tip can only push: it then stays near the leaf's normal.
+        mobile: Whether the mobility counts.
+        jambs: Whether the constraints between disc and jambs do.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        parameters: ConstraintParameters,
+        margin: float,
+        pushes: bool = False,
+        mobile: bool = False,
+        jambs: bool = True,
+    ) -> None:
+        self.vehicle, self.margin, self._parameters = vehicle, margin, parameters
+        self._pushes, self._mobile = pushes, mobile
+        self._leaf = len(vehicle.point_names)
+        self.latch = self._leaf + 1
+        """Index of the constraint between disc and latch jamb."""
+        self._computed, self._counted = self._leaf + 3, self._leaf + (3 if jambs else 1)
+        span = vehicle.upper_limits - vehicle.lower_limits
+        self._bounded = np.flatnonzero(np.isfinite(span) & (span > 0.0))
+        self._span = span[self._bounded]
+
+    def constraints(self, state: Array) -> Array:
+        """h(x), shape (k,) [m]."""
+        h = np.empty(self._computed)
+        collision_constraints(self._parameters, state, h)
+        return h[: self._counted]
+
+    def constraint_slopes(self, state: Array) -> Array:
+        """Jacobian of `constraints`, shape (k, 5 + n)."""
+        h, jacobian = np.empty(self._computed), np.zeros((self._computed, len(state)))
+        collision_constraints_jacobian(self._parameters, state, h, jacobian)
+        return jacobian[: self._counted]
+
+    def constraints_along(self, states: Array) -> Array:
+        """`constraints` at many states, shape (m, k) [m]."""
+        h = np.empty((len(states), self._computed))
+        collision_constraints_batch(self._parameters, states, h)
+        return h[:, : self._counted]
+
+    def keeps(self, state: Array, tolerance: float = 1e-9) -> bool:
+        """Whether a posture is inside the joint limits, and inside the constraints by the margin."""
+        vehicle, arm = self.vehicle, state[5:]
+        inside = bool(((arm >= vehicle.lower_limits) & (arm <= vehicle.upper_limits)).all())
+        return inside and float(self.constraints(state).max()) <= tolerance - self.margin
+
+    def mobility(self, state: Array) -> float:
+        """Speed of the tip along the normal for a unit speed of the arm's joints [m/rad]."""
+        return float(
+            np.linalg.norm(self.constraint_slopes(state)[self._leaf, 5:])
+        )  # h of the leaf falls as the tip goes there
+
+    def width(self, state: Array) -> float:
+        """Least distance; negative where the posture breaks a joint limit or a constraint with its margin."""
+        return float(self.distances(state).min())
+
+    def distances(self, state: Array) -> Array:
+        """All distances, shape (m,)."""
+        rows = [-(self.constraints(state) + self.margin), *self._joints(state)]
+        if self._mobile:
+            rows.append(np.array([self.mobility(state)]))
+        if self._pushes:
+            rows.append(self._beside(state))
+        return np.concatenate(rows)
+
+    def slopes(self, state: Array) -> Array:
+        """Jacobian of `distances`, shape (m, 5 + n)."""
+        of_constraints = self.constraint_slopes(state)
+        share = np.zeros((len(self._bounded), len(state)))
+        share[np.arange(len(self._bounded)), 5 + self._bounded] = 1.0 / self._span
+        rows = [-of_constraints, share, -share]
+        if self._mobile:
+            rows.append(self._mobility_slopes(state, of_constraints)[None])
+        if self._pushes:
+            rows.append(self._beside_slopes(state))
+        return np.concatenate(rows)
+
+    def rough_widths(self, states: Array) -> Array:
+        """Widths of many postures by constraints and joints alone, shape (m,)."""
+        arms = states[:, 5 + self._bounded]
+        lower, upper = self.vehicle.lower_limits[self._bounded], self.vehicle.upper_limits[self._bounded]
+        shares = np.minimum(arms - lower, upper - arms) / self._span
+        widths = -(self.constraints_along(states).max(axis=1) + self.margin)
+        return np.asarray(np.minimum(widths, shares.min(axis=1, initial=np.inf)))
+
+    def _joints(self, state: Array) -> tuple[Array, Array]:
+        arm = state[5 + self._bounded]
+        lower, upper = self.vehicle.lower_limits[self._bounded], self.vehicle.upper_limits[self._bounded]
+        return (arm - lower) / self._span, (upper - arm) / self._span
+
+    def _mobility_slopes(self, state: Array, of_constraints: Array) -> Array:
+        """By differences of the constraints' exact slopes: a second derivative of the arm."""
+        along = of_constraints[self._leaf, 5:]
+        size, slopes = max(float(np.linalg.norm(along)), _SMALLEST_MOBILITY), np.zeros(len(state))
+        for k in (2, *range(5, len(state))):
+            moved = state.copy()
+            moved[k] += _DIFFERENCE
+            change = self.constraint_slopes(moved)[self._leaf, 5:] - along
+            slopes[k] = float(along @ change) / (size * _DIFFERENCE)
+        return slopes
+
+    def _beside(self, state: Array) -> Array:
+        tip = rotation_body_to_world(state[:3]) @ self.vehicle.tip_position(state[5:])
+        return self._limits_beside(state) @ tip
+
+    def _beside_slopes(self, state: Array) -> Array:
+        rotation, slopes = rotation_body_to_world(state[:3]), np.zeros((2, len(state)))
+        limits, tip = self._limits_beside(state), rotation @ self.vehicle.tip_position(state[5:])
+        slopes[:, 2] = limits @ np.cross(_UP, tip)
+        slopes[:, 5:] = limits @ rotation @ self.vehicle.tip_jacobian(state[5:])
+        return slopes
+
+    @staticmethod
+    def _limits_beside(state: Array) -> Array:
+        angle = float(state[3])
+        ahead, aside = math.tan(BESIDE) * door_normal(angle), leaf_direction(angle)
+        return np.array([ahead - aside, ahead + aside])
