@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from doorman.exceptions import BackendError
-from doorman.kinematics.urdf import load_description
+from doorman.kinematics.urdf_shapes import link_name
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.rotors import RotorLayout
@@ -30,12 +30,6 @@ _TIP_RADIUS = 0.001
 _HARD = (0.999, 0.9999, 0.001, 0.5, 2.0)
 _HARD_TIME = 0.005
 """Time constant of a hinge's friction: short, so that a door held by friction does not creep [s]."""
-
-
-def link_name(urdf: Path, name: str) -> str:
-    """The link of that name, or the child link of the joint of that name."""
-    description = load_description(urdf)
-    return name if name in description.link_map else str(description.joint_map[name].child)
 
 
 def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:
