@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 
 from doorman.exceptions import DoormanError
+from doorman.feasibility import FeasibilityWarning, Report, check
 from doorman.mission.mission import Mission, OnProgress
 from doorman.model import Model
 from doorman.ocp.planner import Planner
@@ -24,8 +26,12 @@ def simulate(
     planner: Planner | None = None,
     on_progress: OnProgress | None = None,
     listener: Listener | None = None,
+    force: bool = False,
+    report: Report | None = None,
 ) -> Recording:
-    """Fly a scenario in simulation.
+    """Fly a scenario in simulation, if `doorman.feasibility.check` finds that it can work.
+
+    The recording's header holds what the check finds. Warnings of a check made here are issued as `FeasibilityWarning`.
 
     Args:
         scenario: The scenario, or a model of it that exists already.
@@ -36,11 +42,14 @@ def simulate(
         planner: Planner of the same scenario, to save its construction.
         on_progress: Called once per planner period with time and estimated door angle.
         listener: Called with topic, time and fields of everything that is recorded, as it is recorded.
+        force: Fly even what the check refuses; without a report, nothing is checked.
+        report: Of the check, where it was made before; else it is made here, which takes less than a second.
 
     Returns:
         The recording, with its summary. After Ctrl-C it holds what was flown until then.
 
     Raises:
+        InfeasibleError: if the check refuses the scenario; nothing is flown.
         DoormanError: if the scenario is unusable or the simulation fails.
     """
     from doorman import __version__
@@ -51,12 +60,20 @@ def simulate(
     if seed < 0:
         raise DoormanError("not a seed", field="seed", given=seed, allowed=">= 0")
     model = scenario if isinstance(scenario, Model) else Model(scenario)
+    if report is None and not force:
+        report = check(model)
+        for finding in report.warnings:
+            warnings.warn(f"{finding.name}: {finding.message}", FeasibilityWarning, stacklevel=2)
+    if report is not None and not force:
+        report.refuse()
     header = {
         "scenario": model.scenario.model_dump(mode="json"),
         "name": model.scenario.name,
         "seed": seed,
         "duration": duration,
         "version": __version__,
+        "forced": force,
+        "findings": None if report is None else [finding.as_dict() for finding in report.complaints],
     }
     with Recorder(path, header, listener) as recorder:
         mission = Mission(model, planner, recorder)
