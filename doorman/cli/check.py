@@ -32,7 +32,8 @@ def check_scenario(source: str, settings: Sequence[str], as_json: bool, with_aud
     Raises:
         DoormanError: if the input cannot be used.
     """
-    report = check(Scenario.load(source, parse_overrides(settings)), with_audit=with_audit)
+    scenario = Scenario.load(source, parse_overrides(settings))
+    report = check(scenario, with_audit=True) if with_audit else check(scenario)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
     else:

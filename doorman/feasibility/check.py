@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from doorman.collision.audit import AuditReport, audit
-from doorman.feasibility.bodies import body_findings
 from doorman.feasibility.flight import flight_findings
 from doorman.feasibility.geometry import geometry_findings
-from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.mission import mission_findings
 from doorman.feasibility.plant import plant_findings
 from doorman.feasibility.rehearsal import DURATION, rehearse
@@ -39,9 +37,7 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     rehearsal = rehearse(model)
     findings = (
         *setup_findings(model),
-        *body_findings(model),
         *plant_findings(model),
-        *lift_findings(model),
         *geometry_findings(model, DURATION),
         *mission_findings(model, rehearsal),
         *flight_findings(model, rehearsal),

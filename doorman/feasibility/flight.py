@@ -26,8 +26,8 @@ _OPEN = math.radians(2.0)
 _JOINT_SLACK = 0.02
 _PULL_SLACK = 0.05
 _EVERY, _EVERY_TENTH = 0.05, 10
-_HEIGHT = 0.05
-"""By which a vehicle at the leaf may be higher or lower than planned [m]."""
+_HEIGHT = {"grip": 0.05, "push": 0.01}
+"""By which a vehicle is higher or lower than planned, by flight: a grip that is engaged lifts and lowers it [m]."""
 _AT_REST = 0.01
 _ACTIVE = 1e-3
 
@@ -230,16 +230,17 @@ def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
     """Room above and below: a vehicle that is tied to the leaf by its tip rises and sinks as it tilts."""
     positions = np.array([model.coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
     rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
+    height = _HEIGHT[model.scenario.contact.kind]
     worst = min(
         (
             scene.min_clearance_along(positions + [0.0, 0.0, off], rotations, states[:, 5:], states[:, 3]).worst
-            for off in (_HEIGHT, -_HEIGHT)
+            for off in (height, -height)
         ),
         key=lambda clearance: clearance.distance,
     )
     ok = worst.distance > -TOLERANCE
     return Finding(
-        "height in the doorway", graded(ok), f"{1e2 * _HEIGHT:.0f} cm higher or lower, {_near(worst)}", worst.distance,
+        "height in the doorway", graded(ok), f"{1e2 * height:.0f} cm higher or lower, {_near(worst)}", worst.distance,
         -TOLERANCE, "m",
         "" if ok else "another contact.height, or a start.arm and goal.arm that hold the tip lower or higher",
     )  # fmt: skip

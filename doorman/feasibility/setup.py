@@ -1,4 +1,4 @@
-"""Findings from the scenario's numbers alone: masses, contact, limits, start and goal, planner."""
+"""Findings from the numbers of scenario and URDFs alone: masses, rotors, contact, limits, start and goal, planner."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE
+from doorman.feasibility.bodies import body_findings
+from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model
 
@@ -36,6 +38,8 @@ def setup_findings(model: Model) -> list[Finding]:
         *(_arm_limits(model, name) for name in ("start", "goal")),
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
+        *body_findings(model),
+        *lift_findings(model),
     ]
 
 

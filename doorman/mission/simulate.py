@@ -63,7 +63,7 @@ def simulate(
     if report is None and not force:
         report = check(model)
         for finding in report.warnings:
-            warnings.warn(f"{finding.name}: {finding.message}", FeasibilityWarning, stacklevel=2)
+            warnings.warn(f"doorman check: {finding.name}: {finding.message}", FeasibilityWarning, stacklevel=2)
     if report is not None and not force:
         report.refuse()
     header = {
