@@ -7,7 +7,9 @@ i, so the most thrust that carries it is
     L(\tau) = \min_i \frac{f_{\max,i} - B^+_{i,1:3}\,\tau}{B^+_{i,0}}
 
 and a vehicle whose :math:`L` is less than its weight sinks as long as it turns. The onboard loop asks for
-:math:`\tau = I_A K_p K_a \theta` where its attitude is off by θ.
+:math:`\tau = I_A K_p K_a \theta` where its attitude is off by θ. A gripped tip resists that turn, and carries weight, until a
+joint of the arm slips: with :math:`F_z = \min_k \tau_{\max,k} / |J_{d,zk}|` at the tip, d ahead of O_B, the torque is
+:math:`F_z d_x` at most.
 """
 
 from __future__ import annotations
@@ -33,6 +35,10 @@ _ENGAGED = 0.5
 _CLEAR = 1.3
 """Ratio of largest thrust and weight below which gusts, a heavier door or a weak battery can make a vehicle sink."""
 
+_NEAR = 0.1
+"""Ratio beyond what is needed below which a warning says so."""
+_HELD = 0.9
+"""Share of a joint's torque limit that is counted on."""
 _OFFSET = 0.01
 """Of the centre of mass, beyond which a warning says so [m]."""
 
@@ -73,10 +79,11 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
     weight = model.vehicle.mass * GRAVITY
     ratio = model.vehicle.max_thrust / weight
     turn, why = _first_turn(model)
-    lift = lift_left(layout, hover_wrench(model)[1:3] + np.array([0.0, _loop_torque(model, turn)]))
-    carried = _carried(model)
+    lift = lift_left(layout, hover_wrench(model)[1:3] + np.array([0.0, _turning_torque(model, turn)]))
+    carried = _HELD * _carried(model)
     needed = ratio + (weight - carried - lift) / weight
-    severity = graded(ratio >= max(needed, _CLEAR), Severity.WARNING if ratio >= needed else Severity.ERROR)
+    clear = max(needed + _NEAR, _CLEAR)
+    severity = graded(ratio >= clear, Severity.WARNING if ratio >= needed else Severity.ERROR)
     message = f"the largest thrust of {model.vehicle.max_thrust:.1f} N is {ratio:.2f} times the weight"
     if severity is Severity.ERROR:
         message += (
@@ -85,7 +92,7 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
         held = f" and the arm's joints hold {carried:.1f} N at the tip" if carried > 0.0 else ""
         message += f" for {weight:.1f} N{held}: it sinks"
     return Finding(
-        "thrust reserve", severity, message, ratio, max(needed, _CLEAR) if severity is not Severity.ERROR else needed, "",
+        "thrust reserve", severity, message, ratio, needed if severity is Severity.ERROR else clear, "",
         "" if severity is Severity.OK else "stronger rotors (vehicle.max_thrust) or less mass",
     )  # fmt: skip
 
@@ -101,10 +108,13 @@ def _first_turn(model: Model) -> tuple[float, str]:
     return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"
 
 
-def _loop_torque(model: Model, turn: float) -> float:
-    """Torque about the pitch axis with which the onboard loop answers an error of the pitch [N m]."""
+def _turning_torque(model: Model, turn: float) -> float:
+    """Torque about the pitch axis with which the onboard loop answers an error of the pitch, until a gripping arm slips [N m]."""
     gains = AttitudeGains()
-    return float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
+    torque = float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
+    if model.scenario.contact.kind != "grip":
+        return torque
+    return min(torque, _carried(model) * abs(float(model.vehicle.tip_position(model.start_arm)[0])))
 
 
 def _carried(model: Model) -> float:
@@ -123,7 +133,8 @@ def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
     center = max(centers, key=lambda place: float(np.linalg.norm(place)))
     offset, weight = float(np.linalg.norm(center)), model.vehicle.mass * GRAVITY
     lift = min(lift_left(layout, weight * np.array([place[1], -place[0]])) for place in centers)
-    severity = graded(offset <= _OFFSET, Severity.WARNING if lift >= weight else Severity.ERROR)
+    carried = _HELD * _carried(model)
+    severity = graded(offset <= _OFFSET, Severity.WARNING if lift + carried >= weight else Severity.ERROR)
     message = f"the centre of mass is {1e2 * offset:.1f} cm from the base link's origin, where the models assume it"
     if severity is Severity.ERROR:
         message += f"; rotors that hold it level there lift {max(lift, 0.0):.1f} N of {weight:.1f} N"
