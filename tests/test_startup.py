@@ -108,7 +108,7 @@ def test_a_plan_loads_neither_meshes_nor_geometry_nor_simulator_nor_plots(tmp_pa
 
 def test_a_check_loads_neither_meshes_nor_plots(tmp_path):
     """They would take longer than all that it computes."""
-    unused = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat", "mcap"}
+    unused = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat"}
     assert loaded_by(CHECK, {*unused, "fcl", "mujoco"}, tmp_path) == {"fcl", "mujoco"}
 
 

@@ -39,7 +39,7 @@ First steps:
 
 - `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
 - `doorman check paper`: can it work at all?
-- `doorman open paper --view --realtime`: fly it and watch; the results go to a new folder under runs.
+- `doorman open paper --view --realtime`: check it, fly it and watch; the results go to a new folder under runs.
 - `doorman view runs/paper-1`: watch it again: play, pause, speed, and a slider through its time.
 
 Then:
@@ -53,7 +53,7 @@ Every command that finds or writes something takes `--json`: the result goes to 
 stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
-did not, 2 if the input cannot be used.
+did not or is refused, 2 if the input cannot be used.
 """
 
 app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
