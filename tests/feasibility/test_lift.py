@@ -24,8 +24,8 @@ def test_the_mixer_makes_that_lift_and_no_more(model: Model, torque: tuple[float
 
 def ratio_needed(source: str, **overrides: object) -> float:
     """Ratio of thrust and weight from which a task is not refused."""
-    low, high = 1.0, 3.0
-    for _ in range(20):
+    low, high = 1.0, 1.8
+    for _ in range(9):
         ratio = 0.5 * (low + high)
         thrust = ratio * 3.0 * GRAVITY
         named = {key.replace("__", "."): value for key, value in overrides.items()}

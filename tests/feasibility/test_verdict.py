@@ -85,6 +85,13 @@ def test_what_cannot_work_is_refused_alike(
     assert all(f"{error}: " in row.found for error in errors)
 
 
+@pytest.fixture
+def no_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They take longer than these flights."""
+    monkeypatch.setattr("doorman.cli.open_door.write_pictures", lambda *_: None)
+
+
+@pytest.mark.usefixtures("no_pictures")
 def test_force_flies_all_the_same_and_says_so(tmp_path: Path) -> None:
     result = run("open", "--force", "--json", "--duration", "0.1", "--out", str(tmp_path), *settings(CLOSES))
     assert json.loads(result.stdout)["duration_s"] == pytest.approx(0.1, abs=0.01)
@@ -94,6 +101,7 @@ def test_force_flies_all_the_same_and_says_so(tmp_path: Path) -> None:
     assert "direction" in [finding["name"] for finding in header["findings"]]
 
 
+@pytest.mark.usefixtures("no_pictures")
 def test_warnings_are_told_and_kept(tmp_path: Path) -> None:
     result = run("open", "--json", "--duration", "0.1", "--out", str(tmp_path), *settings(NEAR_LIMIT))
     assert json.loads(result.stdout)["outcome"] == "cut off"
