@@ -58,6 +58,19 @@ class ScenarioError(DoormanError):
     """A scenario file or an override is wrong: syntax, unknown key, type or range."""
 
 
+class InfeasibleError(DoormanError):
+    """A task is refused before it is flown: the check has found that it cannot work.
+
+    Args:
+        message: One sentence that names every error of the check, with its numbers.
+        findings: Names of these errors.
+    """
+
+    def __init__(self, message: str, findings: tuple[str, ...] = ()) -> None:
+        self.findings = findings
+        super().__init__(message)
+
+
 class UrdfError(DoormanError):
     """A URDF is missing, malformed, lacks a named link or joint, or has impossible values."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import pytest
 from command_line import run
 
 from doorman.feasibility import Finding, Report, Severity
@@ -13,6 +14,14 @@ def test_check_says_that_the_paper_is_possible():
     result = run("check")
     assert result.exit_code == 0, result.output
     assert "possible" in result.stdout
+
+
+@pytest.mark.parametrize(("words", "asked"), [((), {}), (("--audit",), {"with_audit": True})])
+def test_the_audit_is_made_where_it_is_asked_for(monkeypatch, words, asked):
+    made = []
+    monkeypatch.setattr("doorman.cli.check.check", lambda _, **options: made.append(options) or Report("paper", ()))
+    assert run("check", *words).exit_code == 0
+    assert made == [asked]
 
 
 def test_check_says_why_a_task_is_not_possible():

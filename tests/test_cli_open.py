@@ -43,12 +43,6 @@ def test_the_door_opens_and_the_status_is_0(flight):
     assert result.stderr == ""
 
 
-def test_a_door_that_cannot_be_opened_is_told_before_the_flight(tmp_path):
-    result = run("open", "push", "--set", "door.friction=20", "--duration", "0.1", "--json", "--out", str(tmp_path))
-    assert "Warning: hinge friction: of the hinge's friction of 20.00 N m" in result.stderr
-    json.loads(result.stdout)
-
-
 def test_proposed_postures_are_told_and_kept_with_the_run(tmp_path):
     """In one line, before the flight; the run's own scenario flies them again."""
     given = ("--set", "goal.door_angle=0.785", "--duration", "0.1", "--json", "--out", str(tmp_path))

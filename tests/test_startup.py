@@ -115,6 +115,12 @@ def test_a_plan_loads_neither_meshes_nor_geometry_nor_simulator_nor_plots(tmp_pa
     assert loaded_by(PLAN, {*unused, "doorman.ocp.cddp"}, tmp_path) == {"doorman.ocp.cddp"}
 
 
+def test_a_check_loads_neither_meshes_nor_plots(tmp_path):
+    """They would take longer than all that it computes."""
+    unused = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat"}
+    assert loaded_by(CHECK, {*unused, "fcl", "mujoco"}, tmp_path) == {"fcl", "mujoco"}
+
+
 @pytest.mark.parametrize(
     "arguments",
     [["--help"], ["--version"], ["open", "--help"], ["check", "--help"], ["warmup", "--help"]],

@@ -48,7 +48,7 @@ First steps:
 
 - `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
 - `doorman check paper`: can it work at all?
-- `doorman open paper --view --realtime`: fly it and watch; the results go to a new folder under runs.
+- `doorman open paper --view --realtime`: check it, fly it and watch; the results go to a new folder under runs.
 - `doorman view`: watch the newest run again: play, pause, speed, and a slider through its time.
 
 Then:
@@ -62,7 +62,8 @@ Every command that finds or writes something takes `--json`: the result goes to 
 stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
-did not, 2 if the input or the surroundings cannot be used, 3 for what nobody expected: DOORMAN_TRACEBACK=1 shows where.
+did not or is refused, 2 if the input or the surroundings cannot be used, 3 for what nobody expected: DOORMAN_TRACEBACK=1 shows
+where.
 """
 
 app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
@@ -98,21 +99,27 @@ def _doorman(
 def check_command(
     scenario: Source = "paper",
     settings: Settings = None,
+    audit: Annotated[
+        bool,
+        typer.Option("--audit", help="Also search for collisions that the planner's constraints allow; some seconds."),
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
     """Say whether a scenario can work, before any flight.
 
-    Looks at the arm's reach and joint limits, the rotor disc between the jambs along the whole swing, thrust and tilt
-    against the force that the door needs, and start and goal against the constraints; and compares the planner's
-    constraints with the collision shapes of the URDFs. Every finding names the number, its limit and what to change.
+    Looks at masses and inertias, and at what MuJoCo makes of the URDFs where it is installed; at the arm's reach and joint
+    limits, the rotor disc between the jambs along the whole swing, thrust and tilt against the force that the door needs, and
+    start and goal against the constraints; and at the way from the hover to the leaf. A short rehearsal shows where the planner
+    takes the door. Every finding names the number, its limit and what to change.
 
-    The exit status is 0 if the scenario is possible, 1 if it is not.
+    `doorman open`, `doorman fly` and `doorman.simulate` decide by the same findings. The exit status is 0 if the scenario is
+    possible, 1 if it is not.
     """
 
     def command() -> int:
         from doorman.cli.check import check_scenario
 
-        return check_scenario(scenario, settings or [], as_json)
+        return check_scenario(scenario, settings or [], as_json, audit)
 
     _leave(command, interrupted=INTERRUPTED)
 
@@ -161,11 +168,15 @@ def open_command(
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Of the page of --view, on this machine.", show_default="any free one")
     ] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Fly even what `doorman check` refuses.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
     ] = False,
 ) -> None:
     """Fly a scenario in simulation, from hover to hover.
+
+    First it is checked, as `doorman check` does. Warnings and errors go to stderr. A scenario with errors is not flown and
+    leaves no folder, unless with `--force`; with `--json`, its findings are the document on stdout then.
 
     Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
     all its values (scenario.toml), plots of the states, of constraints and forces, of the swing from above and of the
@@ -173,13 +184,15 @@ def open_command(
     browser (replay.html).
 
     Ctrl-C ends the flight and keeps what was flown. The exit status is 0 only if the door was opened and nothing was
-    touched; otherwise it is 1, and a sentence says what happened.
+    touched; otherwise, and if the scenario is refused, it is 1, and a sentence says what happened.
     """
 
     def command() -> int:
         from doorman.cli.open_door import open_door
 
-        return open_door(scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json)
+        return open_door(
+            scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json, force
+        )
 
     _leave(command)
 

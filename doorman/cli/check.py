@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import typer
 from rich.console import Console
@@ -11,19 +11,20 @@ from rich.table import Table
 from rich.text import Text
 
 from doorman.cli.overrides import parse_overrides
-from doorman.feasibility import Report, Severity, check
+from doorman.feasibility import Finding, Severity, check
 from doorman.scenario import Scenario
 
 _COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
 
 
-def check_scenario(source: str, settings: Sequence[str], as_json: bool) -> int:
+def check_scenario(source: str, settings: Sequence[str], as_json: bool, with_audit: bool = False) -> int:
     """Check a scenario and print what was found.
 
     Args:
         source: Name or path of the scenario.
         settings: Overrides, `key=value`.
         as_json: Print the findings as JSON and nothing else.
+        with_audit: Whether the constraints are audited against FCL, too.
 
     Returns:
         Exit status: 0 if the scenario is possible, else 1.
@@ -31,29 +32,27 @@ def check_scenario(source: str, settings: Sequence[str], as_json: bool) -> int:
     Raises:
         DoormanError: if the input cannot be used.
     """
-    report = check(Scenario.load(source, parse_overrides(settings)))
+    scenario = Scenario.load(source, parse_overrides(settings))
+    report = check(scenario, with_audit=True) if with_audit else check(scenario)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
     else:
-        _print(report)
+        console = Console(highlight=False)
+        console.print(findings_table(report.findings))
+        console.print(Text(f"\n{report.sentence}"), soft_wrap=True)
     return 0 if report.possible else 1
 
 
-def _print(report: Report) -> None:
+def findings_table(findings: Iterable[Finding]) -> Table:
+    """Findings as rows of severity, name, and message with advice.
+
+    Args:
+        findings: To print.
+    """
     table = Table(box=None, pad_edge=False)
     for name in ("", "checked", "finding"):
         table.add_column(name)
-    for finding in report.findings:
+    for finding in findings:
         color = _COLORS[finding.severity]
-        words = f"{finding.message}\n→ {finding.advice}" if finding.advice else finding.message
-        table.add_row(Text(finding.severity.value, style=color), Text(finding.name), Text(words))
-    console = Console(highlight=False)
-    console.print(table)
-    console.print(Text(f"\n{_sentence(report)}"), soft_wrap=True)
-
-
-def _sentence(report: Report) -> str:
-    if report.possible:
-        return f"The scenario '{report.scenario}' is possible."
-    names = ", ".join(finding.name for finding in report.errors)
-    return f"The scenario '{report.scenario}' is not possible: {names}."
+        table.add_row(Text(finding.severity.value, style=color), Text(finding.name), Text(finding.words))
+    return table

@@ -109,7 +109,7 @@ def fly_mission(
     if dry_run:
         return _dry_run(model, config, output)
     console.print("Preparing planner and controller")
-    planner, findings = Planner(model), check(model.scenario)
+    planner, findings = Planner(model), check(model)
     rehearse(model, planner)
     console.print("Opening the links")
     with real_time(), VehicleLinks(config) as links:
@@ -174,7 +174,7 @@ def _confirmed(output: Output) -> bool:
 
 def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
     """Check what can be checked without sending anything."""
-    findings = check(model.scenario)
+    findings = check(model)
     Console(stderr=True, highlight=False).print("Listening to the links; nothing is sent")
     checks = listen(model, config, findings)
     _print_checks(checks, output)

@@ -8,14 +8,17 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import typer
+from rich.console import Console
+from rich.text import Text
 
+from doorman.cli.check import findings_table
 from doorman.cli.display import flight_progress, print_run
 from doorman.cli.effective import effective_toml
 from doorman.cli.live import live_view
 from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import run_folder
 from doorman.exceptions import DoormanError
-from doorman.feasibility import Severity, beforehand
+from doorman.feasibility import Report, check
 from doorman.feasibility.postures import unusual_postures
 from doorman.mission import simulate
 from doorman.model import Model
@@ -55,8 +58,9 @@ def open_door(
     realtime: bool,
     port: int | None,
     as_json: bool,
+    force: bool = False,
 ) -> int:
-    """Fly a scenario in simulation and write the folder of the run.
+    """Check a scenario, fly it in simulation if it is possible, and write the folder of the run.
 
     Args:
         source: Name or path of the scenario.
@@ -67,16 +71,18 @@ def open_door(
         realtime: Do not run ahead of the clock.
         port: Of the live view, 0 for any; None: no live view.
         as_json: Print the summary as JSON and nothing else.
+        force: Fly what the check refuses, too.
 
     Returns:
-        Exit status: 0 if the flight went to its end, the door was opened and nothing was touched, else 1.
+        Exit status: 0 if the flight went to its end, the door was opened and nothing was touched, else 1; nothing is flown or
+        written if the check refuses the scenario.
 
     Raises:
         DoormanError: if the input cannot be used or the simulation fails.
         OSError: if the folder cannot be written.
     """
     with ExitStack() as claims:
-        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json)
+        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json, force)
 
 
 def _open_door(
@@ -89,6 +95,7 @@ def _open_door(
     realtime: bool,
     port: int | None,
     as_json: bool,
+    force: bool,
 ) -> int:
     """`open_door`; the folder is claimed until the end of `claims`."""
     if duration is not None and not 0.0 < duration <= _LONGEST:
@@ -96,10 +103,10 @@ def _open_door(
     scenario = Scenario.load(source, parse_overrides(settings))
     with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
         model = Model(scenario)
-        for finding in beforehand(model):
-            if finding.severity is Severity.ERROR:
-                advice = f"; {finding.advice}" if finding.advice else ""
-                typer.echo(f"Warning: {finding.name}: {finding.message}{advice}", err=True)
+        report = check(model)
+        _print_complaints(report, force)
+        if not report.possible and not force:
+            return _refused(report, as_json)
         if postures := unusual_postures(model):
             typer.echo(f"Proposed postures: {postures}", err=as_json)
         folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
@@ -107,7 +114,7 @@ def _open_door(
         with live_view(model, port) as listener:
             recording = simulate(
                 model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
-                listener=listener,
+                listener=listener, force=force, report=report,
             )  # fmt: skip
     summary = recording.summary or {}
     text = json.dumps(summary, indent=2)
@@ -123,6 +130,24 @@ def _open_door(
     else:
         print_run(summary, sentence, folder)
     return 0 if good else 1
+
+
+def _print_complaints(report: Report, force: bool) -> None:
+    """To stderr, as `doorman check` prints them."""
+    if not report.complaints:
+        return
+    console = Console(stderr=True, highlight=False)
+    console.print(findings_table(report.complaints))
+    if force and not report.possible:
+        console.print(Text(f"{report.sentence} It is flown all the same (--force)."), soft_wrap=True)
+
+
+def _refused(report: Report, as_json: bool) -> int:
+    """Exit status of a scenario that is not flown."""
+    if as_json:
+        typer.echo(json.dumps(report.as_dict(), indent=2))
+    typer.echo(f"{report.sentence} It is not flown; --force flies it all the same.", err=True)
+    return 1
 
 
 def _outcome(recording: Recording) -> tuple[bool, str]:

@@ -14,7 +14,7 @@ from doorman.checks import numbers, vector
 from doorman.collision.shapes import Shape, read_shapes
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.door import Door
-from doorman.kinematics.urdf import load_description
+from doorman.kinematics.urdf_shapes import link_name, read_parents
 from doorman.kinematics.vehicle import Vehicle
 from doorman.one_line import OneLine
 
@@ -260,9 +260,7 @@ def _numbers(values: ArrayLike, field: str) -> Array:
 
 def tip_link(vehicle: Vehicle) -> str:
     """Link of the tip, which a scenario may also name by the joint that carries it."""
-    description = load_description(vehicle.urdf)
-    name = vehicle.names.tip
-    return name if name in description.link_map else str(description.joint_map[name].child)
+    return link_name(vehicle.urdf, vehicle.names.tip)
 
 
 def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
@@ -274,13 +272,12 @@ def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
     Returns:
         Number of joints by link name.
     """
-    description = load_description(vehicle.urdf)
-    parents = {joint.child: joint for joint in description.robot.joints}
+    parents = read_parents(vehicle.urdf)
     counts = {}
-    for link in description.link_map:
+    for link in vehicle.link_placements(np.zeros(vehicle.n_arm)):
         count, at = 0, link
         while at in parents:
-            count += parents[at].name in vehicle.joint_names
-            at = parents[at].parent
+            joint, at = parents[at]
+            count += joint in vehicle.joint_names
         counts[link] = count
     return counts

@@ -11,12 +11,12 @@ from typing import Any
 import coal
 import fcl
 import numpy as np
-import yourdfpy
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.meshes import mesh_path
-from doorman.kinematics.urdf import frozen, load_description
+from doorman.kinematics.urdf import frozen
+from doorman.kinematics.urdf_shapes import UrdfShape, read_collisions
 
 Array = NDArray[np.float64]
 
@@ -53,52 +53,51 @@ def read_shapes(path: Path) -> list[Shape]:
     Raises:
         UrdfError: if a mesh is missing or cannot be read.
     """
-    shapes = []
-    for name, link in load_description(path).link_map.items():
-        for index, collision in enumerate(link.collisions):
-            label = collision.name or (str(index) if len(link.collisions) > 1 else "")
-            full_name = f"{name}/{label}" if label else name
-            shapes.append(_shape(path, name, full_name, collision))
-    return shapes
+    return [_shape(path, written) for written in read_collisions(path)]
 
 
-def _shape(path: Path, link: str, name: str, collision: yourdfpy.Collision) -> Shape:
-    geometry, field = collision.geometry, f"link {link}/collision {name}"
-    placement = np.eye(4) if collision.origin is None else np.array(collision.origin, dtype=np.float64)
-    make: Callable[[], Any]
-    if geometry.box is not None:
-        half = np.asarray(geometry.box.size, dtype=np.float64) / 2
-        make = partial(fcl.Box, *(2 * half))
-    elif geometry.cylinder is not None:
-        radius, length = float(geometry.cylinder.radius), float(geometry.cylinder.length)
-        half = np.array([radius, radius, length / 2])
-        make = partial(fcl.Cylinder, radius, length)
-    elif geometry.sphere is not None:
-        half = np.full(3, float(geometry.sphere.radius))
-        make = partial(fcl.Sphere, float(half[0]))
-    else:  # the reader lets nothing else through
-        vertices, faces = _convex_hull(path, field, geometry.mesh)
+def _shape(path: Path, written: UrdfShape) -> Shape:
+    placement, make = np.array(written.placement), _maker(written)
+    if make is not None:
+        half = _half_extents(written)
+    else:
+        vertices, faces = _convex_hull(path, written)
         center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
         half = (vertices.max(axis=0) - vertices.min(axis=0)) / 2
         placement[:3, 3] += placement[:3, :3] @ center
         make = partial(fcl.Convex, vertices - center, len(faces) // 4, faces)
-    return Shape(name, link, frozen(placement), frozen(half), make())
+    return Shape(written.name, written.link, frozen(placement), frozen(half), make())
 
 
-def _convex_hull(path: Path, field: str, mesh: yourdfpy.Mesh) -> tuple[Array, NDArray[np.int64]]:
+def _maker(written: UrdfShape) -> Callable[[], Any] | None:
+    """What makes the FCL geometry of a primitive; None for a mesh."""
+    primitives = {"box": fcl.Box, "cylinder": fcl.Cylinder, "sphere": fcl.Sphere}
+    return partial(primitives[written.kind], *written.size) if written.kind in primitives else None
+
+
+def _half_extents(written: UrdfShape) -> Array:
+    """Of a primitive, shape (3,) [m]."""
+    if written.kind == "box":
+        return np.array(written.size) / 2
+    if written.kind == "cylinder":
+        radius, length = written.size
+        return np.array([radius, radius, length / 2])
+    return np.full(3, written.size[0])
+
+
+def _convex_hull(path: Path, written: UrdfShape) -> tuple[Array, NDArray[np.int64]]:
     """Vertices (m, 3) of a mesh's convex hull, and its triangles in FCL's flat form: 3 and three indices each."""
-    file = mesh_path(path, mesh.filename, field)
+    file = mesh_path(path, written.file, written.field)
     if not file.is_file():
-        raise UrdfError("no such mesh", file=path, field=field, given=mesh.filename, allowed="an existing file")
-    scale = np.ones(3) if mesh.scale is None else np.broadcast_to(np.asarray(mesh.scale, dtype=np.float64), 3).copy()
+        raise UrdfError("no such mesh", file=path, field=written.field, given=written.file, allowed="an existing file")
     points = coal.StdVec_Vec3s()
     try:
-        for vertex in np.asarray(coal.MeshLoader().load(str(file), scale).vertices()):
+        for vertex in np.asarray(coal.MeshLoader().load(str(file), np.array(written.size)).vertices()):
             points.append(vertex)
         hull = coal.Convex.convexHull(points, True, "Qt")
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
-            "a mesh cannot be read", file=path, field=field, given=f"{mesh.filename}: {error}",
+            "a mesh cannot be read", file=path, field=written.field, given=f"{written.file}: {error}",
             allowed="a mesh with volume, in a format that assimp reads",
         ) from error  # fmt: skip
     vertices = np.array([hull.point(i) for i in range(hull.num_points)])

@@ -1,10 +1,12 @@
-"""The check of a scenario: setup, geometry along the swing, a rehearsal, and the audit of the constraints."""
+"""The check of a scenario: one list of findings, by which `check`, `open`, `fly` and `simulate` decide."""
 
 from __future__ import annotations
 
 from doorman.collision.audit import AuditReport, audit
-from doorman.feasibility.flight import flight_findings, stopping_findings
+from doorman.feasibility.flight import flight_findings
 from doorman.feasibility.geometry import geometry_findings
+from doorman.feasibility.mission import mission_findings
+from doorman.feasibility.plant import plant_findings
 from doorman.feasibility.postures import postures_finding
 from doorman.feasibility.rehearsal import DURATION, rehearse
 from doorman.feasibility.report import Finding, Report, Severity, graded
@@ -13,15 +15,17 @@ from doorman.model import Model
 from doorman.scenario import Scenario
 
 
-def check(scenario: Scenario) -> Report:
-    """Whether a scenario can work; takes a few seconds.
+def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
+    """Whether a scenario can work; takes less than a second, and the audit some seconds more.
 
+    Masses, inertias and numbers are looked at, and what MuJoCo makes of the URDFs where it is installed.
     Geometry is looked at for level postures at every door angle of the swing (any yaw, the arm within its joint limits).
     What the planner makes of the task is rehearsed in closed loop with a model of the swing, without noise or tracking error.
-    The analytic constraints are audited against FCL up to the controller's largest tilt.
+    What would make the mission give up is looked for before the leaf and along that rehearsal.
 
     Args:
-        scenario: The scenario.
+        scenario: The scenario, or a model of it that exists already.
+        with_audit: Whether the analytic constraints are audited against FCL, too, up to the controller's largest tilt.
 
     Returns:
         The findings.
@@ -30,34 +34,30 @@ def check(scenario: Scenario) -> Report:
         UrdfError: if a URDF is unusable.
         ScenarioError: if the scenario does not fit its URDFs.
     """
-    model = Model(scenario)
-    report = audit(
+    model = scenario if isinstance(scenario, Model) else Model(scenario)
+    rehearsal = rehearse(model)
+    findings = (
+        *setup_findings(model),
+        postures_finding(model),
+        *plant_findings(model),
+        *geometry_findings(model, DURATION),
+        *mission_findings(model, rehearsal),
+        *flight_findings(model, rehearsal),
+    )
+    if not with_audit:
+        return Report(model.scenario.name, findings)
+    report = _audited(model)
+    return Report(model.scenario.name, (*findings, audit_finding(report)), report)
+
+
+def _audited(model: Model) -> AuditReport:
+    return audit(
         model.coupling,
         model.constraints_along,
         model.constraint_names,
         door_angles=(float(model.start_state[3]), float(model.goal_state[3])),
-        max_tilt=scenario.control.max_tilt,
+        max_tilt=model.scenario.control.max_tilt,
     )
-    findings = (
-        *setup_findings(model),
-        postures_finding(model),
-        *geometry_findings(model, DURATION),
-        *flight_findings(model, rehearse(model)),
-        audit_finding(report),
-    )
-    return Report(scenario.name, findings, report)
-
-
-def beforehand(model: Model) -> tuple[Finding, ...]:
-    """What `check` finds without a rehearsal, within a millisecond.
-
-    Args:
-        model: Model of the scenario.
-
-    Returns:
-        The findings.
-    """
-    return (*setup_findings(model), postures_finding(model), *stopping_findings(model))
 
 
 def audit_finding(report: AuditReport) -> Finding:

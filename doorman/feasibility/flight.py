@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE, clearances_at
-from doorman.collision.scene import CollisionScene
+from doorman.collision.scene import Clearance, CollisionScene
+from doorman.feasibility.geometry import shortest_swing
 from doorman.feasibility.rehearsal import Rehearsal, resistance
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
@@ -24,7 +25,9 @@ LARGEST_ERROR = math.radians(1.2)
 _OPEN = math.radians(2.0)
 _JOINT_SLACK = 0.02
 _PULL_SLACK = 0.05
-_EVERY = 0.05
+_EVERY, _EVERY_TENTH = 0.05, 10
+_HEIGHT = {"grip": 0.05, "push": 0.01}
+"""By which a vehicle is higher or lower than planned, by flight: a grip that is engaged lifts and lowers it [m]."""
 _AT_REST = 0.01
 _ACTIVE = 1e-3
 
@@ -47,7 +50,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         _thrust(model, rehearsal),
         *_forces(model, rehearsal),
         *stopping_findings(model),
-        _clearance(model, rehearsal),
+        *_clearances(model, rehearsal),
     ]
 
 
@@ -70,14 +73,30 @@ def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
-    """What holds the door where it ended: constraints that are active there, the spring, or time."""
-    h = model.constraints(rehearsal.states[-1]) + model.scenario.planner.margin
+    """What to change: the constraints that are active at the end, what the hinge resists with, the leaf's inertia, or weights."""
+    state, target = rehearsal.states[-1], float(model.goal_state[3])
+    h = model.constraints(state) + model.scenario.planner.margin
     active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
     if active:
         return f"it is held by {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
-    if abs(rehearsal.states[-1, 4]) > _AT_REST:
+    least, pushed = shortest_swing(model), f"{model.door.inertia:.3g} kg m²"
+    if least > 0.5 * rehearsal.times[-1]:
+        return (
+            f"the leaf's {pushed} take {least:.0f} s at the largest push: a lighter leaf, a larger contact.distance_from_hinge "
+            "or a larger control.max_tilt"
+        )
+    if abs(state[4]) > _AT_REST:
         return "it is still moving: raise the weight of the door angle in planner.weights, or lower those of the inputs"
-    return "it stands still: raise planner.weights.state of the door angle against the hinge's spring"
+    sense = math.copysign(1.0, target - float(state[3]))
+    torques = {
+        "friction": model.door.friction,
+        "spring": sense * model.door.stiffness * (float(state[3]) - model.door.rest_angle),
+    }
+    against = [f"{name} of {torque:.2f} N m" for name, torque in torques.items() if torque > 0.0]
+    reason = f"it stands still against the hinge's {' and '.join(against)}" if against else "it stands still"
+    return (
+        f"{reason}: raise the weight of the door angle in planner.weights.state, or lower those of roll, pitch and yaw"
+    )
 
 
 def _joints(model: Model, rehearsal: Rehearsal) -> Finding:
@@ -193,18 +212,43 @@ def stopping_findings(model: Model) -> list[Finding]:
     ]  # fmt: skip
 
 
-def _clearance(model: Model, rehearsal: Rehearsal) -> Finding:
-    """Exact distance of all shapes but tip and leaf along the rehearsal."""
+def _clearances(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    """Exact distance of all shapes but tip and leaf along the rehearsal, there and a little higher and lower."""
     states = np.array([state for state, _ in _every(model, rehearsal)])
-    worst = clearances_at(CollisionScene(model.vehicle, model.door), model.coupling, states).worst
+    scene = CollisionScene(model.vehicle, model.door)
+    worst = clearances_at(scene, model.coupling, states).worst
     ok = worst.distance > -TOLERANCE
-    how = "come as near as" if worst.distance > 0.0 else "overlap by"
-    return Finding(
-        "clearance along the swing", graded(ok),
-        f"{worst.first} and {worst.second} {how} {1e3 * abs(worst.distance):.1f} mm", worst.distance, -TOLERANCE, "m",
+    finding = Finding(
+        "clearance along the swing", graded(ok), _near(worst), worst.distance, -TOLERANCE, "m",
         "" if ok else "a larger planner.margin; against elbow, lintel or sill, which the constraints do not know, another "
         "contact.height, start.arm or goal.arm",
     )  # fmt: skip
+    return [finding, *([_height(model, scene, states[::_EVERY_TENTH])] if ok else [])]
+
+
+def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
+    """Room above and below: a vehicle that is tied to the leaf by its tip rises and sinks as it tilts."""
+    positions = np.array([model.coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
+    rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
+    height = _HEIGHT[model.scenario.contact.kind]
+    worst = min(
+        (
+            scene.min_clearance_along(positions + [0.0, 0.0, off], rotations, states[:, 5:], states[:, 3]).worst
+            for off in (height, -height)
+        ),
+        key=lambda clearance: clearance.distance,
+    )
+    ok = worst.distance > -TOLERANCE
+    return Finding(
+        "height in the doorway", graded(ok), f"{1e2 * height:.0f} cm higher or lower, {_near(worst)}", worst.distance,
+        -TOLERANCE, "m",
+        "" if ok else "another contact.height, or a start.arm and goal.arm that hold the tip lower or higher",
+    )  # fmt: skip
+
+
+def _near(worst: Clearance) -> str:
+    how = "come as near as" if worst.distance > 0.0 else "overlap by"
+    return f"{worst.first} and {worst.second} {how} {1e3 * abs(worst.distance):.1f} mm"
 
 
 def _given(limits: Array) -> Array:

@@ -25,7 +25,27 @@ def geometry_findings(model: Model, duration: float) -> list[Finding]:
         The findings.
     """
     without_jambs = np.arange(model.n_constraints - 2)
-    return [_reach(model, best_swing(model, without_jambs)), _room(model, best_swing(model)), _force(model, duration)]
+    return [
+        _reach(model, best_swing(model, without_jambs)),
+        _room(model, best_swing(model)),
+        _force(model, duration),
+        _time(model),
+    ]
+
+
+def shortest_swing(model: Model) -> float:
+    r"""Time of the swing at the largest push, to the middle and back to rest: :math:`2\sqrt{I\,|\Delta\alpha| / (F D_V)}`.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        [s].
+    """
+    lever, way = model.coupling.distance_from_hinge, abs(float(model.goal_state[3] - model.start_state[3]))
+    torque = largest_push(model, model.scenario.control.max_tilt) * lever
+    moving = model.door.inertia + model.vehicle.mass * lever**2
+    return 2.0 * math.sqrt(moving * way / torque) if torque > 0.0 else math.inf
 
 
 def _reach(model: Model, swing: Swing) -> Finding:
@@ -97,4 +117,17 @@ def _force(model: Model, duration: float) -> Finding:
         needed, available, "N",
         "" if severity is Severity.OK else "a larger contact.distance_from_hinge, a larger control.max_tilt, more thrust, "
         "or an easier hinge",
+    )  # fmt: skip
+
+
+def _time(model: Model) -> Finding:
+    """Time that the inertia of leaf and vehicle takes at least, against the mission's patience."""
+    least, limit = shortest_swing(model), model.scenario.mission.time_out.open
+    ok = least <= limit
+    return Finding(
+        "time for the swing", graded(ok),
+        f"{model.door.inertia:.3g} kg m² of leaf take {least:.1f} s at the largest push; the mission waits for {limit:g} s",
+        least, limit, "s",
+        "" if ok else "a lighter leaf, a larger contact.distance_from_hinge or control.max_tilt, or a longer "
+        "mission.time_out.open",
     )  # fmt: skip

@@ -28,8 +28,10 @@ Array = NDArray[np.float64]
 DURATION = 12.0
 """Of a rehearsal [s]."""
 PUSH_DURATION = 30.0
-"""Of one with a tip that can only push [s]."""
+"""Longest of one with a tip that can only push; it ends where the door comes to rest at the goal [s]."""
 
+_AT_GOAL, _RESTS = math.radians(2.0), 5e-4
+"""A pushed door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
 _FASTEST_DOOR = 20.0
 """Door rate at which a rehearsal is given up [rad/s]."""
 
@@ -84,7 +86,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
 
     Args:
         model: Model of the scenario.
-        duration: [s]; by default long enough for the contact's kind.
+        duration: [s]; by default long enough for the contact's kind, and no longer than a pushed door takes.
 
     Returns:
         The motion, as far as it went.
@@ -103,6 +105,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     if pushes:
         push = resistance(model) / model.coupling.distance_from_hinge
         start = push_state(start, push, model.vehicle.mass * GRAVITY)
+    target = float(model.goal_state[3]) if pushes and duration is None else math.inf
     if duration is None:
         duration = PUSH_DURATION if pushes else DURATION
     states, inputs = [start], []
@@ -119,12 +122,14 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
             failure = f"no plan that may be flown ({plan.status.value})"
             break
         following = swing(states[-1], flown.inputs[ahead])
-        door_rate = planning.reduced(following, flown.inputs[ahead])[0][4]
+        door_angle, door_rate = planning.reduced(following, flown.inputs[ahead])[0][3:5]
         if not np.isfinite(following).all() or abs(door_rate) > _FASTEST_DOOR:
             failure = "the motion diverges"
             break
         states.append(following)
         inputs.append(flown.inputs[ahead])
+        if abs(door_angle - target) < _AT_GOAL and abs(door_rate) < _RESTS:
+            break
     inputs.append(inputs[-1] if inputs else planning.hover_input)
     times = np.arange(len(states), dtype=np.float64) * time_step
     return Rehearsal(times, *planning.reduced(np.array(states), np.array(inputs)), unusable, failure)

@@ -8,7 +8,12 @@ from enum import StrEnum
 from typing import Any
 
 from doorman.collision.audit import AuditReport
+from doorman.exceptions import InfeasibleError
 from doorman.one_line import OneLine
+
+
+class FeasibilityWarning(UserWarning):
+    """A warning of the check: the task can work, but something is near its limit or not as the models assume."""
 
 
 class Severity(StrEnum):
@@ -41,6 +46,19 @@ class Finding:
         """Whether there is nothing to complain about."""
         return self.severity is Severity.OK
 
+    @property
+    def words(self) -> str:
+        """Message and advice, each on its line."""
+        return f"{self.message}\n→ {self.advice}" if self.advice else self.message
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain types that JSON can hold; a number that is not finite becomes None."""
+        values = {**asdict(self), "severity": self.severity.value}
+        for key in ("value", "limit"):
+            number = values[key]
+            values[key] = number if number is not None and math.isfinite(number) else None
+        return values
+
 
 @dataclass(frozen=True, repr=False)
 class Report(OneLine):
@@ -49,7 +67,7 @@ class Report(OneLine):
     scenario: str
     findings: tuple[Finding, ...]
     audit: AuditReport | None = None
-    """Of the analytic constraints by FCL."""
+    """Of the analytic constraints by FCL; None where it was not asked for."""
 
     @property
     def possible(self) -> bool:
@@ -61,6 +79,34 @@ class Report(OneLine):
         """The findings that make the task impossible."""
         return tuple(finding for finding in self.findings if finding.severity is Severity.ERROR)
 
+    @property
+    def warnings(self) -> tuple[Finding, ...]:
+        """The findings that do not make the task impossible, but are worth a look."""
+        return tuple(finding for finding in self.findings if finding.severity is Severity.WARNING)
+
+    @property
+    def complaints(self) -> tuple[Finding, ...]:
+        """All findings that are not OK, errors first."""
+        return (*self.errors, *self.warnings)
+
+    @property
+    def sentence(self) -> str:
+        """Whether the scenario is possible, and what makes it impossible."""
+        if self.possible:
+            return f"The scenario '{self.scenario}' is possible."
+        return f"The scenario '{self.scenario}' is not possible: {', '.join(finding.name for finding in self.errors)}."
+
+    def refuse(self) -> None:
+        """Refuse a task that cannot work.
+
+        Raises:
+            InfeasibleError: if a finding is an error.
+        """
+        if not self.possible:
+            words = "; ".join(f"{finding.name}: {finding.message}" for finding in self.errors)
+            names = tuple(finding.name for finding in self.errors)
+            raise InfeasibleError(f"the scenario '{self.scenario}' is not possible: {words}", names)
+
     def __getitem__(self, name: str) -> Finding:
         """The finding of a name."""
         for finding in self.findings:
@@ -69,12 +115,8 @@ class Report(OneLine):
         raise KeyError(f"no finding '{name}'; there are: {', '.join(finding.name for finding in self.findings)}")
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain types that JSON can hold; an infinite limit becomes None."""
-        findings = [{**asdict(finding), "severity": finding.severity.value} for finding in self.findings]
-        for finding in findings:
-            for key in ("value", "limit"):
-                number = finding[key]
-                finding[key] = number if number is not None and math.isfinite(number) else None
+        """Everything as plain types that JSON can hold."""
+        findings = [finding.as_dict() for finding in self.findings]
         audit = None if self.audit is None else self.audit.as_dict()
         return {"scenario": self.scenario, "possible": self.possible, "findings": findings, "audit": audit}
 

@@ -1,4 +1,4 @@
-"""Findings from the scenario's numbers alone: masses, contact, limits, start and goal, planner."""
+"""Findings from the numbers of scenario and URDFs alone: masses, rotors, contact, limits, start and goal, planner."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE
+from doorman.feasibility.bodies import body_findings
+from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.report import Finding, Severity, graded
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 
 Array = NDArray[np.float64]
 
-_CENTER_OF_MASS_WARNING = 0.01
-_CENTER_OF_MASS_ERROR = 0.05
 _CONTACT_EDGE = 0.02
-_THRUST_RESERVE = 1.3
 _SHORTEST_HORIZON = 0.3
 _LONGEST_STEP = 0.1
 
@@ -31,8 +30,6 @@ def setup_findings(model: Model) -> list[Finding]:
         The findings.
     """
     return [
-        _center_of_mass(model),
-        _thrust_reserve(model),
         _contact_point(model),
         _leaf_surface(model),
         _hinge_limits(model),
@@ -41,34 +38,9 @@ def setup_findings(model: Model) -> list[Finding]:
         *(_arm_limits(model, name) for name in ("start", "goal")),
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
+        *body_findings(model),
+        *lift_findings(model),
     ]
-
-
-def _center_of_mass(model: Model) -> Finding:
-    """The model takes O_B for the centre of mass, whatever the arm does."""
-    offsets = [float(np.linalg.norm(model.vehicle.center_of_mass(arm))) for arm in (model.start_arm, model.goal_arm)]
-    offset = max(offsets)
-    severity = graded(offset <= _CENTER_OF_MASS_WARNING, Severity.WARNING)
-    if offset > _CENTER_OF_MASS_ERROR:
-        severity = Severity.ERROR
-    return Finding(
-        "centre of mass", severity,
-        f"the centre of mass is {1e2 * offset:.1f} cm from the base link's origin, where the models assume it",
-        offset, _CENTER_OF_MASS_WARNING, "m",
-        "" if severity is Severity.OK else "put the base link's origin at the centre of mass, or lighten the arm",
-    )  # fmt: skip
-
-
-def _thrust_reserve(model: Model) -> Finding:
-    """Thrust in hand over the weight."""
-    ratio = model.vehicle.max_thrust / (model.vehicle.mass * GRAVITY)
-    severity = graded(ratio >= _THRUST_RESERVE, Severity.WARNING if ratio > 1.0 else Severity.ERROR)
-    return Finding(
-        "thrust reserve", severity,
-        f"the largest thrust of {model.vehicle.max_thrust:.1f} N is {ratio:.2f} times the weight",
-        ratio, _THRUST_RESERVE, "",
-        "" if severity is Severity.OK else "stronger rotors (vehicle.max_thrust) or less mass",
-    )  # fmt: skip
 
 
 def _contact_point(model: Model) -> Finding:

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.feasibility import Report, Severity
+from doorman.feasibility import Finding, Report
 from doorman.flight.way_back import out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.pixhawk import Battery, EventKind, SampleStatus
@@ -246,7 +246,7 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
 
 
 def judge_limits(model: Model) -> Iterator[Check]:
-    """Rows about the mission's start, fence and thrust.
+    """Rows about the mission's start and fence.
 
     Args:
         model: Model of the scenario.
@@ -257,8 +257,6 @@ def judge_limits(model: Model) -> Iterator[Check]:
     words = f"; the way leads to {outside[0].round(2)}" if outside else ""
     yield _row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
                "all of the way between safety.fence_low and safety.fence_high")  # fmt: skip
-    ratio = model.vehicle.max_thrust / model.hover_input[0]
-    yield _row("thrust", ratio > 1.3, f"{ratio:.2f} times the weight", "a lighter vehicle or stronger motors")
 
 
 def _way(model: Model) -> list[NDArray[np.float64]]:
@@ -292,8 +290,10 @@ def judge_scenario(report: Report) -> Iterator[Check]:
     Args:
         report: Of `doorman.feasibility.check`.
     """
-    words = "; ".join(finding.message for finding in report.errors)
-    yield _row("scenario", report.possible, words or "possible", "doorman check says what to change")
-    warnings = [finding for finding in report.findings if finding.severity is Severity.WARNING]
-    if warnings:
-        yield Check("scenario's warnings", Verdict.WARNING, "; ".join(finding.message for finding in warnings))
+    yield _row("scenario", report.possible, _told(report.errors) or "possible", "doorman check says what to change")
+    if report.warnings:
+        yield Check("scenario's warnings", Verdict.WARNING, _told(report.warnings))
+
+
+def _told(findings: tuple[Finding, ...]) -> str:
+    return "; ".join(f"{finding.name}: {finding.message}" for finding in findings)

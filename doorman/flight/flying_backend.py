@@ -95,7 +95,7 @@ class FlyingBackend(Backend):
             )
         try:
             self.flight, self.end, self._stopping = self._new_flight(), None, False
-            findings = check(self._model.scenario)
+            findings = check(self._model)
             rehearse(self._model, Planner(self._model))  # nothing is compiled in the air
             self._closing.enter_context(_ended_by_exceptions(lambda: not self._stopping))
             self._closing.enter_context(real_time())

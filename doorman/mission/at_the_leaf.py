@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.doorway import Doorway
+from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
@@ -36,11 +36,7 @@ _ROOM = 0.02
 _NEAR_THE_DISC = 0.05
 """A leaf that is nearer to the rotor disc is looked at [m]:"""
 _NO_ROOM = 0.004
-"""Gap between disc and jamb below which a vehicle leaves the doorway [m],"""
-_ROOM_TO_LEVEL = 0.045
-"""and one that grips and leans on a door that stands: it swings back about its tip as it levels to let go [m]."""
-_NO_GAP = 0.018
-"""One that is nearer than this is too near, however the vehicle moves [m]."""
+"""Gap between disc and jamb below which a vehicle leaves the doorway [m]."""
 _BRAKING = 0.3
 """would it be met within this [s]?"""
 _STEEP, _WAY_OUT = 0.48, 0.9
@@ -193,8 +189,8 @@ class AtTheLeaf:
         gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
         closing = float(door_normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.distance_from_hinge * estimate.door_rate
-        soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else _NO_GAP
-        return gap < max(soon, _NO_GAP)
+        soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
+        return gap < max(soon, NO_GAP)
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the disc is about to touch a jamb."""
@@ -203,7 +199,7 @@ class AtTheLeaf:
     def levels_into_a_jamb(self, estimate: Estimate) -> bool:
         """Whether the disc would come too near to a jamb, were the vehicle to level with its tip where it is, as it lets go."""
         level = self.contact_position(estimate, float(estimate.state[2]), estimate.arm_angles)
-        return self._doorway.gap_to_jambs(level, np.zeros(3)) < _ROOM_TO_LEVEL
+        return self._doorway.gap_to_jambs(level, np.zeros(3)) < ROOM_TO_LEVEL
 
     def blunted(self, estimate: Estimate) -> bool:
         """Whether the tip has been stopped where the leaf is."""

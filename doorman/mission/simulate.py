@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 
 from doorman.checks import number, whole
 from doorman.exceptions import DoormanError
+from doorman.feasibility import FeasibilityWarning, Report, check
 from doorman.flown import carried_files, recorded_header
 from doorman.mission.mission import Mission, OnProgress
 from doorman.model import Model
@@ -26,8 +28,12 @@ def simulate(
     planner: Planner | None = None,
     on_progress: OnProgress | None = None,
     listener: Listener | None = None,
+    force: bool = False,
+    report: Report | None = None,
 ) -> Recording:
-    """Fly a scenario in simulation.
+    """Fly a scenario in simulation, if `doorman.feasibility.check` finds that it can work.
+
+    The recording's header holds what the check finds. Warnings of a check made here are issued as `FeasibilityWarning`.
 
     Args:
         scenario: The scenario, its name or path, or a model of it that exists already.
@@ -38,11 +44,14 @@ def simulate(
         planner: Planner of the same scenario, to save its construction.
         on_progress: Called once per planner period with time and estimated door angle.
         listener: Called with topic, time and fields of everything that is recorded, as it is recorded.
+        force: Fly even what the check refuses; without a report, nothing is checked.
+        report: Of the check, where it was made before; else it is made here, which takes less than a second.
 
     Returns:
         The recording, with its summary. After Ctrl-C it holds what was flown until then.
 
     Raises:
+        InfeasibleError: if the check refuses the scenario; nothing is flown.
         DoormanError: if the scenario is unusable or the simulation fails.
     """
     from doorman import __version__
@@ -53,7 +62,19 @@ def simulate(
     seed = whole(seed, "seed", 0)
     file = None if path is None else _file(path)
     model = scenario if isinstance(scenario, Model) else Model(scenario)
-    header = recorded_header(model.scenario) | {"seed": seed, "duration": duration, "version": __version__}
+    if report is None and not force:
+        report = check(model)
+        for finding in report.warnings:
+            warnings.warn(f"doorman check: {finding.name}: {finding.message}", FeasibilityWarning, stacklevel=2)
+    if report is not None and not force:
+        report.refuse()
+    header = recorded_header(model.scenario) | {
+        "seed": seed,
+        "duration": duration,
+        "version": __version__,
+        "forced": force,
+        "findings": None if report is None else [finding.as_dict() for finding in report.complaints],
+    }
     carried = None if file is None else carried_files(model.scenario)
     with Recorder(file, header, listener, attachments=carried) as recorder:
         mission = Mission(model, planner, recorder)

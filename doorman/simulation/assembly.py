@@ -9,7 +9,7 @@ import numpy as np
 
 from doorman.exceptions import BackendError
 from doorman.kinematics.meshes import with_mesh_paths
-from doorman.kinematics.urdf import load_description
+from doorman.kinematics.urdf_shapes import link_name
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.rotors import RotorLayout
@@ -33,12 +33,6 @@ _HARD_TIME = 0.005
 """Time constant of a hinge's friction: short, so that a door held by friction does not creep [s]."""
 _STOP_TIME = 0.02
 """Time constant of a hinge's stop, critically damped: a leaf that shuts at 1 rad/s goes 0.4° into its seal [s]."""
-
-
-def link_name(urdf: Path, name: str) -> str:
-    """The link of that name, or the child link of the joint of that name."""
-    description = load_description(urdf)
-    return name if name in description.link_map else str(description.joint_map[name].child)
 
 
 def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:

@@ -1,0 +1,130 @@
+"""Findings about masses and inertias as the URDFs give them: what no rigid body has, and what no body of that size has."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.feasibility.report import Finding, graded
+from doorman.kinematics.urdf_shapes import read_collisions
+from doorman.kinematics.urdf_structure import check_structure
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_ROUNDING = 1e-3
+"""Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's; the simulator lifts that."""
+_DENSEST = 2.3e4
+"""Of the densest solid, osmium [kg/m³]."""
+
+
+@dataclass(frozen=True)
+class _Body:
+    """A link with a mass."""
+
+    urdf: Path
+    name: str
+    mass: float
+    """[kg]."""
+    moments: Array
+    """Principal ones, ascending, shape (3,) [kg m²]."""
+    size: float
+    """Length within which all that its URDF describes fits [m]."""
+
+    @property
+    def where(self) -> str:
+        """File and link."""
+        return f"{self.urdf.name}: link {self.name}"
+
+    @property
+    def missing(self) -> float:
+        """Share of C by which A + B ≥ C fails; negative where it holds."""
+        smallest, middle, largest = self.moments
+        return float((largest - smallest - middle) / largest) if largest > 0.0 else 0.0
+
+    @property
+    def gyration(self) -> float:
+        """Radius of gyration, as a share of the size: one of a body within that size is below 1."""
+        if self.mass <= 0.0:
+            return math.inf if self.moments[2] > 0.0 else 0.0
+        return math.sqrt(max(float(self.moments[2]), 0.0) / self.mass) / self.size
+
+
+def body_findings(model: Model) -> list[Finding]:
+    """Whether masses and inertias of both URDFs can be those of rigid bodies.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    vehicle, door = model.vehicle, model.true_door
+    bodies = [*_bodies(vehicle.urdf, 2.0 * vehicle.radius), *_bodies(door.urdf, door.width + door.height)]
+    return [_rigid(bodies), _magnitudes(bodies)]
+
+
+def _rigid(bodies: list[_Body]) -> Finding:
+    r"""Principal moments of a rigid body are not negative, and fulfil :math:`A + B \ge C`."""
+    worst = max(bodies, key=lambda body: body.missing if body.moments[0] >= 0.0 else math.inf)
+    ok = worst.moments[0] >= 0.0 and worst.missing <= _ROUNDING
+    smallest, middle, largest = worst.moments
+    words = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m²"
+    if not ok:
+        fault = "one is negative" if smallest < 0.0 else "of no rigid body is one larger than the sum of the others"
+        message = f"{worst.where}/inertial/inertia has {words}: {fault}"
+    else:
+        message = f"all {len(bodies)} links with mass can be rigid bodies; nearest to not being one is {worst.name}, with {words}"
+    return Finding(
+        "inertias", graded(ok), message, worst.missing, _ROUNDING, "",
+        "" if ok else "moments about the link's centre of mass with A + B >= C, as of a box of the link's size",
+    )  # fmt: skip
+
+
+def _magnitudes(bodies: list[_Body]) -> Finding:
+    """No body's radius of gyration is larger than what its URDF describes, and none is denser than osmium."""
+    worst = max(bodies, key=lambda body: max(body.gyration, body.mass / (_DENSEST * body.size**3)))
+    value = max(worst.gyration, worst.mass / (_DENSEST * worst.size**3))
+    ok = value <= 1.0
+    message = (
+        f"{worst.where} has {worst.mass:.4g} kg and {worst.moments[2]:.4g} kg m², and all shapes of its URDF fit into "
+        f"{worst.size:.2f} m"
+    )
+    return Finding(
+        "magnitudes", graded(ok), message if ok else f"{message}: no body of that size has these", value, 1.0, "",
+        "" if ok else "mass in kg, inertia in kg m², lengths in m",
+    )  # fmt: skip
+
+
+def _bodies(urdf: Path, least: float) -> Iterator[_Body]:
+    size = max(_reach(urdf), least)
+    for link in check_structure(urdf).findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        values = {
+            key: float(text) for element in inertial for key, text in element.items() if key not in ("xyz", "rpy")
+        }
+        xx, yy, zz, xy, xz, yz = (values[key] for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+        moments = np.asarray(np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), dtype=np.float64)
+        yield _Body(urdf, link.get("name", ""), values["value"], moments, size)
+
+
+def _reach(urdf: Path) -> float:
+    """Length of all joints' offsets and primitive shapes laid end to end: nothing reaches farther [m]."""
+    shapes = [shape for shape in read_collisions(urdf) if shape.kind != "mesh"]
+    reach = sum(float(np.linalg.norm(shape.size) + np.linalg.norm(shape.placement[:3, 3])) for shape in shapes)
+    return reach + sum(_offset(joint) for joint in check_structure(urdf).findall("joint"))
+
+
+def _offset(element: ElementTree.Element) -> float:
+    origin = element.find("origin")
+    return (
+        0.0 if origin is None else float(np.linalg.norm([float(word) for word in origin.get("xyz", "0 0 0").split()]))
+    )

@@ -1,0 +1,144 @@
+r"""Findings about the rotors: the thrust that is left while they turn the vehicle, against its weight.
+
+The mixer keeps roll and pitch before thrust. A torque τ about x and y is made by :math:`f_i = B^+_{i,1:3}\,\tau` more of rotor
+i, so the most thrust that carries it is
+
+.. math::
+    L(\tau) = \min_i \frac{f_{\max,i} - B^+_{i,1:3}\,\tau}{B^+_{i,0}}
+
+and a vehicle whose :math:`L` is less than its weight sinks as long as it turns. The onboard loop asks for
+:math:`\tau = I_A K_p K_a \theta` where its attitude is off by θ. A gripped tip resists that turn, and carries weight, until a
+joint of the arm slips: with :math:`F_z = \min_k \tau_{\max,k} / |J_{d,zk}|` at the tip, d ahead of O_B, the torque is
+:math:`F_z d_x` at most.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.model import GRAVITY, Model
+from doorman.simulation.attitude_loop import AttitudeGains
+from doorman.simulation.plant import hover_wrench
+from doorman.simulation.rotors import RotorLayout, rotor_layout
+
+Array = NDArray[np.float64]
+
+FIRST_TURN = 0.1
+"""Tilt that plans ask of a vehicle whose grip is young: a stiffer start (control.engage_pitch) cuts it [rad]."""
+_ENGAGED = 0.5
+"""In which a vehicle whose tip is tied follows its first tilt [s]."""
+_CLEAR = 1.3
+"""Ratio of largest thrust and weight below which gusts, a heavier door or a weak battery can make a vehicle sink."""
+
+_NEAR = 0.1
+"""Ratio beyond what is needed below which a warning says so."""
+_HELD = 0.9
+"""Share of a joint's torque limit that is counted on."""
+_OFFSET = 0.01
+"""Of the centre of mass, beyond which a warning says so [m]."""
+
+
+def lift_findings(model: Model) -> list[Finding]:
+    """Whether the rotors carry the vehicle while they steer it.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    try:
+        layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+    except BackendError as error:
+        return [Finding("rotors", Severity.ERROR, str(error), float(len(model.vehicle.rotors)), 4.0, "rotors",
+                        "at least four rotor frames around O_B, in both senses of rotation")]  # fmt: skip
+    return [_thrust_reserve(model, layout), _center_of_mass(model, layout)]
+
+
+def lift_left(layout: RotorLayout, torque: Array) -> float:
+    """Largest thrust with which the rotors make a torque.
+
+    Args:
+        layout: The rotors.
+        torque: About the body's x and y axis, shape (2,) [N m].
+
+    Returns:
+        [N]; negative where no thrust carries that torque.
+    """
+    inverse = np.linalg.pinv(layout.allocation)
+    return float(((layout.max_thrusts - inverse[:, 1:3] @ torque) / inverse[:, 0]).min())
+
+
+def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
+    """Thrust in hand over the weight, while the vehicle answers the touch."""
+    weight = model.vehicle.mass * GRAVITY
+    ratio = model.vehicle.max_thrust / weight
+    turn, why = _first_turn(model)
+    lift = lift_left(layout, hover_wrench(model)[1:3] + np.array([0.0, _turning_torque(model, turn)]))
+    carried = _HELD * _carried(model)
+    needed = ratio + (weight - carried - lift) / weight
+    clear = max(needed + _NEAR, _CLEAR)
+    severity = graded(ratio >= clear, Severity.WARNING if ratio >= needed else Severity.ERROR)
+    message = f"the largest thrust of {model.vehicle.max_thrust:.1f} N is {ratio:.2f} times the weight"
+    if severity is Severity.ERROR:
+        message += (
+            f"; while the rotors turn the vehicle by {math.degrees(turn):.1f}°, {why}, {max(lift, 0.0):.1f} N are left"
+        )
+        held = f" and the arm's joints hold {carried:.1f} N at the tip" if carried > 0.0 else ""
+        message += f" for {weight:.1f} N{held}: it sinks"
+    return Finding(
+        "thrust reserve", severity, message, ratio, needed if severity is Severity.ERROR else clear, "",
+        "" if severity is Severity.OK else "stronger rotors (vehicle.max_thrust) or less mass",
+    )  # fmt: skip
+
+
+def _first_turn(model: Model) -> tuple[float, str]:
+    """Error of the attitude that the onboard loop has to answer at the touch, and why [rad]."""
+    control = model.scenario.control
+    if model.scenario.contact.kind == "grip":
+        allowed = max(control.engage_pitch, _ENGAGED * control.engage_rate)
+        return min(allowed, FIRST_TURN), "as the first plans do with the tip tied"
+    stop = control.velocity_gain[0] * model.scenario.mission.touch_speed / GRAVITY
+    push = model.scenario.mission.touch_force / (model.vehicle.mass * GRAVITY)
+    return min(max(stop, push), FIRST_TURN), "as the controller does when the touch stops the tip"
+
+
+def _turning_torque(model: Model, turn: float) -> float:
+    """Torque about the pitch axis with which the onboard loop answers an error of the pitch, until a gripping arm slips [N m]."""
+    gains = AttitudeGains()
+    torque = float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
+    if model.scenario.contact.kind != "grip":
+        return torque
+    return min(torque, _carried(model) * abs(float(model.vehicle.tip_position(model.start_arm)[0])))
+
+
+def _carried(model: Model) -> float:
+    """Weight that a gripping arm carries by its tip before one of its joints slips [N]; a tip that only pushes carries none."""
+    if model.scenario.contact.kind != "grip":
+        return 0.0
+    levers = np.abs(model.vehicle.tip_jacobian(model.start_arm)[2])
+    limits = np.where(model.vehicle.torque_limits > 0.0, model.vehicle.torque_limits, np.inf)
+    holds = np.divide(limits, levers, out=np.full_like(limits, np.inf), where=levers > 1e-9)
+    return min(float(holds.min()), model.vehicle.mass * GRAVITY)
+
+
+def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
+    r"""The models take O_B for the centre of mass c; the rotors hold :math:`c \times f_t e_3` beside the weight."""
+    centers = [model.vehicle.center_of_mass(arm) for arm in (model.start_arm, model.goal_arm)]
+    center = max(centers, key=lambda place: float(np.linalg.norm(place)))
+    offset, weight = float(np.linalg.norm(center)), model.vehicle.mass * GRAVITY
+    lift = min(lift_left(layout, weight * np.array([place[1], -place[0]])) for place in centers)
+    carried = _HELD * _carried(model)
+    severity = graded(offset <= _OFFSET, Severity.WARNING if lift + carried >= weight else Severity.ERROR)
+    message = f"the centre of mass is {1e2 * offset:.1f} cm from the base link's origin, where the models assume it"
+    if severity is Severity.ERROR:
+        message += f"; rotors that hold it level there lift {max(lift, 0.0):.1f} N of {weight:.1f} N"
+    return Finding(
+        "centre of mass", severity, message, offset, _OFFSET, "m",
+        "" if severity is Severity.OK else "put the base link's origin at the centre of mass, or lighten the arm",
+    )  # fmt: skip

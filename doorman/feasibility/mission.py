@@ -1,0 +1,167 @@
+"""Findings about the mission around the swing: what would make it give up before the leaf, at it, or as it lets go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.audit import TOLERANCE
+from doorman.collision.scene import CollisionScene
+from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
+from doorman.feasibility.lift import FIRST_TURN
+from doorman.feasibility.rehearsal import Rehearsal
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.kinematics.door import door_normal
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.ocp.limits import largest_push
+
+Array = NDArray[np.float64]
+
+_LEAST_WAY = math.radians(1.5)
+"""A shorter way is none: the mission takes such a door for one that is open [rad]."""
+_STANDS = 0.03
+"""A leaf that is slower stands [rad/s]."""
+_LENIENCE = 0.003
+"""By which a flight ends farther from a jamb than its rehearsal: it passes the goal by some tenths of a degree [m]."""
+_NEAR = 0.01
+"""Room beyond a limit below which gusts or a slip can make the mission give up [m]."""
+_BETWEEN = 0.02
+"""Between places on the way to the leaf at which the clearance is measured [m]."""
+
+
+def mission_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    """Whether the mission comes to the leaf, stays at it and lets go of it.
+
+    Args:
+        model: Model of the scenario.
+        rehearsal: Motion of planner and model.
+
+    Returns:
+        The findings.
+    """
+    return [
+        _direction(model),
+        _approach(model),
+        _room_at_touch(model),
+        *_room_to_level(model, rehearsal),
+        _true_hinge(model),
+    ]
+
+
+def _direction(model: Model) -> Finding:
+    """Only a grip that begins on the leaf closes a door: from the hover, a leaf at or before its goal counts as open."""
+    start, goal = float(model.start_state[3]), float(model.goal_state[3])
+    opens, grip = start - goal, model.scenario.contact.kind == "grip"
+    ok = opens > _LEAST_WAY or (grip and model.scenario.mission.start == "contact" and -opens > _LEAST_WAY)
+    what = "opens" if opens > 0.0 else "closes"
+    degrees = f"from {math.degrees(start):.1f}° to {math.degrees(goal):.1f}°"
+    message = f"{degrees} the task {what} the door by {math.degrees(abs(opens)):.1f}°"
+    advice = ""
+    if not ok and abs(opens) <= _LEAST_WAY:
+        message += f": no more than the {math.degrees(_LEAST_WAY):.1f}° within which it counts as open"
+        advice = "a goal.door_angle farther below start.door_angle"
+    elif not ok:
+        message += (
+            "; a tip can only push it open"
+            if not grip
+            else "; the mission gives up before a leaf that is past its goal"
+        )
+        advice = "a goal.door_angle below start.door_angle" + ("" if not grip else ', or mission.start = "contact"')
+    return Finding("direction", graded(ok), message, opens, _LEAST_WAY, "rad", advice)
+
+
+def _approach(model: Model) -> Finding:
+    """Exact clearance at the hover before the door and on the straight way from there to the leaf."""
+    if model.scenario.mission.start != "hover":
+        return Finding("approach", Severity.OK, "0 m long: the flight begins at the leaf", 0.0, -TOLERANCE, "m")
+    start = model.start_state
+    angle, far = float(start[3]), model.scenario.mission.hover_distance
+    at_leaf = model.coupling.vehicle_position(start[:3], angle, start[5:])
+    steps = np.linspace(far, _BETWEEN, max(2, math.ceil(far / _BETWEEN)))
+    positions = at_leaf - steps[:, None] * door_normal(angle)
+    rotations = np.tile(rotation_body_to_world(start[:3]), (len(steps), 1, 1))
+    arms, angles = np.tile(start[5:], (len(steps), 1)), np.full(len(steps), angle)
+    scene = CollisionScene(model.vehicle, model.true_door)
+    clearances = scene.min_clearance_along(positions, rotations, arms, angles)
+    worst, where = clearances.worst, float(steps[int(np.argmin(clearances.distances))])
+    ok = worst.distance > -TOLERANCE
+    how = "come as near as" if worst.distance > 0.0 else "overlap by"
+    return Finding(
+        "approach", graded(ok),
+        f"on the way from the hover, {far:.2f} m before the leaf, {worst.first} and {worst.second} {how} "
+        f"{1e3 * abs(worst.distance):.1f} mm, {where:.2f} m before it",
+        worst.distance, -TOLERANCE, "m",
+        "" if ok else "a start.door_angle at which the way along the leaf's normal is free, or another contact.height or "
+        "mission.hover_distance",
+    )  # fmt: skip
+
+
+def _room_at_touch(model: Model) -> Finding:
+    """Gap between rotor disc and leaf, level with the tip on the leaf: the mission gives up where it is too small."""
+    start = model.start_state
+    angle, attitude = float(start[3]), np.array([0.0, 0.0, start[2]])
+    place = model.coupling.vehicle_position(attitude, angle, start[5:])
+    gap = Doorway(model).gap(place, attitude, angle)
+    needed = NO_GAP + abs(float(model.vehicle.tip_position(start[5:])[2])) * FIRST_TURN
+    severity = graded(gap >= needed + _NEAR, Severity.WARNING if gap >= needed else Severity.ERROR)
+    return Finding(
+        "room at the touch", severity,
+        f"with the tip on the leaf at {math.degrees(angle):.1f}° the rotor disc is {1e2 * gap:.1f} cm from it; the mission "
+        f"gives up below {1e2 * NO_GAP:.1f} cm, and the first push tilts it {1e2 * (needed - NO_GAP):.1f} cm nearer",
+        gap, needed, "m",
+        "" if severity is Severity.OK else "a start.arm that reaches farther ahead, or a start.door_angle nearer to 90°, where "
+        "the arm points at the leaf",
+    )  # fmt: skip
+
+
+def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    """A grip whose door stands is let go of where the vehicle, as it levels, would come too near to a jamb."""
+    if model.scenario.contact.kind != "grip" or rehearsal.failure:
+        return []
+    doorway, gaps = Doorway(model), []
+    standing = [state for state in rehearsal.states if abs(state[4]) < _STANDS]
+    for state in standing[:: max(1, len(standing) // 100)] or [rehearsal.states[-1]]:
+        level = model.coupling.vehicle_position([0.0, 0.0, state[2]], float(state[3]), state[5:])
+        gaps.append((doorway.gap_to_jambs(level, np.zeros(3)), float(state[3])))
+    gap, angle = min(gaps)
+    needed = ROOM_TO_LEVEL - _LENIENCE
+    severity = graded(gap >= needed + _NEAR, Severity.WARNING if gap >= needed else Severity.ERROR)
+    return [
+        Finding(
+            "room to let go", severity,
+            f"where the door stands at {math.degrees(angle):.1f}°, a level vehicle is {1e2 * gap:.1f} cm from a jamb; the "
+            f"mission gives up below {1e2 * ROOM_TO_LEVEL:.1f} cm",
+            gap, needed, "m",
+            "" if severity is Severity.OK else "a goal.arm and a goal.attitude whose yaw keep the disc farther from the jambs at "
+            "goal.door_angle, or a larger planner.margin",
+        )
+    ]  # fmt: skip
+
+
+def _true_hinge(model: Model) -> Finding:
+    """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
+    scenario, door = model.scenario, model.true_door
+    true, control = scenario.simulation, scenario.control
+    friction = door.friction if true.door_friction is None else true.door_friction
+    stiffness = door.stiffness if true.door_stiffness is None else true.door_stiffness
+    rest = door.rest_angle if true.door_rest_angle is None else true.door_rest_angle
+    start, goal = float(model.start_state[3]), float(model.goal_state[3])
+    sense = math.copysign(1.0, goal - start)
+    resists = friction + max(sense * stiffness * (angle - rest) for angle in (start, goal))
+    told = model.door.friction + max(
+        sense * model.door.stiffness * (angle - model.door.rest_angle) for angle in (start, goal)
+    )
+    push = largest_push(model, control.max_tilt) * model.coupling.distance_from_hinge
+    observed = told + (control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0)
+    limit = min(push, observed)
+    ok = resists <= limit
+    why = "tilt and thrust make" if push <= observed else "the door observer finds"
+    return Finding(
+        "simulated hinge", graded(ok),
+        f"the simulated hinge resists with {resists:.2f} N m at most; {why} {limit:.2f} N m", resists, limit, "N m",
+        "" if ok else "a smaller simulation.door_friction or simulation.door_stiffness, or a larger "
+        + ("control.max_tilt" if push <= observed else "control.max_door_disturbance"),
+    )  # fmt: skip
