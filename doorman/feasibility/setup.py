@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE
+from doorman.feasibility.door import door_findings
 from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.vehicle import vehicle_findings
 from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]
@@ -41,6 +43,8 @@ def setup_findings(model: Model) -> list[Finding]:
         *(_arm_limits(model, name) for name in ("start", "goal")),
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
+        *vehicle_findings(model),
+        *door_findings(model),
     ]
 
 

@@ -29,6 +29,8 @@ class UrdfJoint:
     """In the child's frame at rest."""
     effort: float
     """`<limit effort>`, 0 without limits [N m] or [N]."""
+    limited: bool
+    """Whether `<limit>` is written."""
     damping: float
     """`<dynamics damping>`, 0 by default [N m s/rad]."""
     friction: float
@@ -87,6 +89,7 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
         child=_text(element, "child", "link", ""),
         axis=(x, y, z),
         effort=_numbers(element, "limit", "effort", "0")[0],
+        limited=element.find("limit") is not None,
         damping=_numbers(element, "dynamics", "damping", "0")[0],
         friction=_numbers(element, "dynamics", "friction", "0")[0],
         leader=None if mimic is None else mimic.get("joint", ""),
