@@ -55,7 +55,8 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
             allowed="a hinge that moves on its own",
         )  # fmt: skip
     for index in others:
-        name, kind = model.names[index], model.joints[index].shortname().removeprefix("JointModel")
+        name = model.names[index]
+        kind = joints[name].kind
         if hinge in _ancestors(model, index):
             raise UrdfError(
                 "a joint on the leaf moves: with a lever or a bolt the door is latched, and pushing does not open it",

@@ -23,6 +23,8 @@ class UrdfJoint:
     """A joint as written, of any type."""
 
     name: str
+    kind: str
+    """`revolute`, `prismatic`, `fixed` and so on."""
     child: str
     """Link that it carries."""
     axis: tuple[float, float, float]
@@ -86,6 +88,7 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
     x, y, z = _numbers(element, "axis", "xyz", "1 0 0")
     return UrdfJoint(
         name=element.get("name", ""),
+        kind=element.get("type", ""),
         child=_text(element, "child", "link", ""),
         axis=(x, y, z),
         effort=_numbers(element, "limit", "effort", "0")[0],

@@ -45,6 +45,7 @@ _LARGEST = {
 """Of an element's numbers; exporters write 1e16 for no limit."""
 _SMALLEST_AXIS = 1e-6
 """Length of an axis below which its direction is lost in rounding."""
+_SHAPES = ("box", "cylinder", "sphere", "mesh")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
@@ -70,6 +71,8 @@ def check_structure(path: Path) -> ElementTree.Element:
         if element.tag in ("link", "joint"):
             _check_numbers(path, element, f"{top}/{element.tag}[{element.get('name')}]")
     links = _named(path, root, "link", top)
+    for name, link in links.items():
+        _check_mass(path, link, f"link {name}/inertial/mass")
     joints = _named(path, root, "joint", top)
     for name, joint in joints.items():
         _check_joint(path, joint, f"{top}/joint[{name}]")
@@ -84,6 +87,14 @@ def _check_numbers(path: Path, top: ElementTree.Element, where: str) -> None:
                 raise UrdfError("an element is missing", file=path, field=here, given="none", allowed=f"<{child}>")
         if element.tag == "geometry" and len(element) != 1:
             raise UrdfError("not one shape", file=path, field=here, given=len(element), allowed="one shape")
+        if element.tag == "geometry" and element[0].tag not in _SHAPES:
+            raise UrdfError(
+                "not a valid URDF: no such shape",
+                file=path,
+                field=here,
+                given=element[0].tag,
+                allowed=", ".join(_SHAPES),
+            )
         for attribute in _REQUIRED.get(element.tag, ()):
             if element.get(attribute) is None:
                 field = f"{here}@{attribute}"
@@ -131,6 +142,13 @@ def _named(path: Path, root: ElementTree.Element, tag: str, top: str) -> dict[st
             )  # fmt: skip
         found[name] = element
     return found
+
+
+def _check_mass(path: Path, link: ElementTree.Element, field: str) -> None:
+    for mass in link.findall("inertial/mass"):
+        value = float(mass.get("value", "0"))
+        if value < 0.0:
+            raise UrdfError("a negative mass", file=path, field=field, given=value, allowed=">= 0 kg")
 
 
 def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
