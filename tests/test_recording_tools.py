@@ -22,7 +22,7 @@ from doorman.cli import app
 from doorman.cli.replay import replay_plans
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flown import carried_files, recorded_header, recorded_scenario
-from doorman.kinematics.meshes import mesh_file
+from doorman.kinematics.mesh_paths import mesh_file
 from doorman.mission import PlanSchedule, simulate
 from doorman.model import Model
 from doorman.ocp.hinge import Hinge

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.meshes import mesh_path
+from doorman.kinematics.mesh_paths import mesh_path
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.urdf_shapes import UrdfShape, read_collisions
 

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE
 from doorman.feasibility.bodies import body_findings
+from doorman.feasibility.door import door_findings
 from doorman.feasibility.lift import lift_findings
 from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.vehicle import vehicle_findings
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -40,6 +42,8 @@ def setup_findings(model: Model) -> list[Finding]:
         _planner_numbers(model),
         *body_findings(model),
         *lift_findings(model),
+        *vehicle_findings(model),
+        *door_findings(model),
     ]
 
 

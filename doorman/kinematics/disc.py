@@ -9,8 +9,10 @@ import numpy as np
 import pinocchio
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.meshes import missing_meshes, with_mesh_paths
+from doorman.kinematics.mesh_checks import unreadable_mesh
+from doorman.kinematics.meshes import with_mesh_paths
 from doorman.kinematics.urdf import load_pinocchio
+from doorman.kinematics.urdf_structure import check_structure
 
 
 def disc_radius(urdf: Path, base: pinocchio.SE3) -> float:
@@ -31,9 +33,10 @@ def disc_radius(urdf: Path, base: pinocchio.SE3) -> float:
             load_pinocchio(urdf), with_mesh_paths(urdf), pinocchio.GeometryType.COLLISION
         )
     except (ValueError, RuntimeError) as error:
+        given = unreadable_mesh(urdf, check_structure(urdf)) or " ".join(str(error).split())
         raise UrdfError(
             "collision meshes cannot be read; set vehicle.radius", file=urdf, field="vehicle.radius",
-            given=", ".join(missing_meshes(urdf)) or " ".join(str(error).split()), allowed="meshes that exist, or a radius > 0 m",
+            given=given, allowed="meshes that exist, or a radius > 0 m",
         ) from error  # fmt: skip
     reaches = [
         _horizontal_reach(item.geometry, base.inverse() * item.placement)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
+from doorman.kinematics.door_convention import FixedBox, closed_at_zero, standing_joints
 from doorman.kinematics.door_variant import write_door_variant
 from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_boxes, read_joints
@@ -37,7 +39,8 @@ class Door:
         section: Names of leaf and hinge, the torques in the hinge, and the leaf's width and mass if other than the URDF's.
 
     Raises:
-        UrdfError: if the leaf or the hinge is missing, the hinge's axis is not +z, or the leaf has no mass or no box.
+        UrdfError: if the leaf or the hinge is missing, the hinge's axis is not +z, the leaf has no mass or no box, something
+            on the leaf moves, or the door is closed at 0.
     """
 
     def __init__(self, urdf: Path, section: DoorSection | None = None) -> None:
@@ -48,6 +51,8 @@ class Door:
         full = load_pinocchio(urdf)
         leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
         self._hinge = self._hinge_joint(full)
+        self.standing_joints = standing_joints(urdf, full, self._hinge)
+        """Joints that could move, and neither carry the leaf nor hang on it; they stand at zero."""
         locked = [i for i in range(1, full.njoints) if i != self._hinge]
         self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
         self._own: PerThread[pinocchio.Data] = PerThread()
@@ -57,10 +62,12 @@ class Door:
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
         self.hinge_position = frozen(self.model.jointPlacements[1].translation)
+        self.lower_limit, self.upper_limit = self._range()
         self._check_convention()
         self.mass = float(self.model.inertias[1].mass)
         self.inertia = self._inertia_about_hinge()
         self.width, self.height, self.thickness, self.surface_offset = self._leaf_size()
+        self._check_closed()
         """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]; the constraints take 0."""
         self.frame_depth = self._frame_depth()
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle [m]."""
@@ -70,8 +77,6 @@ class Door:
         self.stiffness = self.section.stiffness
         self.rest_angle = self.section.rest_angle
         self.friction_rate = self.section.friction_rate
-        self.lower_limit = float(self.model.lowerPositionLimit[0])
-        self.upper_limit = float(self.model.upperPositionLimit[0])
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
         """Placement of every link in the world.
@@ -146,6 +151,24 @@ class Door:
                     allowed=f"{allowed.round(3).tolist()}: axis 0 0 1, origins without rotation",
                 )
 
+    def _range(self) -> tuple[float, float]:
+        lower, upper = float(self.model.lowerPositionLimit[0]), float(self.model.upperPositionLimit[0])
+        if not lower < upper:
+            raise UrdfError(
+                "the hinge has no range", file=self.urdf, field=f"joint {self.section.hinge}/limit@upper", given=upper,
+                allowed=f"> {lower:g} rad",
+            )  # fmt: skip
+        return lower, upper
+
+    def _check_closed(self) -> None:
+        limits, size = (self.lower_limit, self.upper_limit), (self.width, self.height)
+        evidence = closed_at_zero(self.hinge_position, size, limits, list(self._fixed_boxes()))
+        if evidence:
+            raise UrdfError(
+                "the door is closed at 0: to open it would close it", file=self.urdf, field=f"joint {self.section.hinge}",
+                given=evidence, allowed="a joint that is π/2 where the door is closed and 0 where it is open by 90°",
+            )  # fmt: skip
+
     def _inertia_about_hinge(self) -> float:
         inertia = self.model.inertias[1]
         about_hinge = float(inertia.matrix()[5, 5])
@@ -173,22 +196,29 @@ class Door:
         size = np.abs(box.placement[:3, :3]) @ box.size
         frame = self.model.frames[link_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
         center = frame.placement.act(box.placement[:3, 3])
+        if size[1] > size[0] or center[0] <= 0.0:
+            raise UrdfError(
+                "the leaf does not reach along +x of its link", file=self.urdf, field=f"link {self.section.leaf}/collision",
+                given=f"{size[0]:g} m along x around {center[0]:g} m, {size[1]:g} m along y around {center[1]:g} m",
+                allowed="a leaf whose width is along +x, from the hinge to the latch, and whose thickness is along y",
+            )  # fmt: skip
         return float(center[0] + size[0] / 2), float(size[2]), float(size[1]), float(center[1] + size[1] / 2)
 
     def _frame_depth(self) -> float:
         """Of the boxes beside the doorway that do not move with the leaf; 0 if there are none."""
         hinge, middle = float(self.hinge_position[0]), float(self.hinge_position[1]) + 0.5 * self.width
-        nearest = hinge
+        beside = [box for box in self._fixed_boxes() if abs(box.center[1] - middle) > box.half[1]]
+        return hinge - min([hinge, *(float(box.center[0] - box.half[0]) for box in beside)])
+
+    def _fixed_boxes(self) -> Iterator[FixedBox]:
+        """Boxes that do not move with the leaf."""
         for name, placement in self.link_placements(0.0).items():
             if self.model.frames[self.model.getFrameId(name, pinocchio.FrameType.BODY)].parentJoint == 1:
                 continue
             for box in read_boxes(self.urdf, name):
                 if box is not None:
                     placed = placement @ box.placement
-                    half = np.abs(placed[:3, :3]) @ box.size / 2
-                    if abs(placed[1, 3] - middle) > half[1]:
-                        nearest = min(nearest, float(placed[0, 3] - half[0]))
-        return hinge - nearest
+                    yield FixedBox(placed[:3, 3], np.abs(placed[:3, :3]) @ box.size / 2)
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:

@@ -6,40 +6,11 @@ import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from doorman.exceptions import UrdfError
+from doorman.kinematics.mesh_paths import mesh_file, mesh_path
 from doorman.kinematics.urdf_structure import check_structure
 
 _UNSAFE = re.compile(r"[^\w.-]")
 """What of a mesh's name does not go into the name of a copy."""
-_FILE, _PACKAGE = "file://", "package://"
-
-
-def mesh_path(urdf: Path, filename: str, field: str) -> Path:
-    """Path of a mesh's file.
-
-    Args:
-        urdf: URDF that names it.
-        filename: `package://NAME/path` is NAME/path in the nearest folder above the URDF that has it; anything else is relative
-            to the URDF's folder, or absolute with or without `file://`.
-        field: Element that names it, for the error.
-
-    Returns:
-        An absolute path; where there is no such file, the one that is missing.
-
-    Raises:
-        UrdfError: if it is another kind of address.
-    """
-    folders = urdf.resolve().parents
-    if filename.startswith(_PACKAGE):
-        relative = filename.removeprefix(_PACKAGE)
-        return next((folder / relative for folder in folders if (folder / relative).is_file()), folders[0] / relative)
-    path = filename.removeprefix(_FILE)
-    if "://" in path:
-        raise UrdfError(
-            "meshes are read from files", file=urdf, field=field, given=filename,
-            allowed="a path relative to the URDF, file:///path, or package://NAME/path",
-        )  # fmt: skip
-    return folders[0] / path
 
 
 def with_mesh_paths(urdf: Path) -> str:
@@ -60,45 +31,12 @@ def with_mesh_paths(urdf: Path) -> str:
     return ElementTree.tostring(robot, encoding="unicode")
 
 
-def missing_meshes(urdf: Path) -> list[str]:
-    """Collision meshes that a URDF names and that are no files.
-
-    Args:
-        urdf: URDF file.
-
-    Returns:
-        Their names as written.
-
-    Raises:
-        UrdfError: if the file is no URDF, or a mesh has another kind of address.
-    """
-    meshes = _collision_meshes(check_structure(urdf), urdf)
-    return [mesh.get("filename", "") for mesh, path in meshes if not path.is_file()]
-
-
 def _collision_meshes(robot: ElementTree.Element, urdf: Path) -> list[tuple[ElementTree.Element, Path]]:
     return [
         (mesh, mesh_path(urdf, mesh.get("filename", ""), f"link {link.get('name')}/collision"))
         for link in robot.findall("link")
         for mesh in link.iterfind("collision/geometry/mesh")
     ]
-
-
-def mesh_file(urdf: Path, name: str) -> Path | None:
-    """File of a mesh, if there is one.
-
-    Args:
-        urdf: File that names the mesh.
-        name: As written there; see `mesh_path`.
-
-    Returns:
-        The file; None if there is none.
-    """
-    try:
-        path = mesh_path(urdf, name, "mesh")
-    except UrdfError:
-        return None
-    return path if path.is_file() else None
 
 
 def portable_files(urdf: Path, name: str) -> dict[str, bytes]:

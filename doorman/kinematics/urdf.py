@@ -11,6 +11,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.mesh_checks import check_meshes
 from doorman.kinematics.urdf_structure import check_structure
 
 
@@ -24,9 +25,11 @@ def load_pinocchio(path: Path) -> pinocchio.Model:
         Pinocchio's model.
 
     Raises:
-        UrdfError: if the file is missing, is not XML, is not a URDF, or holds a value that is not a finite number.
+        UrdfError: if the file is missing, is not XML, is not a URDF, or it or a collision mesh holds a value that is not a
+            finite number or out of bounds.
     """
     root = check_structure(path)
+    check_meshes(path, root)
     try:
         model = pinocchio.buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:

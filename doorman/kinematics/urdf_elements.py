@@ -23,12 +23,16 @@ class UrdfJoint:
     """A joint as written, of any type."""
 
     name: str
+    kind: str
+    """`revolute`, `prismatic`, `fixed` and so on."""
     child: str
     """Link that it carries."""
     axis: tuple[float, float, float]
     """In the child's frame at rest."""
     effort: float
     """`<limit effort>`, 0 without limits [N m] or [N]."""
+    limited: bool
+    """Whether `<limit>` is written."""
     damping: float
     """`<dynamics damping>`, 0 by default [N m s/rad]."""
     friction: float
@@ -84,9 +88,11 @@ def _joint(element: ElementTree.Element) -> UrdfJoint:
     x, y, z = _numbers(element, "axis", "xyz", "1 0 0")
     return UrdfJoint(
         name=element.get("name", ""),
+        kind=element.get("type", ""),
         child=_text(element, "child", "link", ""),
         axis=(x, y, z),
         effort=_numbers(element, "limit", "effort", "0")[0],
+        limited=element.find("limit") is not None,
         damping=_numbers(element, "dynamics", "damping", "0")[0],
         friction=_numbers(element, "dynamics", "friction", "0")[0],
         leader=None if mimic is None else mimic.get("joint", ""),

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf_document import read_document
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _NUMBERS: dict[str, dict[str, int]] = {
@@ -35,13 +36,21 @@ _REQUIRED = {
 _POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
 _NOT_NEGATIVE = {("limit", "effort"), ("limit", "velocity"), ("dynamics", "damping"), ("dynamics", "friction")}
 _CHILDREN = {"inertial": ("mass", "inertia"), "visual": ("geometry",), "collision": ("geometry",)}
-_LARGEST = 1e9
-"""Of a length, angle, mass or inertia: what is computed from larger ones overflows."""
+_LENGTH, _MASS = 1e3, 1e5
+"""Largest length [m], and mass [kg] or moment of inertia [kg m²]: ten times a hangar's door."""
+_LARGEST = {
+    "axis": 1e6, "mesh": 1e6, "origin": _LENGTH, "box": _LENGTH, "cylinder": _LENGTH, "sphere": _LENGTH, "mass": _MASS,
+    "inertia": _MASS, "dynamics": 1e6, "mimic": 1e6, "limit": 1e20,
+}  # fmt: skip
+"""Of an element's numbers; exporters write 1e16 for no limit."""
+_SMALLEST_AXIS = 1e-6
+"""Length of an axis below which its direction is lost in rounding."""
+_SHAPES = ("box", "cylinder", "sphere", "mesh")
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
 def check_structure(path: Path) -> ElementTree.Element:
-    """Check that a file is a URDF: well-formed, a tree of links and joints, every number there and finite.
+    """Check that a file is a URDF: well-formed, a tree of links and joints, every number there, finite and in bounds.
 
     Args:
         path: URDF file.
@@ -52,7 +61,7 @@ def check_structure(path: Path) -> ElementTree.Element:
     Raises:
         UrdfError: that names the element at fault.
     """
-    root = _parse(path)
+    root = read_document(path)
     if root.tag != "robot":
         raise UrdfError("not a URDF", file=path, field="root element", given=root.tag, allowed="<robot>")
     top = f"/robot[{root.get('name')}]"
@@ -62,26 +71,13 @@ def check_structure(path: Path) -> ElementTree.Element:
         if element.tag in ("link", "joint"):
             _check_numbers(path, element, f"{top}/{element.tag}[{element.get('name')}]")
     links = _named(path, root, "link", top)
+    for name, link in links.items():
+        _check_mass(path, link, f"link {name}/inertial/mass")
     joints = _named(path, root, "joint", top)
     for name, joint in joints.items():
         _check_joint(path, joint, f"{top}/joint[{name}]")
     _check_tree(path, top, links, joints)
     return root
-
-
-def _parse(path: Path) -> ElementTree.Element:
-    if not path.is_file():
-        raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
-    try:
-        return ElementTree.parse(path).getroot()
-    except OSError as error:
-        raise UrdfError(
-            "cannot be read", file=path, field="file", given=error.strerror, allowed="a readable file"
-        ) from error
-    except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last two: an encoding that Python lacks
-        raise UrdfError(
-            "not well-formed XML", file=path, field="XML", given=str(error), allowed="XML with <robot> as root element"
-        ) from error
 
 
 def _check_numbers(path: Path, top: ElementTree.Element, where: str) -> None:
@@ -91,6 +87,14 @@ def _check_numbers(path: Path, top: ElementTree.Element, where: str) -> None:
                 raise UrdfError("an element is missing", file=path, field=here, given="none", allowed=f"<{child}>")
         if element.tag == "geometry" and len(element) != 1:
             raise UrdfError("not one shape", file=path, field=here, given=len(element), allowed="one shape")
+        if element.tag == "geometry" and element[0].tag not in _SHAPES:
+            raise UrdfError(
+                "not a valid URDF: no such shape",
+                file=path,
+                field=here,
+                given=element[0].tag,
+                allowed=", ".join(_SHAPES),
+            )
         for attribute in _REQUIRED.get(element.tag, ()):
             if element.get(attribute) is None:
                 field = f"{here}@{attribute}"
@@ -109,8 +113,8 @@ def _check_text(path: Path, tag: str, attribute: str, text: str, count: int, fie
     if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
         allowed = "a finite number" if count == 1 else f"{count} finite numbers"
         raise UrdfError(f"not {allowed}", file=path, field=field, given=text, allowed=allowed)
-    if tag != "limit" and max(map(abs, numbers)) > _LARGEST:
-        raise UrdfError("too large", file=path, field=field, given=text, allowed=f"up to {_LARGEST:g}")
+    if max(map(abs, numbers)) > _LARGEST[tag]:
+        raise UrdfError("too large", file=path, field=field, given=text, allowed=f"up to {_LARGEST[tag]:g}")
     if (tag, attribute) in _POSITIVE and min(numbers) <= 0.0:
         raise UrdfError("not positive", file=path, field=field, given=text, allowed="> 0")
     if (tag, attribute) in _NOT_NEGATIVE and min(numbers) < 0.0:
@@ -140,6 +144,13 @@ def _named(path: Path, root: ElementTree.Element, tag: str, top: str) -> dict[st
     return found
 
 
+def _check_mass(path: Path, link: ElementTree.Element, field: str) -> None:
+    for mass in link.findall("inertial/mass"):
+        value = float(mass.get("value", "0"))
+        if value < 0.0:
+            raise UrdfError("a negative mass", file=path, field=field, given=value, allowed=">= 0 kg")
+
+
 def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
     kind = joint.get("type", "")
     if kind not in _JOINT_TYPES:
@@ -149,7 +160,9 @@ def _check_joint(path: Path, joint: ElementTree.Element, where: str) -> None:
     axis, limit = joint.find("axis"), joint.find("limit")
     if kind in ("revolute", "continuous", "prismatic", "planar") and axis is not None:
         text = axis.get("xyz", "1 0 0")
-        if not any(float(word) for word in text.split()):  # fixed joints may have one: some exporters write it
+        if (
+            math.hypot(*(float(word) for word in text.split())) < _SMALLEST_AXIS
+        ):  # fixed joints may have one: some exporters write it
             raise UrdfError(
                 "an axis without direction", file=path, field=f"{where}/axis@xyz", given=text, allowed="not all zero"
             )

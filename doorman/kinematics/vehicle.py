@@ -13,7 +13,7 @@ from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.kinematics.disc import disc_radius
-from doorman.kinematics.rotors import Rotor, read_rotors
+from doorman.kinematics.rotors import PREFIX, Rotor, read_rotors
 from doorman.kinematics.urdf import frame_index, frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_joints
 from doorman.scenario import VehicleSection
@@ -54,12 +54,15 @@ class Vehicle:
         names: Names of the base link, the tip and the servo frames, and overrides of radius and thrust.
 
     Raises:
-        UrdfError: if a named frame is missing, the chain has a joint that is not revolute, or the mass is not positive.
+        UrdfError: if a named frame is missing, the chain has a joint that is not revolute or cannot move or hold anything, a
+            rotor is tilted or has no thrust, or the mass is not positive.
     """
 
     def __init__(self, urdf: Path, names: VehicleSection | None = None) -> None:
         self.urdf = urdf
         self.names = names or VehicleSection()
+        self.standing_joints: tuple[str, ...] = ()
+        """Joints that could move, are neither of the arm nor rotors, and stand at zero."""
         full = load_pinocchio(urdf)
         self.model, self.joint_names = self._arm_only(full)
         self._own: PerThread[pinocchio.Data] = PerThread()
@@ -71,7 +74,7 @@ class Vehicle:
         self.lower_limits = frozen(self.model.lowerPositionLimit)
         self.upper_limits = frozen(self.model.upperPositionLimit)
         self.rate_limits = self._positive_rates()
-        self.torque_limits = frozen(self.model.effortLimit)
+        self.torque_limits = self._positive_torques()
         self.rotors = read_rotors(urdf, self.model, self._base_placement())
         self.radius = float(self.names.radius or disc_radius(urdf, self._base_placement()))
         self.max_thrust = self._thrust_limit()
@@ -229,14 +232,9 @@ class Vehicle:
                     given=kind.removeprefix("JointModel"),
                     allowed="revolute",
                 )
-        joints = read_joints(self.urdf)
-        for name in (full.names[index] for index in chain):
-            if joints[name].leader is not None:
-                raise UrdfError(
-                    "a joint of the arm follows another", file=self.urdf, field=f"joint {name}/mimic",
-                    given=joints[name].leader, allowed="joints that move on their own",
-                )  # fmt: skip
+        self._check_followers({full.names[index] for index in chain})
         locked = [i for i in range(1, full.njoints) if i not in chain]
+        self.standing_joints = tuple(full.names[i] for i in locked if not full.names[i].startswith(PREFIX))
         try:
             model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
         except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
@@ -245,6 +243,16 @@ class Vehicle:
                 allowed="links and joints of different names",
             ) from error  # fmt: skip
         return model, tuple(full.names[i] for i in chain)
+
+    def _check_followers(self, chain: set[str]) -> None:
+        """No joint of the arm follows another, and nothing else follows the arm: both would stand still."""
+        for name, joint in read_joints(self.urdf).items():
+            if joint.leader is not None and (name in chain or joint.leader in chain):
+                what = "a joint of the arm follows another" if name in chain else "a joint follows the arm"
+                raise UrdfError(
+                    what, file=self.urdf, field=f"joint {name}/mimic", given=joint.leader,
+                    allowed="joints that move on their own",
+                )  # fmt: skip
 
     def _servo_frames(self) -> list[int]:
         """Frames of joints 3 … n: named by the scenario, else `servo_k`, else (k > 4) the joint itself."""
@@ -294,6 +302,22 @@ class Vehicle:
                     given=float(rate), allowed="> 0 rad/s",
                 )  # fmt: skip
         return frozen(self.model.velocityLimit)
+
+    def _positive_torques(self) -> Array:
+        for name, torque, lower, upper in zip(
+            self.joint_names, self.model.effortLimit, self.lower_limits, self.upper_limits, strict=True
+        ):
+            if not torque > 0.0:
+                raise UrdfError(
+                    "a joint of the arm cannot hold anything", file=self.urdf, field=f"joint {name}/limit@effort",
+                    given=float(torque), allowed="> 0 N m",
+                )  # fmt: skip
+            if not lower < upper:
+                raise UrdfError(
+                    "a joint of the arm has no range", file=self.urdf, field=f"joint {name}/limit@upper",
+                    given=float(upper), allowed=f"> {lower:g} rad, or type=\"fixed\"",
+                )  # fmt: skip
+        return frozen(self.model.effortLimit)
 
     def _thrust_limit(self) -> float:
         if self.names.max_thrust is not None:

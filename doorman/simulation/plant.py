@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import BackendError
 from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.simulation.assembly import DOOR, VEHICLE, assemble
 from doorman.simulation.contact import calibrate
+from doorman.simulation.faults import build_fault
 from doorman.simulation.rotors import RotorLayout
 
 Array = NDArray[np.float64]
@@ -78,10 +78,7 @@ def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float
     try:
         compiled = spec.compile()
     except ValueError as error:
-        raise BackendError(
-            f"MuJoCo cannot build vehicle and door: {' '.join(str(error).split())}", file=model.vehicle.urdf,
-            given=str(model.true_door.urdf), allowed="collision shapes as boxes, cylinders and spheres",
-        ) from error  # fmt: skip
+        raise build_fault(model, error) from error
     plant = _addresses(mujoco, compiled, model, layout.count)
     tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
     calibrate(compiled, tip, leaf, model.scenario.simulation)

@@ -11,7 +11,8 @@ from urdf_variants import VEHICLE, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import DoormanError, UrdfError
-from doorman.kinematics.meshes import mesh_path, with_mesh_paths
+from doorman.kinematics.mesh_paths import mesh_path
+from doorman.kinematics.meshes import with_mesh_paths
 from doorman.kinematics.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario

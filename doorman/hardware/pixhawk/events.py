@@ -49,6 +49,7 @@ class EventKind(Enum):
     DISORDERED = "duplicated or reordered messages"
     INVALID_DATA = "invalid data"
     FOREIGN = "foreign messages"
+    PEER_CHANGED = "another peer"
     BAD_SIGNATURE = "bad signature"
     IO_FAILED = "input or output failed"
 

@@ -14,6 +14,7 @@ from doorman.hardware.pixhawk.events import EventKind, EventLog
 from doorman.hardware.pixhawk.exchange import Exchange, StatusText
 from doorman.hardware.pixhawk.messages import Message, mavlink
 from doorman.hardware.pixhawk.origin import Origin
+from doorman.hardware.pixhawk.peer import SILENCE, PeerKeeper
 from doorman.hardware.pixhawk.rates import RateKeeper
 from doorman.hardware.pixhawk.stream import SetpointStream
 from doorman.hardware.pixhawk.texts import TextParts
@@ -23,8 +24,6 @@ from doorman.hardware.pixhawk.transport import Address, Line
 
 _NOTE_PERIOD = 1.0
 """Between two notes of the same flood [s]."""
-_PEER_SILENCE = 3.0
-"""After which the autopilot may speak from another address [s]."""
 _ESTIMATOR_RATE = 5.0
 """Of what PX4's estimator says of itself, where no camera contradicts it [1/s]."""
 
@@ -88,8 +87,7 @@ class Inbox:
         self.dialect: Dialect | None = None
         self.vehicle_type: int | None = None
         """MAV_TYPE of its heartbeat."""
-        self.peer: Address = None
-        """Where the autopilot speaks from."""
+        self.peer = PeerKeeper(owner.events, owner.config.signing_key is not None)
         self.last_message = float("-inf")
         """When it was last heard [s]."""
         self.foreign = 0
@@ -113,7 +111,7 @@ class Inbox:
         for message in owner.codec.decode(data, address):
             self._sort(message, address, line, now)
         if owner.codec.outdated and line.peer is None:
-            line.peer = self.peer = address  # without a clock of its own it takes the time from us
+            line.peer = self.peer.address = address  # without a clock of its own it takes the time from us
         self._tell(self._texts.late(now))
         self._note_damage(now)
 
@@ -123,9 +121,11 @@ class Inbox:
             self._meet(message, sender, address, line, now)
         if sender != self.identity or (address is not None and line.peer != address):
             self.foreign += 1
+            if sender == self.identity:
+                self.peer.elsewhere(address, line, self._owner.tracker.sample.armed, now)
             self._note_stranger(message, sender, now)
             return
-        if now - self.last_message > _PEER_SILENCE and self._owner.origin is not None:
+        if now - self.last_message > SILENCE and self._owner.origin is not None:
             self._owner.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
         self.last_message = now
         ordered = self._owner.tracker.in_order(message.get_seq(), now)
@@ -154,6 +154,8 @@ class Inbox:
     def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
         """Lock on to the first multirotor that we are meant to fly, and to where it speaks from."""
         dialect = dialect_of(message.autopilot)
+        if dialect is not None and self.identity not in (None, sender) and address == line.peer:
+            self.peer.another(sender, self.identity, now)
         wanted = self._owner.config.vehicle_system
         if (
             dialect is None
@@ -174,9 +176,8 @@ class Inbox:
             self._owner.events.happen(
                 EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
             )
-        if sender == self.identity and address is not None and address != line.peer:
-            if line.peer is None or now - self.last_message > _PEER_SILENCE:
-                line.peer = self.peer = address
+        if sender == self.identity:
+            self.peer.heard_at(address, line, now - self.last_message, self._owner.tracker.sample.armed, now)
 
     def _handle(self, kind: int, message: Message, now: float) -> None:
         owner, dialect = self._owner, self.dialect

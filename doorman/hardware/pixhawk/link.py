@@ -264,7 +264,7 @@ class Link:
         if self._stop.is_set():  # nobody would close it
             line.close()
             return
-        line.peer = line.peer or self.inbox.peer
+        line.peer = line.peer or self.inbox.peer.address
         self._queue.clear()
         self._line = line
         self.rates.restart()

@@ -62,6 +62,9 @@ class Fault(Enum):
     MISSION_STUCK = "the mission does not end"
 
 
+Condition = Callable[[Observation, SafetySection], bool]
+
+
 @dataclass(frozen=True)
 class Rule:
     """One row of the table."""
@@ -70,12 +73,21 @@ class Rule:
     patience: float
     """For how long it must hold [s]."""
     action: Action
-    holds: Callable[[Observation, SafetySection], bool]
+    words: str
+    """When it holds, as the documentation's table says it."""
+    holds: Condition
     """Whether it holds now."""
+    limits: tuple[str, ...] = ()
+    """Keys of `[safety]` that bound it."""
 
 
-def _conditions(*kinds: EventKind) -> Callable[[Observation, SafetySection], bool]:
+def _conditions(*kinds: EventKind) -> Condition:
     return lambda seen, _: not seen.conditions.isdisjoint(kinds)
+
+
+def _above(figure: str, limit: str, in_mission: bool = False) -> Condition:
+    """Whether a figure exceeds a limit; with `in_mission`, only while the mission commands."""
+    return lambda seen, limits: (seen.commanding or not in_mission) and getattr(seen, figure) > getattr(limits, limit)
 
 
 def _outside(seen: Observation, limits: SafetySection) -> bool:
@@ -87,7 +99,7 @@ def _seen_only(seen: Observation, _: SafetySection) -> bool:
     return seen.pose is not None and seen.pose.usable and EventKind.STATE_STALE in seen.conditions
 
 
-def _unseen(kind: EventKind) -> Callable[[Observation, SafetySection], bool]:
+def _unseen(kind: EventKind) -> Condition:
     return lambda seen, limits: kind in seen.conditions and not _seen_only(seen, limits)
 
 
@@ -96,35 +108,40 @@ def _servos_stopped(seen: Observation, _: SafetySection) -> bool:
 
 
 RULES: tuple[Rule, ...] = (
-    Rule(Fault.PILOT, 0.0, Action.RELEASE, lambda seen, _: seen.authority is Authority.LOST),
-    Rule(Fault.LINK, 10.0, Action.RELEASE, _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
-    Rule(Fault.TILT, 0.05, Action.LAND, lambda seen, limits: seen.tilt > limits.tilt),
-    Rule(Fault.DIVERGENCE, 0.3, Action.RETREAT, lambda seen, limits: seen.divergence > limits.divergence),
-    Rule(Fault.DISOBEDIENCE, 0.2, Action.RETREAT,
-         lambda seen, limits: seen.commanding and seen.disobedience > limits.disobedience),
-    Rule(Fault.STATE, 0.3, Action.RETREAT, _unseen(EventKind.STATE_STALE)),
-    Rule(Fault.HEARTBEAT, 1.5, Action.RETREAT, _unseen(EventKind.HEARTBEAT_LOST)),
-    Rule(Fault.POSE, 0.05, Action.RETREAT,
+    Rule(Fault.PILOT, 0.0, Action.RELEASE, "authority is LOST", lambda seen, _: seen.authority is Authority.LOST),
+    Rule(Fault.LINK, 10.0, Action.RELEASE, "LINK_LOST or DEVICE_LOST", _conditions(EventKind.LINK_LOST, EventKind.DEVICE_LOST)),
+    Rule(Fault.TILT, 0.05, Action.LAND, "tilt above", _above("tilt", "tilt"), ("tilt",)),
+    Rule(Fault.DIVERGENCE, 0.3, Action.RETREAT, "distance of the cameras' and the autopilot's position above",
+         _above("divergence", "divergence"), ("divergence",)),
+    Rule(Fault.DISOBEDIENCE, 0.2, Action.RETREAT, "in a mission, angle between attitude told and steered by above",
+         _above("disobedience", "disobedience", in_mission=True), ("disobedience",)),
+    Rule(Fault.STATE, 0.3, Action.RETREAT, "STATE_STALE, and no usable pose", _unseen(EventKind.STATE_STALE)),
+    Rule(Fault.HEARTBEAT, 1.5, Action.RETREAT, "HEARTBEAT_LOST, unless only the cameras see the vehicle",
+         _unseen(EventKind.HEARTBEAT_LOST)),
+    Rule(Fault.POSE, 0.05, Action.RETREAT, "pose LOST or NONE, or MOCAP_LOST",
          lambda seen, _: seen.pose in (PoseQuality.LOST, PoseQuality.NONE) or EventKind.MOCAP_LOST in seen.conditions),
-    Rule(Fault.BATTERY_CRITICAL, 1.0, Action.RETREAT, lambda seen, limits: seen.battery < limits.critical_battery),
-    Rule(Fault.CONTROLLER, 1.0, Action.RETREAT,
-         lambda seen, limits: seen.commanding and seen.command_age > limits.command_age),
-    Rule(Fault.FENCE, 0.05, Action.RETREAT, _outside),
-    Rule(Fault.SPEED, 0.1, Action.RETREAT, lambda seen, limits: seen.speed > limits.speed),
-    Rule(Fault.FORCE, 0.2, Action.RETREAT, lambda seen, limits: seen.force > limits.force),
-    Rule(Fault.THRUST, 0.5, Action.RETREAT, lambda seen, limits: seen.thrust_share > limits.thrust_share),
-    Rule(Fault.SERVOS_DISCONNECTED, 0.1, Action.RETREAT,
+    Rule(Fault.BATTERY_CRITICAL, 1.0, Action.RETREAT, "charge below",
+         lambda seen, limits: seen.battery < limits.critical_battery, ("critical_battery",)),
+    Rule(Fault.CONTROLLER, 1.0, Action.RETREAT, "in a mission, age of the last command above",
+         _above("command_age", "command_age", in_mission=True), ("command_age",)),
+    Rule(Fault.FENCE, 0.05, Action.RETREAT, "position outside the box", _outside, ("fence_low", "fence_high")),
+    Rule(Fault.SPEED, 0.1, Action.RETREAT, "speed above", _above("speed", "speed"), ("speed",)),
+    Rule(Fault.FORCE, 0.2, Action.RETREAT, "force of the surroundings above", _above("force", "force"), ("force",)),
+    Rule(Fault.THRUST, 0.5, Action.RETREAT, "share of the largest thrust above", _above("thrust_share", "thrust_share"),
+         ("thrust_share",)),
+    Rule(Fault.SERVOS_DISCONNECTED, 0.1, Action.RETREAT, "servos DISCONNECTED or STOPPED",
          lambda seen, _: seen.servo_state in (BusState.DISCONNECTED, BusState.STOPPED)),
-    Rule(Fault.GRIPPER, 0.1, Action.RETREAT, lambda seen, _: seen.grip_failed),
-    Rule(Fault.TELEMETRY, 1.0, Action.ABORT, _seen_only),
-    Rule(Fault.TELEMETRY_GRIPPING, 0.4, Action.ABORT, lambda seen, _: seen.grips_unheard),
-    Rule(Fault.SERVOS_FAILED, 0.1, Action.ABORT, lambda seen, _: bool(seen.servo_fault & LATCHED)),
-    Rule(Fault.SERVOS_STOPPED, 0.5, Action.ABORT, _servos_stopped),
-    Rule(Fault.DEADLINES, 0.5, Action.ABORT,
-         lambda seen, limits: seen.commanding and seen.missed_ticks > limits.missed_ticks),
-    Rule(Fault.BATTERY_LOW, 1.0, Action.ABORT,
-         lambda seen, limits: seen.battery < limits.low_battery or EventKind.BATTERY_LOW in seen.conditions),
-    Rule(Fault.BATTERY_SILENT, 1.0, Action.ABORT, _conditions(EventKind.BATTERY_SILENT)),
+    Rule(Fault.GRIPPER, 0.1, Action.RETREAT, "gripper does not do what it was told", lambda seen, _: seen.grip_failed),
+    Rule(Fault.TELEMETRY, 1.0, Action.ABORT, "STATE_STALE, and a usable pose", _seen_only),
+    Rule(Fault.TELEMETRY_GRIPPING, 0.4, Action.ABORT, "in a mission, STATE_STALE, a usable pose, and the gripper holds",
+         lambda seen, _: seen.grips_unheard),
+    Rule(Fault.SERVOS_FAILED, 0.1, Action.ABORT, "a servo has shut down", lambda seen, _: bool(seen.servo_fault & LATCHED)),
+    Rule(Fault.SERVOS_STOPPED, 0.5, Action.ABORT, "in a mission, servos HOLDING, and not for want of commands", _servos_stopped),
+    Rule(Fault.DEADLINES, 0.5, Action.ABORT, "in a mission, share of missed ticks above",
+         _above("missed_ticks", "missed_ticks", in_mission=True), ("missed_ticks",)),
+    Rule(Fault.BATTERY_LOW, 1.0, Action.ABORT, "charge below, or BATTERY_LOW",
+         lambda seen, limits: seen.battery < limits.low_battery or EventKind.BATTERY_LOW in seen.conditions, ("low_battery",)),
+    Rule(Fault.BATTERY_SILENT, 1.0, Action.ABORT, "BATTERY_SILENT", _conditions(EventKind.BATTERY_SILENT)),
 )  # fmt: skip
 """What is looked at in every observation, the gravest first."""
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from pixhawk_rig import HOVER, QUICK, fresh, landed, wait_until
+from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
 from doorman.hardware.emulators.autopilot_px4 import POSITION
-from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
+from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus, peer
+from doorman.hardware.pixhawk.signing import signing_time
 
 
 def test_pilot_changes_the_mode(hovering, flavour):
@@ -175,6 +178,99 @@ def test_foreign_systems_talk(rigs):
     assert not rig.pilot.status().namesake
     rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(6, 8, 0x81, 6 << 16, 4, 3), 255, 190)
     assert wait_until(lambda: rig.pilot.status().namesake)
+
+
+class Impostor:
+    """Another socket that speaks with ids of its choice."""
+
+    def __init__(self, rig: Rig, ids: tuple[int, int] = (1, 1), key: bytes | None = None) -> None:
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.setblocking(False)
+        self.address = self.socket.getsockname()
+        self._rig, self._line = rig, mavlink.MAVLink(None, *ids)
+        if key is not None:
+            signing = self._line.signing
+            signing.secret_key, signing.sign_outgoing, signing.link_id, signing.timestamp = key, True, 7, signing_time()
+
+    def __enter__(self) -> Impostor:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def say(self, message: Any) -> None:
+        self.socket.sendto(message.pack(self._line), ("127.0.0.1", self._rig.port))
+
+    def heartbeat(self) -> None:
+        """One of a disarmed PX4 that waits, and a position far away."""
+        self.say(mavlink.MAVLink_heartbeat_message(13, 12, 0x01, POSITION, 3, 3))
+        self.say(mavlink.MAVLink_local_position_ned_message(2**31, 9, 9, 9, 0, 0, 0))
+
+    def answered(self) -> bool:
+        """Whether anything has been sent to it."""
+        try:
+            return bool(self.socket.recv(65536))
+        except BlockingIOError:
+            return False
+
+
+def test_another_address_is_taken_on_the_ground_after_silence(rigs, monkeypatch):
+    monkeypatch.setattr(peer, "SILENCE", 0.4)
+    rig = rigs("px4").open()
+    with Impostor(rig) as other:
+        other.heartbeat()
+        event = rig.happens(EventKind.PEER_CHANGED)
+        assert event.values["address"] == other.address and not event.values["taken"]
+        assert np.linalg.norm(rig.pilot.state().position) < 0.1 and not other.answered()
+        rig.forget()
+        rig.emulator.outgoing.cut = True
+        assert wait_until(lambda: other.heartbeat() or other.answered())
+        rig.happens(EventKind.PEER_CHANGED)
+        assert any(event.values.get("taken") for event in rig.seen)
+
+
+def test_another_address_is_refused_while_armed(rigs, monkeypatch):
+    monkeypatch.setattr(peer, "SILENCE", 0.1)
+    rig = rigs("px4").open()
+    assert rig.pilot.engage().done and rig.pilot.arm().done
+    with Impostor(rig) as other:
+        other.say(mavlink.MAVLink_command_ack_message(400, 0))  # whatever it is: not only heartbeats
+        assert "refused while armed" in rig.happens(EventKind.PEER_CHANGED).message
+        rig.emulator.outgoing.cut = True
+        rig.happens(EventKind.LINK_LOST)
+        for _ in range(30):
+            other.heartbeat()
+            time.sleep(0.01)
+        assert rig.pilot.state().armed and EventKind.LINK_LOST in rig.pilot.status().conditions
+        assert not other.answered()
+        rig.emulator.outgoing.cut = False
+        rig.happens(EventKind.LINK_LOST, begins=False)
+        assert not any(event.values.get("taken") for event in rig.seen)
+
+
+def test_another_address_with_a_signature_is_taken(rigs, monkeypatch, tmp_path):
+    monkeypatch.setattr(peer, "SILENCE", 0.1)
+    key = tmp_path / "key"
+    key.write_bytes(bytes(range(32)))
+    key.chmod(0o600)
+    rig = rigs("px4", {"signing_key": key}, signing_key=bytes(range(32))).open()
+    assert rig.pilot.engage().done and rig.pilot.arm().done
+    rig.emulator.outgoing.cut = True
+    with Impostor(rig) as unsigned, Impostor(rig, key=bytes(range(32))) as signed:
+        assert wait_until(lambda: unsigned.heartbeat() or signed.heartbeat() or signed.answered())
+        assert not unsigned.answered()
+        assert rig.happens(EventKind.PEER_CHANGED).values["address"] == signed.address
+
+
+def test_another_autopilot_from_the_same_address_is_refused(rigs):
+    rig = rigs("px4").open()
+    for system, component in ((7, 1), (1, 2)):
+        rig.forget()
+        rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(13, 12, 0x81, POSITION, 4, 3), system, component)
+        event = rig.happens(EventKind.PEER_CHANGED)
+        assert (event.values["system"], event.values["component"]) == (system, component)
+    assert not rig.pilot.state().armed and rig.pilot._link.target == (1, 1)
 
 
 def test_a_vehicle_whose_thrust_px4_does_not_take(rigs):

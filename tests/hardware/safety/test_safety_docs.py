@@ -6,9 +6,12 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
+from safety_page import PAGE, table
+
 from doorman.flight.way_back import LOST_SPEED
 from doorman.hardware.pixhawk.straight_way import SPEED
-from doorman.hardware.safety import RULES, Action
+from doorman.hardware.safety import RULES, Action, Fault
 from doorman.hardware.safety.obedience import SHAPING
 from doorman.hardware.safety.observer import FORCE_LAG
 from doorman.hardware.safety.supervisor import ABORT_WITHIN, ACKNOWLEDGE_WITHIN
@@ -16,13 +19,6 @@ from doorman.hardware.vehicle.links import GUARD_TIMEOUT
 from doorman.scenario import SafetySection
 
 HERE = Path(__file__).parent
-PAGE = (HERE.parents[2] / "docs" / "hardware" / "safety.md").read_text(encoding="utf-8")
-
-
-def table(heading: str) -> list[list[str]]:
-    part = PAGE.split(f"# {heading}\n", 1)[1].split("\n## ", 1)[0]
-    lines = [line for line in part.splitlines() if line.startswith("|")]
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
 def names_of_tests() -> set[str]:
@@ -72,3 +68,39 @@ def test_numbers_are_those_of_the_code():
         [f"{value:g}".replace("-", "−") for value in corner] for corner in (limits.fence_low, limits.fence_high)
     )
     assert f"from ({', '.join(low)}) to ({', '.join(high)}) m" in PAGE
+
+
+def number(value: float | tuple[float, ...]) -> str:
+    return ", ".join(f"{part:g}" for part in value) if isinstance(value, tuple) else f"{value:g}"
+
+
+def test_the_table_of_rules_is_that_of_the_supervisor():
+    limits = SafetySection()
+    expected = [
+        [
+            rule.fault.name, rule.words, "; ".join(f"`{key}` {number(getattr(limits, key))}" for key in rule.limits) or "–",
+            f"{rule.patience:g} s", rule.action.name,
+        ]
+        for rule in RULES
+    ]  # fmt: skip
+    assert table("Rules") == expected
+    used = [key for rule in RULES for key in rule.limits]
+    assert sorted(used) == sorted(SafetySection.model_fields), "every limit bounds one rule"
+
+
+SAME = {
+    "too much tilt": Fault.TILT, "too fast": Fault.SPEED, "outside the fence": Fault.FENCE, "thrust saturated": Fault.THRUST,
+    "wind or a collision push the vehicle": Fault.FORCE, "battery low": Fault.BATTERY_LOW,
+    "battery nearly empty": Fault.BATTERY_CRITICAL, "servo shut down": Fault.SERVOS_FAILED,
+    "servos' device unplugged": Fault.SERVOS_DISCONNECTED, "arm does not follow: servo hot": Fault.SERVOS_STOPPED,
+    "the gripper does not hold, or its servo has shut down while it did": Fault.GRIPPER,
+}  # fmt: skip
+"""Rows of the fault table that are found as soon as a rule's patience is over."""
+
+
+@pytest.mark.parametrize("words", SAME)
+def test_the_fault_table_gives_the_patience_and_the_action_of_its_rule(words):
+    (row,) = (row for row in table("Faults") if row[0] == words)
+    (rule,) = (rule for rule in RULES if rule.fault is SAME[words])
+    assert row[1] == f"{rule.patience:g} s"
+    assert re.findall(r"[A-Z]{4,}", row[2])[:1] == [rule.action.name]

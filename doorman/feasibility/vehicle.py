@@ -1,0 +1,49 @@
+"""Findings about a vehicle's URDF: what it does not say, and what is assumed instead."""
+
+from __future__ import annotations
+
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.model import Model
+from doorman.simulation.rotors import RING_RADIUS, RING_SIZE
+
+
+def vehicle_findings(model: Model) -> list[Finding]:
+    """What is taken for granted about the vehicle.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    return [_rotor_frames(model), _standing_joints(model)]
+
+
+def _rotor_frames(model: Model) -> Finding:
+    """Without rotors in the URDF the simulator flies a ring of them."""
+    vehicle = model.vehicle
+    count = len(vehicle.rotors)
+    if count:
+        message, advice = f"the URDF has {count} rotors, {vehicle.max_thrust:.1f} N together", ""
+    else:
+        message = (
+            f"the URDF has no rotors with a thrust: {RING_SIZE} upright ones are assumed, {RING_RADIUS * vehicle.radius:.2f} m "
+            f"from the base link's origin, every {360 // RING_SIZE}° from 30°, {vehicle.max_thrust:.1f} N together"
+        )
+        advice = (
+            f"fixed joints 'rotor_1', 'rotor_2', … from link '{vehicle.names.base_link}' to each rotor's frame, z up, with "
+            '<axis xyz="0 0 ±1"/> for the sense and <limit effort> for the largest thrust [N]'
+        )
+    return Finding("rotor frames", graded(count > 0, Severity.WARNING), message, float(count), 1.0, "rotors", advice)
+
+
+def _standing_joints(model: Model) -> Finding:
+    """Joints that are not of the arm, such as a gripper's fingers, stand at zero in every model."""
+    names = model.vehicle.standing_joints
+    message = "no joint beside the arm's moves"
+    if names:
+        message = f"these joints of the vehicle stand at zero: {', '.join(names)}"
+    return Finding(
+        "vehicle's joints", graded(not names, Severity.WARNING), message, float(len(names)), 0.0, "joints",
+        'type="fixed" in the URDF for joints that are meant to stand' if names else "",
+    )  # fmt: skip

@@ -1,0 +1,128 @@
+"""Whether a door's URDF says what this library can fly: one joint that moves, closed at π/2 and open at 0."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf_elements import UrdfJoint, read_joints
+
+Array = NDArray[np.float64]
+
+_NEAR = 0.15
+"""Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
+_AT_ZERO = 0.05
+"""End of a range that counts as 0, and the least by which π/2 is outside of it [rad]."""
+
+
+@dataclass(frozen=True)
+class FixedBox:
+    """A box beside the leaf that stands still, as its extent along the world's axes."""
+
+    center: Array
+    """Shape (3,), world frame [m]."""
+    half: Array
+    """Shape (3,) [m]."""
+
+
+def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str, ...]:
+    """Joints beside the hinge that could move, and that stand at zero because nothing moves them.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's model of it, with all joints.
+        hinge: Index of the hinge.
+
+    Returns:
+        Their names.
+
+    Raises:
+        UrdfError: if something on the leaf moves, the hinge hangs on a joint that moves, or hinge and another are coupled.
+    """
+    joints = read_joints(urdf)
+    own = model.names[hinge]
+    others = [index for index in range(1, model.njoints) if index != hinge]
+    if joints[own].leader is not None:
+        raise UrdfError(
+            "the hinge follows another joint", file=urdf, field=f"joint {own}/mimic", given=joints[own].leader,
+            allowed="a hinge that moves on its own",
+        )  # fmt: skip
+    for index in others:
+        name = model.names[index]
+        kind = joints[name].kind
+        if hinge in _ancestors(model, index):
+            raise UrdfError(
+                "a joint on the leaf moves: with a lever or a bolt the door is latched, and pushing does not open it",
+                file=urdf, field=f"joint {name}", given=kind, allowed='type="fixed", for a door that is not latched',
+            )  # fmt: skip
+        if index in _ancestors(model, hinge):
+            raise UrdfError(
+                "the hinge hangs on another joint that moves", file=urdf, field=f"joint {name}", given=kind,
+                allowed=f"one moving joint, '{own}', between world and leaf",
+            )  # fmt: skip
+        if own in _leaders(joints, name):
+            raise UrdfError(
+                "a joint follows the hinge, and would stand still", file=urdf, field=f"joint {name}/mimic", given=own,
+                allowed=f"one moving joint, '{own}'",
+            )  # fmt: skip
+    return tuple(model.names[index] for index in others)
+
+
+def closed_at_zero(
+    hinge: Array, size: tuple[float, float], limits: tuple[float, float], boxes: Sequence[FixedBox]
+) -> str:
+    """What shows that a door is closed at 0, as in most data sets, and not at π/2.
+
+    The jamb at the leaf's free edge tells; without one, a range that ends at 0 and does not hold π/2.
+
+    Args:
+        hinge: Lower end of the hinge line, shape (3,), world frame [m].
+        size: Width and height of the leaf [m].
+        limits: Of the hinge [rad].
+        boxes: What stands still beside the leaf.
+
+    Returns:
+        The evidence in words; empty where there is none.
+    """
+    lower, upper = limits
+    at_zero, at_right_angle = (any(_meets(box, hinge, size, angle) for box in boxes) for angle in (0.0, math.pi / 2))
+    if at_right_angle:
+        return ""
+    if at_zero:
+        return "a fixed box at the leaf's free edge at 0, and none at π/2"
+    outside = upper < math.pi / 2 - _AT_ZERO or lower > math.pi / 2 + _AT_ZERO
+    if outside and min(abs(lower), abs(upper)) < _AT_ZERO:
+        return f"a range of {lower:.3f} to {upper:.3f} rad, which begins at 0 and does not hold π/2"
+    return ""
+
+
+def _meets(box: FixedBox, hinge: Array, size: tuple[float, float], angle: float) -> bool:
+    """Whether a box stands just beyond the leaf's free edge, at half its height."""
+    width, height = size
+    along = np.array([math.cos(angle), math.sin(angle), 0.0])
+    edge = hinge + width * along + np.array([0.0, 0.0, height / 2])
+    gap = float(np.linalg.norm(np.maximum(np.abs(edge - box.center) - box.half, 0.0)))
+    beyond = float((box.center - edge) @ along) > 0.0
+    return beyond and gap <= _NEAR * width
+
+
+def _ancestors(model: pinocchio.Model, index: int) -> Iterator[int]:
+    while index != 0:
+        index = int(model.parents[index])
+        yield index
+
+
+def _leaders(joints: dict[str, UrdfJoint], name: str) -> set[str]:
+    found: set[str] = set()
+    leader = joints[name].leader
+    while leader is not None and leader in joints and leader not in found:
+        found.add(leader)
+        leader = joints[leader].leader
+    return found

@@ -1,0 +1,54 @@
+"""Paths of the meshes that a URDF names, the same for every library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from doorman.exceptions import UrdfError
+
+_FILE, _PACKAGE = "file://", "package://"
+
+
+def mesh_path(urdf: Path, filename: str, field: str) -> Path:
+    """Path of a mesh's file.
+
+    Args:
+        urdf: URDF that names it.
+        filename: `package://NAME/path` is NAME/path in the nearest folder above the URDF that has it; anything else is relative
+            to the URDF's folder, or absolute with or without `file://`.
+        field: Element that names it, for the error.
+
+    Returns:
+        An absolute path; where there is no such file, the one that is missing.
+
+    Raises:
+        UrdfError: if it is another kind of address.
+    """
+    folders = urdf.resolve().parents
+    if filename.startswith(_PACKAGE):
+        relative = filename.removeprefix(_PACKAGE)
+        return next((folder / relative for folder in folders if (folder / relative).is_file()), folders[0] / relative)
+    path = filename.removeprefix(_FILE)
+    if "://" in path:
+        raise UrdfError(
+            "meshes are read from files", file=urdf, field=field, given=filename,
+            allowed="a path relative to the URDF, file:///path, or package://NAME/path",
+        )  # fmt: skip
+    return folders[0] / path
+
+
+def mesh_file(urdf: Path, name: str) -> Path | None:
+    """File of a mesh, if there is one.
+
+    Args:
+        urdf: File that names the mesh.
+        name: As written there; see `mesh_path`.
+
+    Returns:
+        The file; None if there is none.
+    """
+    try:
+        path = mesh_path(urdf, name, "mesh")
+    except UrdfError:
+        return None
+    return path if path.is_file() else None

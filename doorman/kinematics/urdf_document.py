@@ -1,0 +1,97 @@
+"""A URDF as XML, read within bounds: what a library would crash on, or take for ever over, never reaches it."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from doorman.exceptions import UrdfError
+
+LARGEST_FILE = 10_000_000
+"""Of a URDF [bytes]."""
+MOST_LINKS = 1000
+MOST_ELEMENTS = 100_000
+DEEPEST = 100
+"""Elements inside each other, the root included."""
+
+
+def read_document(path: Path) -> ElementTree.Element:
+    """Root element of an XML file of bounded size, depth and number of elements.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Its root.
+
+    Raises:
+        UrdfError: if the file is missing, is not XML, defines entities, or is out of bounds.
+    """
+    content = _read(path)
+    parser = ElementTree.XMLParser(target=_Builder(path))  # noqa: S314  # the builder refuses entities
+    try:
+        parser.feed(content)
+        root: ElementTree.Element = parser.close()
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last two: an encoding that Python lacks
+        raise UrdfError(
+            "not well-formed XML", file=path, field="XML", given=str(error), allowed="XML with <robot> as root element"
+        ) from error
+    return root
+
+
+def _read(path: Path) -> bytes:
+    if not path.is_file():
+        raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise UrdfError(
+            "cannot be read", file=path, field="file", given=error.strerror, allowed="a readable file"
+        ) from error
+    if len(content) > LARGEST_FILE:
+        raise UrdfError(
+            "too large a file", file=path, field="file", given=f"more than {LARGEST_FILE} bytes",
+            allowed=f"up to {LARGEST_FILE} bytes",
+        )  # fmt: skip
+    return content
+
+
+class _Builder(ElementTree.TreeBuilder):
+    """Builds the tree, and stops where a bound is passed."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self._path = path
+        self._open: list[str] = []
+        self._elements = self._links = 0
+
+    def doctype(self, name: str, public: str | None, system: str | None) -> None:
+        """Refuse what could define entities: a few hundred bytes of them expand to gigabytes."""
+        raise UrdfError(
+            "a document type",
+            file=self._path,
+            field="XML",
+            given=f"<!DOCTYPE {name}>",
+            allowed="XML without <!DOCTYPE>",
+        )
+
+    def start(self, tag: str, attrs: dict[str, str]) -> ElementTree.Element:
+        """Count an element in."""
+        self._open.append(tag)
+        self._elements += 1
+        self._links += tag == "link" and len(self._open) == 2
+        for what, count, most in (
+            ("elements nested too deep", len(self._open), DEEPEST),
+            ("too many links", self._links, MOST_LINKS),
+            ("too many elements", self._elements, MOST_ELEMENTS),
+        ):
+            if count > most:
+                field = "/" + "/".join(self._open[:2])
+                raise UrdfError(what, file=self._path, field=field, given=f"at least {count}", allowed=f"up to {most}")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> ElementTree.Element:
+        """Count an element out."""
+        self._open.pop()
+        return super().end(tag)
