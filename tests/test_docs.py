@@ -233,6 +233,7 @@ def test_the_numbers_of_the_urdf_page_are_those_of_the_urdfs(model):
     assert numbers["leaf's thickness"] == f"{door.thickness:g} m"
     assert f"{door.inertia:.2f} kg m²" in numbers["inertia about the hinge"]
     assert door.damping == door.friction == 0.0 and numbers["hinge's damping and friction"] == "none"
+    assert numbers["hinge's limits"].startswith(f"−{-door.lower_limit:g} to {door.upper_limit:g} rad")
     assert numbers["P_h"].startswith("({:g}, {:g}, {:g})".format(*door.hinge_position))
     joints = rows(section(page, "## Joints of the arm"))[1:]
     assert [row[0].strip("`") for row in joints] == list(vehicle.joint_names)
