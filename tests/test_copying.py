@@ -302,3 +302,39 @@ def test_solvers_of_one_problem_run_in_threads():
         jobs = [lambda s=s, x=x: solve(s, x) for s, x in zip(solvers, starts, strict=True)]
         for found, alone in zip(in_threads(jobs), expected, strict=True):
             same(found, alone)
+
+
+def arrays(content: Any) -> list[Array]:
+    """All arrays of a NamedTuple."""
+    if isinstance(content, np.ndarray):
+        return [content]
+    return [array for part in content for array in arrays(part)] if isinstance(content, tuple) else []
+
+
+def disjoint(ones: list[Array], others: list[Array]) -> bool:
+    return not any(np.shares_memory(one, other) for one in ones for other in others)
+
+
+def test_scratch_memory_belongs_to_a_thread():
+    """Races are rare: whether two threads could have one is seen in their memory."""
+    shared, full = model(), LagrangianModel(model().coupling, 0.02)
+
+    def scratch() -> list[Array]:
+        contents = (shared._constraint_parameters, shared._dynamics_parameters, shared.coupling._arm)
+        return [*arrays(contents), *arrays(full._parameters.content)]
+
+    one, other = in_threads([scratch, scratch])
+    assert len(one) > 10
+    assert disjoint(one, other)
+    first, second = in_threads([lambda: [shared.vehicle._data], lambda: [shared.vehicle._data]])
+    assert first[0] is not second[0]
+
+
+def test_solvers_of_one_problem_share_no_array():
+    solvers = [Hybrid(problem()) for _ in range(2)]
+    for _ in range(2):
+        one, other = (arrays((*solver._model.content, *solver._work)) for solver in solvers)
+        assert disjoint(one, other)
+        assert disjoint(one, arrays(problem().model))
+        for solver in solvers:
+            solver.update_model(problem().model)

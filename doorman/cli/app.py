@@ -137,7 +137,8 @@ def warmup_command(
     again. An arm of another number of joints needs a warm-up of its own.
 
     The last line says how many kernels were compiled, how long it took, and where the cache is. The environment variable
-    NUMBA_CACHE_DIR puts it elsewhere.
+    NUMBA_CACHE_DIR puts it elsewhere. Older versions' kernels are removed when nobody has used them for a week, beyond four
+    versions for a day.
     """
 
     def command() -> int:
