@@ -171,6 +171,8 @@ class Scenario(Section):
     def __repr__(self) -> str:
         return f"Scenario({self.name!r}, {self.vehicle.urdf} at {self.door.urdf}, {self.contact.kind})"
 
+    __str__ = __repr__
+
     @classmethod
     def _of(cls, tables: dict[str, Any], overrides: Mapping[str, Any], path: Path | None) -> Scenario:
         """Tables of a file with other values."""
