@@ -16,9 +16,9 @@ def door_findings(model: Model) -> list[Finding]:
         The findings.
     """
     names = model.door.standing_joints
-    message = f"joint '{model.door.section.hinge}' is the only one that moves"
+    message = f"{len(names)} joints of the door beside '{model.door.section.hinge}' could move"
     if names:
-        message = f"these joints of the door stand at zero, as nothing moves them: {', '.join(names)}"
+        message += f", and stand at zero: {', '.join(names)}"
     return [
         Finding(
             "door's joints", graded(not names, Severity.WARNING), message, float(len(names)), 0.0, "joints",

@@ -40,9 +40,9 @@ def _rotor_frames(model: Model) -> Finding:
 def _standing_joints(model: Model) -> Finding:
     """Joints that are not of the arm, such as a gripper's fingers, stand at zero in every model."""
     names = model.vehicle.standing_joints
-    message = "no joint beside the arm's moves"
+    message = f"{len(names)} joints of the vehicle beside the arm's could move"
     if names:
-        message = f"these joints of the vehicle stand at zero: {', '.join(names)}"
+        message += f", and stand at zero: {', '.join(names)}"
     return Finding(
         "vehicle's joints", graded(not names, Severity.WARNING), message, float(len(names)), 0.0, "joints",
         'type="fixed" in the URDF for joints that are meant to stand' if names else "",

@@ -1,0 +1,44 @@
+"""Warnings of what a URDF leaves open: rotors that are assumed, joints that stand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from urdf_variants import DOOR, VEHICLE, write_edited
+
+from doorman.feasibility.door import door_findings
+from doorman.feasibility.report import Severity
+from doorman.feasibility.setup import setup_findings
+from doorman.feasibility.vehicle import vehicle_findings
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+JOINT = (
+    '<link name="thing"/><joint name="free" type="revolute"><parent link="{}"/><child link="thing"/><axis xyz="0 0 1"/>'
+    '<limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>'
+)
+
+
+def test_the_shipped_vehicle_and_door_leave_nothing_open():
+    model = Model(Scenario.load("paper"))
+    found = [*vehicle_findings(model), *door_findings(model)]
+    assert all(finding.ok for finding in found)
+    assert {finding.name for finding in found} <= {finding.name for finding in setup_findings(model)}
+
+
+def test_what_is_left_open_is_a_warning_with_the_fix(tmp_path: Path):
+    text = (
+        VEHICLE.read_text(encoding="utf-8")
+        .replace('name="rotor_', 'name="motor_')
+        .replace('link="rotor_', 'link="motor_')
+    )
+    vehicle = tmp_path / "vehicle.urdf"
+    vehicle.write_text(text.replace("</robot>", JOINT.format("servo_2")), encoding="utf-8")
+    door = write_edited(tmp_path / "door.urdf", DOOR, ("</robot>", JOINT.format("frame")))
+    model = Model(Scenario.load("paper", {"vehicle.urdf": str(vehicle), "door.urdf": str(door)}))
+    found = {finding.name: finding for finding in [*vehicle_findings(model), *door_findings(model)]}
+    assert {finding.severity for finding in found.values()} == {Severity.WARNING}
+    rotors = found["rotor frames"]
+    assert "6 upright ones are assumed, 0.28 m" in rotors.message and "rotor_1" in rotors.advice
+    assert "free" in found["vehicle's joints"].message and "free" in found["door's joints"].message
+    assert all(finding.advice for finding in found.values())

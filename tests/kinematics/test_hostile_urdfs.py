@@ -1,0 +1,174 @@
+"""URDFs and meshes that would crash a library, or take for ever: refused before one sees them."""
+
+from __future__ import annotations
+
+import struct
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from urdf_variants import DOOR, VEHICLE, write_edited
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics import meshes, urdf_document
+from doorman.kinematics.door import Door
+from doorman.kinematics.urdf import load_description, load_pinocchio
+from doorman.kinematics.vehicle import Vehicle
+
+END = "</robot>"
+JAMB = '<box size="0.12 0.08 2.08"/>'
+LARGEST_TIME = 5.0
+"""To refuse a file, on a busy computer [s]."""
+
+
+def refused(path: Path, words: str, field: str, reader=Door) -> UrdfError:
+    began = time.perf_counter()
+    with pytest.raises(UrdfError, match=words) as caught:
+        reader(path)
+    assert time.perf_counter() - began < LARGEST_TIME
+    assert caught.value.file == str(path)
+    assert field in str(caught.value.field)
+    assert caught.value.given is not None and caught.value.allowed
+    return caught.value
+
+
+def door(tmp_path: Path, old: str, new: str) -> Path:
+    return write_edited(tmp_path / "door.urdf", DOOR, (old, new))
+
+
+def chain(count: int) -> str:
+    names = ["leaf", *(f"c{k}" for k in range(count))]
+    joints = (
+        f'<link name="{child}"/><joint name="j_{child}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+        for parent, child in zip(names, names[1:], strict=False)
+    )
+    return "".join(joints) + END
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [
+        (JAMB, '<box size="0.12 1001 2.08"/>', "geometry/box@size"),
+        (JAMB, '<box size="1e9 1e9 1e9"/>', "geometry/box@size"),
+        (JAMB, '<sphere radius="1e4"/>', "geometry/sphere@radius"),
+        (JAMB, '<cylinder radius="0.1" length="2000"/>', "geometry/cylinder@length"),
+        ('xyz="0 0 0.4"', 'xyz="0 0 -1200"', "joint[hinge]/origin@xyz"),
+        ('<mass value="11"/>', '<mass value="2e5"/>', "inertial/mass@value"),
+        ('izz="1.32"', 'izz="1e6"', "inertial/inertia@izz"),
+        ('damping="0.0"', 'damping="1e7"', "dynamics@damping"),
+    ],
+)
+def test_sizes_beyond_a_kilometre_and_masses_beyond_all_doors_are_refused(tmp_path, old, new, field):
+    refused(door(tmp_path, old, new), "too large", field)
+
+
+def test_a_kilometre_is_read(tmp_path):
+    assert Door(door(tmp_path, JAMB, '<box size="1000 0.08 2.08"/>')).width == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("reader", [Door, load_pinocchio, load_description])
+@pytest.mark.parametrize("count", [999, 20_000])
+def test_too_many_links_are_refused(tmp_path, reader, count):
+    refused(door(tmp_path, END, chain(count)), "too many links", "/robot/link", reader)
+
+
+def test_a_thousand_links_are_read(tmp_path):
+    assert load_pinocchio(door(tmp_path, END, chain(998))).nframes > 1900
+
+
+@pytest.mark.parametrize("depth", [99, 100_000])
+def test_elements_nested_too_deep_are_refused(tmp_path, depth):
+    nest = f"<gazebo>{'<a>' * depth}{'</a>' * depth}</gazebo>{END}"
+    refused(door(tmp_path, END, nest), "nested too deep", "/robot/gazebo")
+    shallow = f"<gazebo>{'<a>' * 98}{'</a>' * 98}</gazebo>{END}"
+    assert Door(door(tmp_path, END, shallow)).mass == 11.0
+
+
+def test_too_many_elements_are_refused(tmp_path):
+    refused(
+        door(tmp_path, END, "<material/>" * urdf_document.MOST_ELEMENTS + END), "too many elements", "/robot/material"
+    )
+
+
+def test_a_huge_file_is_refused_by_its_size(tmp_path):
+    path = door(tmp_path, END, END)
+    with path.open("ab") as file:
+        file.truncate(50 * urdf_document.LARGEST_FILE)  # a hole: it takes no room
+    refused(path, "too large a file", "file")
+
+
+@pytest.mark.parametrize(
+    "entity", ['<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;">', '<!ENTITY a SYSTEM "/etc/hostname">', ""]
+)
+def test_entities_are_refused(tmp_path, entity):
+    path = tmp_path / "door.urdf"
+    text = DOOR.read_text(encoding="utf-8").replace("<robot", f"<!DOCTYPE robot [{entity}]>\n<robot", 1)
+    path.write_text(text, encoding="utf-8")
+    refused(path, "document type", "XML")
+
+
+def test_an_axis_that_rounding_loses_is_refused(tmp_path):
+    refused(
+        door(tmp_path, '<axis xyz="0 0 1"/>', '<axis xyz="0 0 1e-200"/>'), "without direction", "joint[hinge]/axis@xyz"
+    )
+
+
+def stl(vertices: list[tuple[float, float, float]]) -> bytes:
+    """Binary STL of triangles."""
+    faces = np.array(vertices, dtype="<f4").reshape(-1, 9)
+    return bytes(80) + struct.pack("<I", len(faces)) + b"".join(bytes(12) + face.tobytes() + bytes(2) for face in faces)
+
+
+_O, _X, _Y, _Z = (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)
+CORNERS = [_O, _X, _Y, _O, _X, _Z, _O, _Y, _Z, _X, _Y, _Z]
+NAN = [(0, 0, 0), (float("nan"), 0, 0), (0, 1, 0)]
+FAR = [(0, 0, 0), (2000, 0, 0), (0, 1, 0)]
+MESHES = [
+    ("a.stl", stl(NAN), "1 1 1", "not a number"),
+    ("a.stl", stl(FAR), "1 1 1", "too large a mesh"),
+    ("a.stl", stl(CORNERS), "1 5000 1", "too large a mesh"),
+    ("a.stl", stl(CORNERS)[:150], "1 1 1", "cut off"),
+    ("a.stl", stl([]), "1 1 1", "number of vertices"),
+    ("a.STL", b"solid a\nfacet\nvertex 0 0 inf\nendsolid", "1 1 1", "not a number"),
+    ("a.stl", b"solid a\nvertex 0 zero 0\n", "1 1 1", "three numbers"),
+    ("a.obj", b"v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n", "1 1 1", "not a number"),
+    ("a.obj", b"v 0 0\n", "1 1 1", "three numbers"),
+    ("a.obj", b"", "1 1 1", "size"),
+    ("a.dae", b"", "1 1 1", "size"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "scale", "words"), MESHES)
+def test_a_broken_mesh_is_refused_with_its_name_and_link(tmp_path, name, content, scale, words):
+    (tmp_path / name).write_bytes(content)
+    mesh = f'<mesh filename="{name}" scale="{scale}"/>'
+    text = DOOR.read_text(encoding="utf-8")
+    at = text.rindex(JAMB)  # of a collision shape
+    path = tmp_path / "door.urdf"
+    path.write_text(text[:at] + mesh + text[at + len(JAMB) :], encoding="utf-8")
+    error = refused(path, words, "link frame/collision/mesh")
+    assert name in str(error.given)
+
+
+def test_large_meshes_are_refused(tmp_path, monkeypatch):
+    (tmp_path / "a.stl").write_bytes(stl(CORNERS))
+    path = write_edited(
+        tmp_path / "v.urdf", VEHICLE, ('<cylinder radius="0.40" length="0.0004"/>', '<mesh filename="a.stl"/>')
+    )
+    assert Vehicle(path).radius == pytest.approx(1.0)
+    monkeypatch.setattr(meshes, "MOST_VERTICES", 11)
+    refused(path, "number of vertices", "link base_link/collision/mesh", Vehicle)
+    with (tmp_path / "a.stl").open("ab") as file:
+        file.truncate(meshes.LARGEST_FILE + 1)
+    refused(path, "size", "link base_link/collision/mesh", Vehicle)
+
+
+@pytest.mark.parametrize(("name", "content"), [("a.stl", stl([(0, 0, 0)] * 3)), ("a.obj", b"v 0 0 0\nf 9 9 9\n")])
+def test_a_mesh_that_coal_does_not_read_is_named(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    path = write_edited(
+        tmp_path / "v.urdf", VEHICLE, ('<cylinder radius="0.40" length="0.0004"/>', f'<mesh filename="{name}"/>')
+    )
+    error = refused(path, "cannot be read", "vehicle.radius", Vehicle)
+    assert name in str(error.given) and "base_link" in str(error.given)

@@ -1,0 +1,126 @@
+"""Doors whose URDF says what cannot be flown: latched, coupled, closed at 0, or drawn along another axis."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from urdf_variants import DOOR, write_door, write_edited
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.door import Door
+
+END = "</robot>"
+HINGE = '<joint name="hinge" type="revolute">'
+LIMIT = '<limit lower="-1.5" upper='
+
+
+def extra(name: str, kind: str, parent: str, inside: str = "") -> str:
+    """A link on a joint of its own."""
+    limit = '<axis xyz="0 1 0"/><limit lower="0" upper="0.8" effort="5" velocity="3"/>' if kind != "floating" else ""
+    return (
+        f'<link name="{name}_link"/><joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{name}_link"/>'
+        f"{limit}{inside}</joint>"
+    )
+
+
+def door(tmp_path: Path, *edits: tuple[str, str]) -> Path:
+    return write_edited(tmp_path / "door.urdf", DOOR, *edits)
+
+
+def refused(path: Path, field: str, words: str) -> UrdfError:
+    with pytest.raises(UrdfError, match=words) as caught:
+        Door(path)
+    assert caught.value.file == str(path)
+    assert caught.value.field == field
+    assert caught.value.given is not None and caught.value.allowed
+    return caught.value
+
+
+def limits(lower: float, upper: float) -> tuple[str, str]:
+    """An edit of the hinge's range."""
+    text = DOOR.read_text(encoding="utf-8")
+    line = text[text.index("<limit ") : text.index("/>", text.index("<limit ")) + 2]
+    return line, f'<limit lower="{lower}" upper="{upper}" effort="0" velocity="10"/>'
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous", "floating"])
+def test_what_moves_on_the_leaf_latches_it(tmp_path, kind):
+    assert refused(door(tmp_path, (END, extra("lever", kind, "leaf") + END)), "joint lever", "latched").given == kind
+
+
+def test_what_moves_on_a_part_of_the_leaf_latches_it_too(tmp_path):
+    parts = extra("plate", "fixed", "leaf") + extra("bolt", "prismatic", "plate_link")
+    refused(door(tmp_path, (END, parts + END)), "joint bolt", "latched")
+
+
+def test_what_is_fixed_to_the_leaf_does_not(tmp_path):
+    assert Door(door(tmp_path, (END, extra("lever", "fixed", "leaf") + END))).standing_joints == ()
+
+
+def test_a_hinge_on_a_slide_is_refused(tmp_path):
+    slide = extra("slide", "prismatic", "frame")
+    path = door(tmp_path, ('<parent link="frame"/>', '<parent link="slide_link"/>'), (END, slide + END))
+    refused(path, "joint slide", "hangs on another joint")
+
+
+def test_a_second_leaf_stands_still(tmp_path):
+    assert Door(door(tmp_path, (END, extra("second", "revolute", "frame") + END))).standing_joints == ("second",)
+
+
+@pytest.mark.parametrize("through", [False, True])
+def test_a_second_leaf_that_follows_is_refused(tmp_path, through):
+    second = extra("second", "revolute", "frame", '<mimic joint="hinge" multiplier="-1"/>')
+    third = extra("astragal", "revolute", "frame", '<mimic joint="second"/>') if through else ""
+    refused(
+        door(tmp_path, (END, second + third + END)),
+        f"joint {'astragal' if through else 'second'}/mimic",
+        "follows the hinge",
+    )
+
+
+def test_a_hinge_that_follows_is_refused(tmp_path):
+    path = door(tmp_path, (HINGE, HINGE + '<mimic joint="crank"/>'), (END, extra("crank", "revolute", "frame") + END))
+    refused(path, "joint hinge/mimic", "the hinge follows")
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.2])
+def test_a_hinge_without_a_range_is_refused(tmp_path, angle):
+    refused(door(tmp_path, limits(angle, angle)), "joint hinge/limit@upper", "no range")
+
+
+@pytest.mark.parametrize("range_of", [(0.0, 1.4), (-0.01, 1.2), (-1.5, 0.0)])
+def test_a_range_from_zero_without_a_frame_is_closed_at_zero(tmp_path, range_of):
+    text = DOOR.read_text(encoding="utf-8")
+    start, end = text.index('<link name="frame">'), text.index("</link>") + len("</link>")
+    bare = (text[start:end], '<link name="frame"/>')
+    refused(door(tmp_path, bare, limits(*range_of)), "joint hinge", "closed at 0")
+    assert Door(door(tmp_path, bare, limits(0.0, math.pi / 2))).upper_limit == pytest.approx(math.pi / 2)
+    assert Door(door(tmp_path, bare, limits(0.1, 1.4))).lower_limit == 0.1
+
+
+@pytest.mark.parametrize("width", [0.9, 1.2, 1.8])
+def test_a_jamb_at_the_free_edge_at_zero_is_closed_at_zero(tmp_path, width):
+    """The frame turned by −90° about the hinge: its latch jamb stands where the open leaf ends."""
+    path = write_door(tmp_path / "sized.urdf", width=width)
+    assert Door(path).width == pytest.approx(width), "as it is it is a door"
+    frame = '<link name="wall"/><joint name="turn" type="fixed"><origin xyz="0 0 0" rpy="0 0 -1.5707963"/><parent link="wall"/>'
+    turned = frame + '<child link="frame"/></joint>'
+    text = path.read_text(encoding="utf-8").replace('<parent link="frame"', '<parent link="wall"')
+    path.write_text(text.replace("</robot>", turned + "</robot>"), encoding="utf-8")
+    assert "free edge" in str(refused(path, "joint hinge", "closed at 0").given)
+
+
+@pytest.mark.parametrize(
+    ("center", "size"),
+    [("0 0.6 0.8", "0.04 1.2 1.6"), ("-0.6 -0.02 0.8", "1.2 0.04 1.6"), ("0.02 -0.45 0.8", "0.04 0.9 1.6")],
+)
+def test_a_leaf_along_another_axis_is_told_which(tmp_path, center, size):
+    text = DOOR.read_text(encoding="utf-8")
+    path = tmp_path / "door.urdf"
+    path.write_text(
+        text.replace('xyz="0.6 -0.02 0.8"', f'xyz="{center}"').replace('size="1.2 0.04 1.6"', f'size="{size}"'),
+        encoding="utf-8",
+    )
+    assert "along +x" in str(refused(path, "link leaf/collision", "along").allowed)
