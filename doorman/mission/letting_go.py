@@ -29,7 +29,7 @@ _UNLOADING, _UNLOADED = 0.7, 1.5
 """Time in which a load fades, and the load with which a gripper opens before that has passed, where nobody minds whether the door
 stays [s], [N]: a vehicle that lets go of a load is flung away from it until its tilt has followed;"""
 _COMES_ALIVE = 0.1
-"""at once where the leaf moves faster [rad/s]."""
+"""at once where the leaf moves faster, which is then not let back but thrown [rad/s]."""
 _GIVING_WAY = 2.5
 """A vehicle that has not left the doorway by then [s] is held there, or is as slow as it may be."""
 _EASING = 1.5
@@ -128,7 +128,8 @@ class LettingGo:
         spent = estimate.time - self._began
         left = max(1.0 - spent / _UNLOADING, 0.0) * self._load
         setpoint = self._leaf.push(estimate, left)
-        if abs(estimate.door_angle - self._angle) > _COMES_BACK:
+        moved = abs(estimate.door_angle - self._angle) > _COMES_BACK
+        if moved and abs(estimate.door_rate) < _COMES_ALIVE:  # faster, somebody has it
             return Parting(setpoint, Then.HELD, left)
         if spent >= _UNLOADING + _WATCHING:
             self._since = estimate.time

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hands import Slam, flown, phases, touched
 
+from doorman import Scenario
 from doorman.mission import Mission, Phase
 
 SHUTTING = [
@@ -113,7 +116,8 @@ def test_a_door_slammed_at_the_goal_does_not_throw_the_vehicle_onto_the_jamb(
     slam = Slam(phase, later)
     recording, mission = flown(slam, scenario, on_progress=slam.watch)
     assert slam.thrown is not None
-    assert any("slammed at 20°" in reason for reason in recording["mission"]["message"].tolist())
+    told = " ".join(recording["mission"]["message"].tolist())
+    assert re.search(r"slammed at 2[0-4]°", told), "a closed gripper is taken along until that is felt"
     assert touched(recording) <= {"servo_4_0 and leaf"}
     assert mission.outcome == (True, ""), "at the second attempt"
 
@@ -127,14 +131,17 @@ def test_a_door_slammed_at_a_vehicle_that_goes_out_meets_its_tip(later: float) -
     assert touched(recording) <= {"servo_4_0 and leaf"}
 
 
-def test_a_tip_thrown_back_as_it_comes_to_the_leaf_does_not_grip_the_air() -> None:
-    """It stands for no moment: what it was thrown back from is no leaf that has come nearer."""
+def test_a_tip_thrown_back_as_it_comes_to_the_leaf_does_not_grip_the_air(tmp_path: Path) -> None:
+    """It stands for no moment: what it was thrown back from is no leaf that has come nearer, of a door without a stop."""
+    door = tmp_path / "door.urdf"
+    shipped = Scenario.load("paper").door_urdf.read_text(encoding="utf-8")
+    door.write_text(shipped.replace('upper="1.5708"', 'upper="1.7"'), encoding="utf-8")
     slam = Slam(Phase.TOUCH, later=0.2)
-    recording, mission = flown(slam, "paper", on_progress=slam.watch)
+    recording, mission = flown(slam, "paper", on_progress=slam.watch, door__urdf=str(door))
     estimate, command = recording["estimate"], recording["command"]
     assert slam.thrown is not None and recording["truth"]["velocity"][:, 0].min() < -0.4
     gripped = np.interp(estimate.time, command.time, command["grip"].astype(float)) > 0.5
-    assert np.degrees(estimate["state"][gripped, 3]).max() < 95.0, "it closes at 90°"
+    assert np.degrees(estimate["state"][gripped, 3]).max() < 97.0, "it closes at 90°, and tugs a leaf that has no stop"
     assert mission.outcome == (True, "")
 
 
