@@ -131,7 +131,7 @@ def test_a_command_within_a_sentence_exists(line, here):
 def quick() -> list[str]:
     """One line for each command and set of options, the longest."""
     lines: dict[tuple[str, ...], str] = {}
-    for line in sorted({shlex.join(words(line)) for line in [*WHOLE, *PARTS]}, key=len):
+    for line in sorted({shlex.join(words(line)) for line in [*WHOLE, *PARTS]}, key=lambda line: (len(line), line)):
         name, *rest = line.split() or [""]
         if name in RUN:
             lines[name, *(word for word in rest if word.startswith("-"))] = line
