@@ -30,7 +30,7 @@ from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicle import Vehicle
-from doorman.postures import propose, start_arm
+from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -20,7 +20,7 @@ from typer.testing import Result
 from doorman.cli.display import flight_progress
 from doorman.cli.open_door import RUN_FILES
 from doorman.model import Model
-from doorman.postures import PAPER_POSTURES
+from doorman.postures.proposal import PAPER_POSTURES
 from doorman.recording import Recording
 from doorman.scenario import Scenario
 from doorman.visualization import PicturesMissing

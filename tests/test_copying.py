@@ -16,6 +16,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pydantic
 import pytest
@@ -30,7 +31,7 @@ from doorman.copying import Uncopied
 from doorman.dynamics.lagrangian import LagrangianModel
 from doorman.exceptions import SolverError
 from doorman.hardware.safety import Assessor
-from doorman.ocp import AugmentedLagrangian, Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost
+from doorman.ocp import AugmentedLagrangian, Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SymbolicModel
 from doorman.recording import Recording, Topic
 
 Array = NDArray[np.float64]
@@ -152,8 +153,15 @@ def same(ones: list[Array], others: list[Array]) -> None:
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_a_symbolic_model_refuses_in_a_sentence(way):
+    x, u = ca.SX.sym("x"), ca.SX.sym("u")
+    with pytest.raises(TypeError, match="its problems can"):
+        way(SymbolicModel(x, u, u))
+
+
 def test_every_public_class_says_what_its_copies_are():
-    unknown = public_classes().keys() - REFUSING.keys() - OWNERS.keys() - ABSTRACT
+    unknown = public_classes().keys() - REFUSING.keys() - OWNERS.keys() - ABSTRACT - {"SymbolicModel"}
     assert unknown == set()
     assert len(REFUSING) >= 10
 

@@ -21,7 +21,7 @@ from doorman.feasibility.rehearsal import DURATION, Rehearsal, rehearse
 from doorman.feasibility.setup import setup_findings
 from doorman.feasibility.swing import best_swing, widest_posture
 from doorman.model import Model
-from doorman.postures import PAPER_POSTURES
+from doorman.postures.proposal import PAPER_POSTURES
 from doorman.scenario import Scenario
 
 LATCH, HINGE = 4, 5

@@ -138,7 +138,7 @@ def distribution_of(module: str) -> str:
 def test_every_import_is_a_declared_dependency(path):
     extras = {
         "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware",), "campaign": ("campaign",),
-        "recording": ("campaign",), "rig": ("sim", "hardware"), "flight": ("hardware",),
+        "feasibility": ("sim",), "recording": ("campaign",), "rig": ("sim", "hardware"), "flight": ("hardware",),
     }.get(path.relative_to(ROOT / "doorman").parts[0], ())  # fmt: skip
     declared = requirements(*extras)
     for module in third_party_imports(path):

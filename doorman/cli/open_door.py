@@ -24,6 +24,7 @@ from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario
+from doorman.simulation.engine import engine
 from doorman.summary import verdict
 from doorman.visualization import PicturesMissing, write_pictures
 
@@ -101,6 +102,7 @@ def _open_door(
     if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
     scenario = Scenario.load(source, parse_overrides(settings))
+    engine()  # what is missing is said before anything is checked
     with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
         model = Model(scenario)
         report = check(model)

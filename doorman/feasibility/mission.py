@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _LEAST_WAY = math.radians(1.5)
 """A shorter way is none: the mission takes such a door for one that is open [rad]."""
+_LETS_GO = 3.0
+"""A gripper has taken its load off a door so long after that has come to rest [s]."""
 _STANDS = 0.03
 """A leaf that is slower stands [rad/s]."""
 _LENIENCE = 0.003
@@ -122,7 +124,11 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     if model.scenario.contact.kind != "grip" or rehearsal.failure:
         return []
     doorway, gaps = Doorway(model), []
-    standing = [state for state in rehearsal.states if abs(state[4]) < _STANDS]
+    angles, (start, goal) = rehearsal.states[:, 3], (float(model.start_state[3]), float(model.goal_state[3]))
+    on_the_way = np.abs(angles - start) > 0.5 * abs(goal - start)  # before that it has not begun to move
+    still = np.flatnonzero((np.abs(rehearsal.states[:, 4]) < _STANDS) & on_the_way)
+    until = rehearsal.times[still[0]] + _LETS_GO if len(still) else 0.0
+    standing = [rehearsal.states[k] for k in still if rehearsal.times[k] <= until]
     for state in standing[:: max(1, len(standing) // 100)] or [rehearsal.states[-1]]:
         level = model.coupling.vehicle_position([0.0, 0.0, state[2]], float(state[3]), state[5:])
         gaps.append((doorway.gap_to_jambs(level, np.zeros(3)), float(state[3])))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
 from doorman.model import Model
-from doorman.postures import PAPER_POSTURES
+from doorman.postures.proposal import PAPER_POSTURES
 
 Array = NDArray[np.float64]
 

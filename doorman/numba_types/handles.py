@@ -31,7 +31,9 @@ class HandleType(types.Type):
 
     def __init__(self, content: Any) -> None:
         self.content = content
-        super().__init__(name=f"Handle({content})")
+        # numba tells types apart by their names, and its name of a NamedTuple leaves out the module
+        module = getattr(getattr(content, "instance_class", None), "__module__", "")
+        super().__init__(name=f"Handle({module}.{content})")
 
 
 @register_model(HandleType)

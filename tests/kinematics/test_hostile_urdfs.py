@@ -11,7 +11,7 @@ import pytest
 from urdf_variants import DOOR, VEHICLE, write_edited
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics import meshes, urdf_document
+from doorman.kinematics import mesh_checks, urdf_document
 from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import load_description, load_pinocchio
 from doorman.kinematics.vehicle import Vehicle
@@ -157,10 +157,10 @@ def test_large_meshes_are_refused(tmp_path, monkeypatch):
         tmp_path / "v.urdf", VEHICLE, ('<cylinder radius="0.40" length="0.0004"/>', '<mesh filename="a.stl"/>')
     )
     assert Vehicle(path).radius == pytest.approx(1.0)
-    monkeypatch.setattr(meshes, "MOST_VERTICES", 11)
+    monkeypatch.setattr(mesh_checks, "MOST_VERTICES", 11)
     refused(path, "number of vertices", "link base_link/collision/mesh", Vehicle)
     with (tmp_path / "a.stl").open("ab") as file:
-        file.truncate(meshes.LARGEST_FILE + 1)
+        file.truncate(mesh_checks.LARGEST_FILE + 1)
     refused(path, "size", "link base_link/collision/mesh", Vehicle)
 
 

@@ -11,13 +11,14 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import doorman
 from doorman.compilation import kernel
-from doorman.numba_types.handles import Handle, held, separate
+from doorman.numba_types.handles import Handle, HandleType, held, separate
 from doorman.ocp import functions
 
 Array = NDArray[np.float64]
@@ -271,3 +272,11 @@ def test_a_separate_one_has_the_same_values_and_no_array_in_common(rng: np.rando
     assert type(other) is Outer
     assert plain_digest(other).tolist() == plain_digest(outer).tolist()
     assert not any(np.shares_memory(a, b) for a, b in zip(arrays_of(outer), arrays_of(other), strict=True))
+
+
+def test_models_of_one_name_and_layout_in_two_modules_are_two_types() -> None:
+    """Else a solver would run the kernels of the model that it met first."""
+    first, second = (NamedTuple("Model", [("factor", float)]) for _ in range(2))
+    first.__module__, second.__module__ = "one", "other"
+    types = [HandleType(numba.typeof(kind(1.0))) for kind in (first, second, first)]
+    assert types[0] != types[1] and types[0] == types[2]

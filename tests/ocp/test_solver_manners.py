@@ -19,7 +19,8 @@ from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, Solver
 def test_other_threads_go_on_during_a_solve(method: type[Solver]) -> None:
     """The solve waits in a kernel for something that only another Python thread does; without it, it gives up after a minute."""
     variant = Variant(speed=0.5)
-    solver, probe = method(variant.problem()), variant.probe
+    solver = method(variant.problem())
+    probe = solver._model.content.probe  # a solver copies what it is given
     probe[:] = [0.0, 10.0, 0.0, time.monotonic() + 60.0]
     met, over = threading.Event(), threading.Event()
 

@@ -155,7 +155,7 @@ def test_misuse_is_refused() -> None:
         solver.solve([0.0, np.nan, 0.0])
     with pytest.raises(DimensionError, match="inputs"):
         solver.solve(variant.start, np.zeros((3, 2)))
-    with pytest.raises(DimensionError, match="budget"):
+    with pytest.raises(DimensionError, match="max_iterations"):
         solver.solve(variant.start, max_iterations=0)
     with pytest.raises(SolverError, match="options.penalty"):
         SolverOptions(penalty=0.0)

@@ -12,7 +12,7 @@ from postures_of import random_task, widest_of_samples, width
 from urdf_variants import write_arm, write_arm_of
 
 from doorman.model import Model
-from doorman.postures import PAPER_POSTURES
+from doorman.postures.proposal import PAPER_POSTURES
 from doorman.postures.room import Room
 from doorman.postures.way import follow, straight_way_is_clear
 from doorman.scenario import Scenario

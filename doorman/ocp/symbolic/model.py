@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import casadi as ca
 import numpy as np
@@ -61,6 +61,11 @@ class SymbolicModel:
         rate = ca.Function("rate", symbols, [right])
         self._step = discretized(
             lambda state: rate(state, *symbols[1:]), self.x, self._time_step, integrator, self.steps
+        )
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "a SymbolicModel cannot be copied or pickled, as your expressions refer to its symbols; its problems can"
         )
 
     @property

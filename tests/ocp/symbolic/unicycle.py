@@ -25,9 +25,9 @@ HASTE = 0.05 * ca.exp(-u[0])
 ARRIVAL = ca.vertcat(x[0] - 3.0, x[1] - 0.8)
 
 
-def nodes(speed: float = 0.3) -> Array:
-    """Obstacle's place and reference of y at every node, shape (N + 1, 3)."""
-    time = TIME_STEP * np.arange(HORIZON + 1)
+def nodes(speed: float = 0.3, first: int = 0) -> Array:
+    """Obstacle's place and reference of y at nodes from a first one on, shape (N + 1, 3)."""
+    time = TIME_STEP * np.arange(first, first + HORIZON + 1)
     return np.stack([1.5 - speed * time, 0.1 + 0.05 * time, 0.6 * np.ones_like(time)], axis=1)
 
 
@@ -75,12 +75,14 @@ def cost(states: ca.SX, inputs: ca.SX, parameters: Array, at: Array) -> ca.SX:
     return total + 0.5 * parameters[1] * ((s[0] - 3.0) ** 2 + (s[1] - 0.8) ** 2)
 
 
-def ipopt(guess: tuple[Array, Array], parameters: Array = PARAMETERS, at: Array | None = None) -> tuple[float, Array]:
+def ipopt(
+    guess: tuple[Array, Array], parameters: Array = PARAMETERS, at: Array | None = None, start: Array = START
+) -> tuple[float, Array]:
     """Optimal cost and states by multiple shooting, from states (N + 1, 3) and inputs (N, 2)."""
     at = nodes() if at is None else at
     states, inputs = ca.SX.sym("X", 3, HORIZON + 1), ca.SX.sym("U", 2, HORIZON)
     rows = ca.Function("rows", [x, p, q], [OBSTACLE])
-    equal = [states[:, 0] - START] + [states[:, k + 1] - step(states[:, k], inputs[:, k]) for k in range(HORIZON)]
+    equal = [states[:, 0] - start] + [states[:, k + 1] - step(states[:, k], inputs[:, k]) for k in range(HORIZON)]
     unequal = [rows(states[:, k + 1], parameters, at[k + 1]) for k in range(HORIZON)]
     unequal += [ca.substitute(WHEELS, u, inputs[:, k]) for k in range(HORIZON)]
     unequal += [states[1, HORIZON] - 1.0]
