@@ -11,6 +11,8 @@ import unicycle
 from doorman import ocp
 from doorman.exceptions import DimensionError
 
+pytestmark = pytest.mark.slow  # its solver takes a minute to compile
+
 
 @pytest.fixture(scope="module")
 def problem() -> ocp.Problem:

@@ -25,6 +25,7 @@ def solver() -> ocp.Hybrid:
     return ocp.Hybrid(unicycle.problem())
 
 
+@pytest.mark.slow
 def test_every_kind_of_term_together_has_the_optimum_of_ipopt(solver: ocp.Hybrid) -> None:
     solution = solver.solve(unicycle.START)
     cost, states = unicycle.ipopt((solution.states, solution.inputs))
@@ -36,6 +37,7 @@ def test_every_kind_of_term_together_has_the_optimum_of_ipopt(solver: ocp.Hybrid
     assert distances.min() == pytest.approx(0.5, abs=1e-5)  # the obstacle binds, so that this shows something
 
 
+@pytest.mark.slow
 def test_new_parameters_compile_nothing_and_change_the_optimum(solver: ocp.Hybrid) -> None:
     before, counts = solver.solve(unicycle.START), kernel_counts()
     parameters, at = np.array([0.3, 5.0]), unicycle.nodes(speed=0.1)
@@ -51,6 +53,7 @@ def test_new_parameters_compile_nothing_and_change_the_optimum(solver: ocp.Hybri
     assert kernel_counts() == counts
 
 
+@pytest.mark.slow
 def test_solvers_of_one_problem_keep_their_own_parameters(solver: ocp.Hybrid) -> None:
     problem = unicycle.problem()
     first, second = ocp.Hybrid(problem), ocp.Hybrid(problem)
@@ -59,12 +62,14 @@ def test_solvers_of_one_problem_keep_their_own_parameters(solver: ocp.Hybrid) ->
     assert problem.model.parameters.tolist() == unicycle.PARAMETERS.tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("remake", [copy.deepcopy, lambda problem: pickle.loads(pickle.dumps(problem))])
 def test_problems_are_copied_and_pickled(solver: ocp.Hybrid, remake) -> None:
     solution = ocp.Hybrid(remake(unicycle.problem())).solve(unicycle.START)
     assert np.array_equal(solution.states, solver.solve(unicycle.START).states)
 
 
+@pytest.mark.slow
 def test_another_process_compiles_nothing(solver: ocp.Hybrid) -> None:
     program = (
         "import unicycle; from doorman import ocp; from doorman.compilation import kernel_counts\n"
@@ -177,6 +182,7 @@ def test_what_cannot_be_is_refused_by_name(changed, kind, named) -> None:
     assert named in str(caught.value) and isinstance(caught.value, DoormanError)
 
 
+@pytest.mark.slow
 def test_wrong_parameters_are_refused(solver: ocp.Hybrid) -> None:
     for given in (([1.0],), ([1.0, np.nan],), (None, np.zeros((3, 3)))):
         with pytest.raises(DimensionError):
