@@ -22,7 +22,7 @@ RULES = {
     ),
     "uvx": re.compile(rf"\b(?:uvx|pipx run)\s+['\"]?{PACKAGE}"),
     "extras of the other project": re.compile(r"(?<![\w./-])doorman\[[a-z]+(?:,\s*[a-z]+)*\]"),
-    "its page on an index": re.compile(r"pypi\.org/(?:project|simple|p)/doorman(?![-\w])", re.IGNORECASE),
+    "its page on an index": re.compile(r"://[\w.]+/(?:project|simple|p)/doorman(?![-\w])", re.IGNORECASE),
     "its metadata": re.compile(r"(?:version|distribution|metadata|files|requires)\(\s*['\"]doorman['\"]"),
 }
 
@@ -70,7 +70,7 @@ def test_no_text_tells_anybody_to_install_the_other_project():
         "needs doorman[viz]",
         "pip install doorman-uam",
         "pip install 'doorman-uam[sim]'",
-        "https://pypi.org/project/doorman/",
+        "https://index.example/project/doorman/",
         "importlib.metadata.version('doorman')",
     ],
 )
