@@ -180,7 +180,7 @@ def scenario_keys(table: type[BaseModel], prefix: str = "") -> dict[str, Any]:
 def documented_keys() -> dict[str, list[str]]:
     page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
     documented = {}
-    for part in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
+    for part in re.split(r"^## (?=`\[)", page, flags=re.MULTILINE)[1:]:
         table = re.match(r"`\[([\w.]+)\]`", part).group(1)
         for key, *cells in rows(part):
             if key.startswith("`"):
