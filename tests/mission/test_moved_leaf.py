@@ -143,7 +143,7 @@ def test_a_door_that_cannot_be_held_at_the_goal_is_given_up() -> None:
     assert not verdict(summary)[0]
 
 
-@pytest.mark.parametrize("scenario", ["paper", "push"])
+@pytest.mark.parametrize("scenario", ["push", pytest.param("paper", marks=pytest.mark.slow)])
 def test_a_vehicle_that_comes_back_leaves_a_door_that_would_not_stay(scenario: str) -> None:
     """Nobody has taken it: the leaf shuts behind the vehicle, and does not throw it onto the jambs."""
     recording, mission = flown(
@@ -158,6 +158,7 @@ def test_a_vehicle_that_comes_back_leaves_a_door_that_would_not_stay(scenario: s
     assert truth["position"][-1, 0] < -0.8, "out of the doorway"
 
 
+@pytest.mark.slow
 def test_who_takes_a_held_door_is_not_approached_again() -> None:
     """A person moves it by 6° out of the gripper's hold: they have it, and the vehicle leaves for good."""
     taken: list[float] = []
