@@ -13,8 +13,8 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.exceptions import DoormanError
     from doorman.mission import simulate
     from doorman.model import Model
-    from doorman.ocp.planner import Plan, Planner
-    from doorman.ocp.solution import PlanStatus
+    from doorman.ocp.solvers.solution import PlanStatus
+    from doorman.planning.planner import Plan, Planner
     from doorman.recording import Recording
     from doorman.scenario import Scenario
 
@@ -24,9 +24,9 @@ __version__ = "0.1.0"
 _MODULES = {
     "DoormanError": "doorman.exceptions",
     "Model": "doorman.model",
-    "Plan": "doorman.ocp.planner",
-    "PlanStatus": "doorman.ocp.solution",
-    "Planner": "doorman.ocp.planner",
+    "Plan": "doorman.planning.planner",
+    "PlanStatus": "doorman.ocp.solvers.solution",
+    "Planner": "doorman.planning.planner",
     "Recording": "doorman.recording",
     "Scenario": "doorman.scenario",
     "simulate": "doorman.mission",
@@ -34,7 +34,7 @@ _MODULES = {
 
 _PACKAGES = (
     "campaign", "cli", "collision", "control", "dynamics", "exceptions", "feasibility", "flight", "hardware", "kinematics",
-    "mission", "model", "numba_types", "ocp", "recording", "rig", "scenario", "signals", "simulation", "summary",
+    "mission", "model", "numba_types", "ocp", "planning", "recording", "rig", "scenario", "signals", "simulation", "summary",
     "visualization",
 )  # fmt: skip
 

@@ -25,7 +25,7 @@ KERNEL = "@kernel\ndef f(x: float) -> float:\n    return x\n"
 MODEL = """
 from typing import NamedTuple
 from doorman.compilation import kernel
-from doorman.ocp import functions
+from doorman.ocp.kernels import functions
 
 class {name}(NamedTuple):
     factor: float
@@ -38,7 +38,7 @@ def _step(model, x, u, out):
 
 SOLVER = """
 from doorman.compilation import kernel
-from doorman.ocp.functions import step
+from doorman.ocp.kernels.functions import step
 
 @kernel
 def twice(model, x, u, out):

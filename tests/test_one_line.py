@@ -12,8 +12,8 @@ import pytest
 import doorman
 from doorman.collision.scene import CollisionScene
 from doorman.ocp import Bounds, Hybrid, QuadraticCost
-from doorman.ocp.planner import Planner
 from doorman.one_line import OneLine
+from doorman.planning.planner import Planner
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

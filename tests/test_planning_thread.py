@@ -12,7 +12,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DoormanError
 from doorman.mission.opening import Opening
 from doorman.mission.schedule import PlanSchedule
-from doorman.ocp.hinge import Hinge
+from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
 
 PATIENCE = 30.0

@@ -25,8 +25,8 @@ from doorman.flown import carried_files, recorded_header, recorded_scenario
 from doorman.kinematics.mesh_paths import mesh_file
 from doorman.mission import PlanSchedule, simulate
 from doorman.model import Model
-from doorman.ocp.hinge import Hinge
-from doorman.ocp.planner import Planner
+from doorman.planning.hinge import Hinge
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder, Recording
 from doorman.recording.export import export
 from doorman.resources import urdf_directory

@@ -95,7 +95,9 @@ def test_every_public_name_is_that_of_its_module():
 
 def test_packages_come_when_they_are_asked_for(tmp_path):
     code = "import doorman; assert doorman.ocp.Problem and doorman.scenario.Scenario; dir(doorman)"
-    assert loaded_by(code, {"doorman.ocp.problem", "doorman.mission", "mujoco"}, tmp_path) == {"doorman.ocp.problem"}
+    assert loaded_by(code, {"doorman.ocp.problem.problem", "doorman.mission", "mujoco"}, tmp_path) == {
+        "doorman.ocp.problem.problem"
+    }
     folders = {path.parent.name for path in (ROOT / "doorman").glob("*/__init__.py")}
     assert folders <= set(dir(doorman))
     for name in folders:
@@ -112,7 +114,7 @@ def test_an_unknown_name_is_an_attribute_error():
 
 def test_a_plan_loads_neither_meshes_nor_geometry_nor_simulator_nor_plots(tmp_path):
     unused = {"yourdfpy", "trimesh", "networkx", "fcl", "mujoco", "matplotlib", "meshcat", "mcap", "typer", "rich"}
-    assert loaded_by(PLAN, {*unused, "doorman.ocp.cddp"}, tmp_path) == {"doorman.ocp.cddp"}
+    assert loaded_by(PLAN, {*unused, "doorman.ocp.solvers.cddp"}, tmp_path) == {"doorman.ocp.solvers.cddp"}
 
 
 def test_a_check_loads_neither_meshes_nor_plots(tmp_path):

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from doorman.cli.recorded import chosen_recording, recorded_scenario, say_what_is_missing
 from doorman.exceptions import RecordingError
 from doorman.model import Model
-from doorman.ocp.hinge import Hinge
-from doorman.ocp.planner import Plan, Planner
+from doorman.planning.hinge import Hinge
+from doorman.planning.planner import Plan, Planner
 from doorman.recording import Recording, Topic
 
 _NEEDED = (

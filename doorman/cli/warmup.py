@@ -17,7 +17,7 @@ from doorman.exceptions import BackendError
 from doorman.feasibility.rehearsal import rehearse
 from doorman.mission import Mission
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.resources import scenario_directory, shipped
 from doorman.scenario import Scenario

@@ -32,7 +32,7 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import Model
-from doorman.ocp.planner import Plan
+from doorman.planning.planner import Plan
 
 Array = NDArray[np.float64]
 

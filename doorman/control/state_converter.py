@@ -10,8 +10,8 @@ from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.ocp.planner import Plan
-from doorman.ocp.planning_model import planning_model
+from doorman.planning.planner import Plan
+from doorman.planning.planning_model import planning_model
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]

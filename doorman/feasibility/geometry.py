@@ -9,7 +9,7 @@ import numpy as np
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing import Swing, best_swing
 from doorman.model import Model
-from doorman.ocp.limits import largest_push
+from doorman.planning.limits import largest_push
 
 _FORCE_RESERVE = 0.7
 

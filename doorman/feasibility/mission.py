@@ -16,7 +16,7 @@ from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.ocp.limits import largest_push
+from doorman.planning.limits import largest_push
 
 Array = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 
 _TAKEN_EVERY = 0.05

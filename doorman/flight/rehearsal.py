@@ -10,7 +10,7 @@ from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.mission import Mission
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 
 _DURATION = 0.1

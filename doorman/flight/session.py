@@ -14,7 +14,7 @@ from doorman.hardware.safety import Fault, Finding
 from doorman.hardware.vehicle import VehicleLinks
 from doorman.mission import Mission, OnProgress, Phase
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 
 _SAME_SIGNAL = 1.0

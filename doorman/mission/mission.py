@@ -20,7 +20,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.signals import Command, Measurement
 from doorman.summary import FLOWN

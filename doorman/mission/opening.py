@@ -18,7 +18,7 @@ from doorman.mission.progress import NEARLY, Progress
 from doorman.mission.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
-from doorman.ocp.quasi_static_planning import push_state
+from doorman.planning.quasi_static_planning import push_state
 
 Array = NDArray[np.float64]
 

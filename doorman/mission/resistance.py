@@ -9,7 +9,7 @@ import numpy as np
 from doorman.control.estimator import Estimate
 from doorman.mission.progress import NEARLY, SLOW, Progress
 from doorman.model import Model
-from doorman.ocp.hinge import Hinge
+from doorman.planning.hinge import Hinge
 
 _SWINGS = 0.02
 """A door that opens faster teaches its resistance [rad/s],"""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.mission.planning_thread import PlanningThread
-from doorman.ocp.hinge import Hinge
-from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.planning_model import planning_model
+from doorman.planning.hinge import Hinge
+from doorman.planning.planner import Plan, Planner
+from doorman.planning.planning_model import planning_model
 from doorman.recording import Recorder
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ from doorman.feasibility import FeasibilityWarning, Report, check
 from doorman.flown import carried_files, recorded_header
 from doorman.mission.mission import Mission, OnProgress
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Listener, Recorder, Recording
 from doorman.scenario import Scenario
 from doorman.summary import summarize

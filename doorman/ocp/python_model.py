@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from doorman.exceptions import SolverError
-from doorman.ocp.costs import QuadraticCost
-from doorman.ocp.problem import Bounds, Problem
-from doorman.ocp.python_functions import CheckedFunction, Function, Method, count
-from doorman.ocp.python_kernels import Callback, kernels_of
+from doorman.ocp.kernels.python_functions import CheckedFunction, Function, Method, count
+from doorman.ocp.kernels.python_kernels import Callback, kernels_of
+from doorman.ocp.problem.costs import QuadraticCost
+from doorman.ocp.problem.problem import Bounds, Problem
 
 
 @dataclass(frozen=True)

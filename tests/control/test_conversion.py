@@ -7,8 +7,8 @@ import pytest
 
 from doorman.control.state_converter import StateConverter
 from doorman.model import GRAVITY, Model
-from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.planning_model import planning_model
+from doorman.planning.planner import Plan, Planner
+from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
 
 EXACT = {"control.position_look_ahead": 0.0, "control.attitude_look_ahead": 0.0, "control.acceleration_look_ahead": 0.0}

@@ -17,8 +17,8 @@ from doorman.mission.opening import Opening
 from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import GRAVITY, Model
-from doorman.ocp.planner import Plan, Planner
-from doorman.ocp.quasi_static_planning import push_state
+from doorman.planning.planner import Plan, Planner
+from doorman.planning.quasi_static_planning import push_state
 from doorman.recording import Recorder
 from doorman.scenario import Scenario
 from doorman.signals import Measurement

@@ -17,7 +17,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission import Mission, PlanSchedule
-from doorman.ocp.hinge import Hinge
+from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
 
 TICK = 0.004

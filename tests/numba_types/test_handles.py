@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 import doorman
 from doorman.compilation import kernel
 from doorman.numba_types.handles import Handle, HandleType, held, separate
-from doorman.ocp import functions
+from doorman.ocp.kernels import functions
 
 Array = NDArray[np.float64]
 
@@ -170,7 +170,7 @@ MODULE = """
 from typing import NamedTuple
 import numpy as np
 from doorman.compilation import kernel
-from doorman.ocp import functions
+from doorman.ocp.kernels import functions
 
 class {name}(NamedTuple):
     factor: float
@@ -183,7 +183,7 @@ def _step(model, x, u, out):
 """
 SOLVER = """
 from doorman.compilation import kernel
-from doorman.ocp.functions import step
+from doorman.ocp.kernels.functions import step
 
 @kernel
 def twice(model, x, u, out):

@@ -9,9 +9,9 @@ from door_tasks import model_of
 from double_integrator import Variant
 from numpy.typing import NDArray
 
-from doorman.ocp.door_problem import door_problem
-from doorman.ocp.problem import Problem
-from doorman.ocp.workspace import Workspace
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.workspace import Workspace
+from doorman.planning.door_problem import door_problem
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.ocp.active_set import mark_bounds, mark_rows
+from doorman.ocp.solvers.sweeps.active_set import mark_bounds, mark_rows
 
 Array = NDArray[np.float64]
 Sides = NDArray[np.int8]

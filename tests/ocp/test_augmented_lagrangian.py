@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from random_horizon import N, activate, cart, door, random_horizon
 
 from doorman.numba_types.handles import Handle, held
-from doorman.ocp import functions
-from doorman.ocp.augmented_lagrangian import (
+from doorman.ocp.kernels import functions
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.iterations.augmented_lagrangian import (
     acceptable,
     linearize,
     measure,
@@ -23,9 +24,8 @@ from doorman.ocp.augmented_lagrangian import (
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.careful import merit
-from doorman.ocp.problem import Problem
-from doorman.ocp.workspace import FILTER_SIZE, RESULT, Workspace
+from doorman.ocp.solvers.iterations.careful import merit
+from doorman.ocp.solvers.workspace import FILTER_SIZE, RESULT, Workspace
 
 Array = NDArray[np.float64]
 PENALTY = 40.0

@@ -9,11 +9,11 @@ from proxsuite import proxqp
 from random_horizon import N, cart, door, move_inside, random_horizon
 
 from doorman.numba_types.handles import Handle, held
-from doorman.ocp.backward import DONE, NOT_CONVEX, backward
-from doorman.ocp.problem import Problem
-from doorman.ocp.stage_qp import StageQpSolver
-from doorman.ocp.sweep import terminal_value
-from doorman.ocp.workspace import RESULT, Workspace
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.sweeps.backward import DONE, NOT_CONVEX, backward
+from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
+from doorman.ocp.solvers.sweeps.sweep import terminal_value
+from doorman.ocp.solvers.workspace import RESULT, Workspace
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.exceptions import SolverError
-from doorman.ocp import functions
+from doorman.ocp.kernels import functions
 
 Array = NDArray[np.float64]
 

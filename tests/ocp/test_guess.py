@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from random_horizon import N, cart
 
 from doorman.numba_types.handles import Handle, held
-from doorman.ocp.guess import (
+from doorman.ocp.solvers.iterations.guess import (
     aim_straight,
     last_violation,
     nearest_shift,
@@ -20,7 +20,7 @@ from doorman.ocp.guess import (
     shift_guess,
     shift_rows,
 )
-from doorman.ocp.workspace import Multipliers, Workspace
+from doorman.ocp.solvers.workspace import Multipliers, Workspace
 
 Array = NDArray[np.float64]
 SEEDS = st.integers(0, 2**32 - 1)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from doorman.ocp.linear_algebra import cholesky, copy_rows, solve_lower, solve_upper
+from doorman.ocp.solvers.sweeps.linear_algebra import cholesky, copy_rows, solve_lower, solve_upper
 
 SEEDS = st.integers(0, 2**32 - 1)
 

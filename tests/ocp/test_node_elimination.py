@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.ocp import Problem, QuadraticCost
-from doorman.ocp.node_elimination import eliminate_inputs, factors_width
-from doorman.ocp.workspace import VECTOR_WIDTH, Workspace
+from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs, factors_width
+from doorman.ocp.solvers.workspace import VECTOR_WIDTH, Workspace
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import pytest
 from door_tasks import model_of
 
 import doorman
-from doorman.ocp.real_time import EXTRA_ITERATIONS
-from doorman.ocp.solution import PlanStatus
-from doorman.ocp.workspace import RESULT
+from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.ocp.solvers.workspace import RESULT
 
 SPREAD = np.array([0.01, 0.01, 0.01, 0.01, 0.03, 0.01, 0.01, 0.01, 0.01])
 

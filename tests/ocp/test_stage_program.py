@@ -8,10 +8,16 @@ from numpy.typing import NDArray
 from random_horizon import cart, door
 
 from doorman.numba_types.handles import held
-from doorman.ocp.problem import Problem
-from doorman.ocp.stage_program import ROW_TOLERANCE, export_program, project_row, solve_dual, substitute_step
-from doorman.ocp.stage_qp import StageQpSolver
-from doorman.ocp.workspace import Workspace
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.sweeps.stage_program import (
+    ROW_TOLERANCE,
+    export_program,
+    project_row,
+    solve_dual,
+    substitute_step,
+)
+from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
+from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

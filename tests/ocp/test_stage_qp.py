@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from double_integrator import Variant
 
-from doorman.ocp.stage_qp import StageQpSolver
-from doorman.ocp.workspace import Program, Workspace
+from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
+from doorman.ocp.solvers.workspace import Program, Workspace
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from doorman.hardware.pixhawk import SampleStatus, Timeouts
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.places import Places
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder, Recording
 from doorman.rig import RigSetup
 from doorman.rig.plant import Snapshot

@@ -21,7 +21,7 @@ from doorman.flight import End, FlightReport
 from doorman.hardware.emulators.servos_memory import WATCHDOG_ERROR
 from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD
 from doorman.hardware.safety import Action, Fault
-from doorman.ocp.solution import PlanStatus
+from doorman.ocp.solvers.solution import PlanStatus
 
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
 LATEST = {"paper": 16.0, "push": 26.0}[SCENARIO]

@@ -17,7 +17,7 @@ from urdf_variants import write_door
 
 from doorman.exceptions import DoormanError, ScenarioError
 from doorman.model import Model
-from doorman.ocp.planner import Planner
+from doorman.planning.planner import Planner
 from doorman.scenario import ContactSection, PlannerSection, Scenario, WeightsSection
 
 # ---------------------------------------------------------------- what Python has beside TOML's values

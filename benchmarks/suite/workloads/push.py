@@ -12,7 +12,7 @@ import numpy as np
 
 import doorman
 from doorman.model import GRAVITY
-from doorman.ocp.quasi_static_planning import push_state
+from doorman.planning.quasi_static_planning import push_state
 from suite.session import Session
 from suite.states import DOOR_RATE_NOISE, NOISE
 from suite.task import Array

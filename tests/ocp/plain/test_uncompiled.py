@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 PATHS = (HERE, HERE.parent, HERE.parent / "toys")
 PACKAGES = ("doorman.ocp.", "doorman.dynamics.", "doorman.kinematics.", "doorman.collision.")
 ELSEWHERE = {
-    "doorman.ocp.defaults.": "tests/ocp/test_defaults.py: each against derivatives by hand",
+    "doorman.ocp.kernels.defaults.": "tests/ocp/test_defaults.py: each against derivatives by hand",
     "doorman.dynamics.lagrangian_step.lagrangian_derivative": "tests/dynamics: Pinocchio",
     "doorman.dynamics.lagrangian_step.lagrangian_contact_force": "tests/dynamics: Pinocchio",
     "doorman.dynamics.lagrangian_step.lagrangian_step_jacobian": "tests/dynamics: differences",

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from doorman.exceptions import SolverError
-from doorman.ocp.symbolic.loading import load
-from doorman.ocp.symbolic.operations import IMPORTS, words_for
-from doorman.ocp.symbolic.printing import printed
-from doorman.ocp.symbolic.runtime import LANES
+from doorman.ocp.kernels.loading import load
+from doorman.ocp.kernels.operations import IMPORTS, words_for
+from doorman.ocp.kernels.printing import printed
+from doorman.ocp.kernels.runtime import LANES
 
 a, b = ca.SX.sym("a"), ca.SX.sym("b")
 EXPRESSIONS = ca.vertcat(
@@ -36,9 +36,7 @@ def module():
         f"@kernel\ndef {name}(z, out):\n    " + "\n    ".join(lines) + "\n\n\n"
         for name, lines in (("plain", plain), ("side_by_side", side_by_side))
     )
-    head = (
-        "import numpy as np\nfrom doorman.compilation import kernel\nfrom doorman.ocp.symbolic.runtime import WIDTH\n"
-    )
+    head = "import numpy as np\nfrom doorman.compilation import kernel\nfrom doorman.ocp.kernels.runtime import WIDTH\n"
     return load(head + IMPORTS + "\n\n" + kernels)
 
 

@@ -15,7 +15,7 @@ import unicycle
 from doorman import ocp
 from doorman.compilation import kernel_counts
 from doorman.exceptions import DimensionError, DoormanError, SolverError
-from doorman.ocp import functions
+from doorman.ocp.kernels import functions
 
 QUADRATIC = ocp.QuadraticCost([1.0, 1.0], [1.0, 1.0], [1.0], [0.0, 0.0], [0.0])
 

@@ -13,10 +13,16 @@ from quadrotor import quadrotor
 from toy import Toy
 
 from doorman.numba_types.handles import Handle, held
-from doorman.ocp.augmented_lagrangian import CONVERGED, OUT_OF_ITERATIONS, linearize, measure_nominal, nominal_cost
-from doorman.ocp.careful import FIRST_PENALTY, iterate_carefully, squared
-from doorman.ocp.guess import roll_blindly
-from doorman.ocp.workspace import RESULT, Workspace
+from doorman.ocp.solvers.iterations.augmented_lagrangian import (
+    CONVERGED,
+    OUT_OF_ITERATIONS,
+    linearize,
+    measure_nominal,
+    nominal_cost,
+)
+from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully, squared
+from doorman.ocp.solvers.iterations.guess import roll_blindly
+from doorman.ocp.solvers.workspace import RESULT, Workspace
 
 FEASIBILITY = 1e-6
 

@@ -1,0 +1,1 @@
+"""What solvers call: functions of a model, by hand, from Python or printed from symbols."""

@@ -1,0 +1,202 @@
+"""The functions that make an optimal control problem, and how a model supplies them to compiled solvers.
+
+A model is a NamedTuple of numbers and arrays; its type decides which kernels the solvers call. numba resolves the names
+below at compile time by that type, so solver kernels are written once, stay inlinable, and are cached on disk (functions
+passed as arguments would not be). Only `step` is obligatory: constraints and costs that a model does not have count as
+absent, and a missing derivative is taken by central differences (`doorman.ocp.kernels.defaults`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+from numba.extending import overload
+from numpy.typing import NDArray
+
+from doorman.compilation import belongs_to
+from doorman.exceptions import SolverError
+from doorman.numba_types.handles import Handle, HandleType
+
+Array = NDArray[np.float64]
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+
+_implementations: dict[tuple[str, type], Callable[..., Any]] = {}
+_defaults: dict[str, Callable[..., Any]] = {}
+
+
+def implement(function: Callable[..., Any], model: type) -> Callable[[Kernel], Kernel]:
+    """Register a kernel as one of the functions below for one type of model.
+
+    Args:
+        function: A function of this module.
+        model: The NamedTuple type of the model.
+
+    Returns:
+        A decorator for the kernel, which must have the signature of `function`.
+    """
+
+    def register(kernel: Kernel) -> Kernel:
+        _implementations[function.__name__, model] = kernel
+        belongs_to(model, kernel)
+        return kernel
+
+    return register
+
+
+def default(function: Callable[..., Any]) -> Callable[[Kernel], Kernel]:
+    """Register a kernel as one of the functions below for every model that has none of its own."""
+
+    def register(kernel: Kernel) -> Kernel:
+        _defaults[function.__name__] = kernel
+        return kernel
+
+    return register
+
+
+def is_implemented(function: Callable[..., Any], model: type) -> bool:
+    """Whether a type of model has a kernel of its own for a function of this module."""
+    return (function.__name__, model) in _implementations
+
+
+def _kernel_of(name: str, model: type) -> Callable[..., Any]:
+    kernel = _implementations.get((name, model)) or _defaults.get(name)
+    if kernel is None:
+        known = sorted(function for function, owner in _implementations if owner is model)
+        raise SolverError(
+            f"no kernel for '{name}'", given=model.__name__, allowed=f"it has {', '.join(known) or 'none'}"
+        )
+    return kernel
+
+
+def _type_of(model: Any) -> type:
+    return type(model.content if isinstance(model, Handle) else model)
+
+
+def _instance_class(given: Any) -> Any:
+    """Type of a model by numba's type of it or of its handle; None for other arguments."""
+    return getattr(given.content if isinstance(given, HandleType) else given, "instance_class", None)
+
+
+def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Let kernels call a function of this module: they get the kernel of their model's type."""
+    name = function.__name__
+
+    def resolve(*arguments: Any) -> Any:
+        model = _instance_class(arguments[0])
+        if model is None:
+            return None
+        kernel = _kernel_of(name, model)
+        return lambda *arguments: kernel(*arguments)
+
+    overload(function, strict=False)(resolve)
+    return function
+
+
+def at_node(model: Any, k: int) -> Any:
+    """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for it."""
+    choose = _implementations.get(("at_node", _type_of(model)))
+    return model if choose is None else choose(model.content if isinstance(model, Handle) else model, k)
+
+
+@overload(at_node, strict=False)
+def _compiled_at_node(model: Any, k: Any) -> Any:
+    """Compiled into its callers: a handle goes through unchanged."""
+    choose = _implementations.get(("at_node", _instance_class(model)))
+    return (lambda model, k: model) if choose is None else choose
+
+
+@_compiled
+def step(model: Any, x: Array, u: Array, out: Array) -> None:
+    """Discrete dynamics, x⁺ = f(x, u), into `out` (nx,)."""
+    _kernel_of("step", _type_of(model))(model, x, u, out)
+
+
+@_compiled
+def linearize_step(model: Any, x: Array, u: Array, jacobian: Array) -> None:
+    """Jacobian [A | B] of `step` into `jacobian` (nx, nx + nu)."""
+    _kernel_of("linearize_step", _type_of(model))(model, x, u, jacobian)
+
+
+@_compiled
+def constrain(model: Any, x: Array, h: Array) -> None:
+    """Constraints h(x) ≤ 0 of every state after the first, into `h` (nh,)."""
+    _kernel_of("constrain", _type_of(model))(model, x, h)
+
+
+@_compiled
+def linearize_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
+    """Constraints of a state into `h` (nh,) and their Jacobian into `jacobian` (nh, nx)."""
+    _kernel_of("linearize_constraints", _type_of(model))(model, x, h, jacobian)
+
+
+@_compiled
+def constrain_input(model: Any, x: Array, u: Array, g: Array) -> None:
+    """Mixed constraints g(x, u) ≤ 0 of every node but the last, into `g` (ng,)."""
+    _kernel_of("constrain_input", _type_of(model))(model, x, u, g)
+
+
+@_compiled
+def linearize_input_constraints(model: Any, x: Array, u: Array, g: Array, jacobian: Array) -> None:
+    """Mixed constraints into `g` (ng,) and their Jacobian [g_x | g_u] into `jacobian` (ng, nx + nu)."""
+    _kernel_of("linearize_input_constraints", _type_of(model))(model, x, u, g, jacobian)
+
+
+@_compiled
+def constrain_end(model: Any, x: Array, h: Array) -> None:
+    """Constraints of the last state only, h(x_N) ≤ 0, into `h` (nt,)."""
+    _kernel_of("constrain_end", _type_of(model))(model, x, h)
+
+
+@_compiled
+def linearize_end_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
+    """Constraints of the last state into `h` (nt,) and their Jacobian into `jacobian` (nt, nx)."""
+    _kernel_of("linearize_end_constraints", _type_of(model))(model, x, h, jacobian)
+
+
+@_compiled
+def stage_cost(model: Any, x: Array, u: Array) -> float:
+    """Cost of a node on top of the quadratic one: a number, already times Δt."""
+    return float(_kernel_of("stage_cost", _type_of(model))(model, x, u))
+
+
+@_compiled
+def expand_stage_cost(model: Any, x: Array, u: Array, gradient: Array, hessian: Array) -> None:
+    """Gradient (nx + nu,) and positive semidefinite Hessian (nx + nu, nx + nu) of `stage_cost`, or Gauss and Newton's."""
+    _kernel_of("expand_stage_cost", _type_of(model))(model, x, u, gradient, hessian)
+
+
+@_compiled
+def end_cost(model: Any, x: Array) -> float:
+    """Cost of the last state on top of the quadratic one."""
+    return float(_kernel_of("end_cost", _type_of(model))(model, x))
+
+
+@_compiled
+def expand_end_cost(model: Any, x: Array, gradient: Array, hessian: Array) -> None:
+    """Gradient (nx,) and positive semidefinite Hessian (nx, nx) of `end_cost`, or Gauss and Newton's."""
+    _kernel_of("expand_end_cost", _type_of(model))(model, x, gradient, hessian)
+
+
+@_compiled
+def linearize_horizon(
+    model: Any, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
+) -> None:
+    """All nodes at once; a model may have a kernel that takes many nodes side by side.
+
+    Args:
+        model: The model.
+        states: X, (N + 1, nx).
+        inputs: U, (N, nu).
+        jacobians: [A | e | B | 0] with the defect e = f(x_k, u_k) − x_{k+1}, (N, nx, wide), written but for the zeros.
+        rows: h at nodes 1 … N, (N, nh), written.
+        row_jacobians: [h_x | 0], (N, nh, narrow), written but for the zeros.
+    """
+    _kernel_of("linearize_horizon", _type_of(model))(model, states, inputs, jacobians, rows, row_jacobians)
+
+
+@_compiled
+def constrain_horizon(model: Any, states: Array, rows: Array) -> None:
+    """Values of h at all nodes 1 … N at once, from X (N + 1, nx) into `rows` (N, nh)."""
+    _kernel_of("constrain_horizon", _type_of(model))(model, states, rows)

@@ -1,0 +1,1 @@
+"""What is to be solved: costs, bounds and terms, in numbers and in symbols."""

@@ -1,0 +1,130 @@
+"""All expressions of one problem with their derivatives, ready to be printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from doorman.exceptions import DimensionError
+from doorman.ocp.problem.terms import Cost, Residual
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """A cost of some variables z with its derivatives."""
+
+    value: Any
+    """(1, 1)."""
+    gradient: Any
+    """(nz, 1)."""
+    convex: Any
+    """Hessian of what is convex, and Gauss and Newton's of squares, (nz, nz)."""
+    bent: Any
+    """Hessian of which only the positive part counts, (nz, nz)."""
+
+    @classmethod
+    def of(cls, terms: Sequence[tuple[Any, Any]], z: Any, factor: Any) -> Expansion:
+        """Sum of terms, times a factor."""
+        total, convex, bent = ca.SX(0), ca.SX(z.numel(), z.numel()), ca.SX(z.numel(), z.numel())
+        for term, expression in terms:
+            if isinstance(term, Residual):
+                value, hessian = _squares(term, expression, z)
+                convex += hessian
+            else:
+                value = _one_number(term, expression)
+                hessian = ca.hessian(value, z)[0]
+                convex, bent = (convex + hessian, bent) if term.hessian == "exact" else (convex, bent + hessian)
+            total += value
+        return cls(factor * total, factor * ca.gradient(total, z), factor * convex, factor * bent)
+
+
+@dataclass(frozen=True, eq=False)
+class Expressions:
+    """Symbols and what is made of them."""
+
+    x: Any
+    u: Any
+    time_step: Any
+    parameters: Any
+    node_parameters: Any
+    step: Any
+    """x⁺, (nx, 1)."""
+    rows: Any
+    """h, (nh, 1)."""
+    input_rows: Any
+    """g, (ng, 1)."""
+    end_rows: Any
+    """h_N, (nt, 1)."""
+    names: tuple[str, ...]
+    """Of the rows of h, g and h_N."""
+    stage_cost: Expansion | None
+    """Of [x; u], times Δt; None if there is neither cost."""
+    end_cost: Expansion | None
+    """Of x."""
+
+    @classmethod
+    def of(
+        cls, x: Any, u: Any, time_step: Any, parameters: Any, node_parameters: Any, step: Any,
+        rows: Mapping[str, Any], names: tuple[str, ...], stage_terms: Sequence[tuple[Cost | Residual, Any]],
+        end_terms: Sequence[tuple[Cost | Residual, Any]],
+    ) -> Expressions:  # fmt: skip
+        """Expressions with the sums of their cost terms."""
+        own = bool(stage_terms or end_terms)
+        return cls(
+            x, u, time_step, parameters, node_parameters, ca.densify(step), rows["rows"], rows["input_rows"],
+            rows["end_rows"], names,
+            Expansion.of(stage_terms, ca.vertcat(x, u), time_step) if own else None,
+            Expansion.of(end_terms, x, ca.SX(1)) if own else None,
+        )  # fmt: skip
+
+
+def integrators_of(expressions: Expressions) -> int:
+    """How many of the last states are x⁺ = x + Δt u of the last inputs on which nothing else depends."""
+    x, u, h = expressions.x, expressions.u, expressions.time_step
+    nx, nu, count = x.numel(), u.numel(), 0
+    stage = expressions.stage_cost
+    others = ca.vertcat(expressions.input_rows, *([] if stage is None else [stage.value]))
+    step = ca.cse(expressions.step)
+    while count < min(nx, nu):
+        state, entry = nx - 1 - count, nu - 1 - count
+        rest = ca.vertcat(*[step[i] for i in range(nx) if i != state], others)
+        if ca.depends_on(rest, u[entry]) or ca.depends_on(
+            ca.vertcat(*[step[i] for i in range(nx) if i != state]), x[state]
+        ):
+            break
+        if not _is_sum(step[state], x[state], u[entry], h):
+            break
+        count += 1
+    return count
+
+
+def _is_sum(expression: Any, x: Any, u: Any, h: Any) -> bool:
+    """Whether an expression is x + h u: of these symbols only, and so in value at a few places."""
+    if any(not ca.depends_on(ca.vertcat(x, u, h), symbol) for symbol in ca.symvar(expression)):
+        return False
+    function = ca.Function("sum", [x, u, h], [expression - (x + h * u)])
+    return all(abs(float(function(*each))) < 1e-12 for each in np.random.default_rng(0).uniform(-2.0, 2.0, (5, 3)))
+
+
+def _squares(term: Residual, residual: Any, z: Any) -> tuple[Any, Any]:
+    weights = ca.vec(ca.SX(term.weights if isinstance(term.weights, ca.SX) else ca.DM(term.weights)))
+    if weights.numel() not in (1, residual.numel()):
+        raise DimensionError(
+            "wrong number of weights", field=f"{term.name}.weights", given=weights.numel(),
+            allowed=f"1 or {residual.numel()}",
+        )  # fmt: skip
+    weighted = weights * residual
+    slopes = ca.jacobian(residual, z)
+    return 0.5 * ca.dot(residual, weighted), slopes.T @ ca.diag(
+        ca.repmat(weights, residual.numel() // weights.numel(), 1)
+    ) @ slopes
+
+
+def _one_number(term: Cost, expression: Any) -> Any:
+    if expression.numel() != 1:
+        raise DimensionError("not one number", field=term.name, given=expression.numel(), allowed="1")
+    return expression

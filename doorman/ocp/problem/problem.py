@@ -1,0 +1,116 @@
+"""Optimal control problem: what is to be solved, without a word on how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.exceptions import DimensionError
+from doorman.ocp.problem.costs import QuadraticCost
+from doorman.one_line import OneLine
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Bounds(OneLine):
+    """Bounds of states after the first, and of inputs; an end that is not given, or infinite, does not bind."""
+
+    state_lower: ArrayLike | None = None
+    """Shape (nx,)."""
+    state_upper: ArrayLike | None = None
+    """Shape (nx,)."""
+    input_lower: ArrayLike | None = None
+    """Shape (nu,)."""
+    input_upper: ArrayLike | None = None
+    """Shape (nu,)."""
+
+    def of_sizes(self, nx: int, nu: int) -> Bounds:
+        """The same with arrays of full length, checked.
+
+        Raises:
+            DimensionError: if an array has the wrong length or holds NaN, or a lower bound lies above the upper one.
+        """
+        arrays: dict[str, Array] = {}
+        for item in fields(self):
+            size, end = (nx if item.name.startswith("state") else nu), (-np.inf if "lower" in item.name else np.inf)
+            given = getattr(self, item.name)
+            array = np.full(size, end) if given is None else np.array(given, dtype=np.float64)
+            if array.shape != (size,) or np.isnan(array).any():
+                raise DimensionError("not bounds", field=f"bounds.{item.name}", given=given, allowed=f"{size} numbers")
+            array.flags.writeable = False
+            arrays[item.name] = array
+        for what in ("state", "input"):
+            if (arrays[f"{what}_lower"] > arrays[f"{what}_upper"]).any():
+                raise DimensionError(
+                    "lower bound above the upper one", field=f"bounds.{what}_lower",
+                    given=arrays[f"{what}_lower"].tolist(), allowed=f"<= {arrays[f'{what}_upper'].tolist()}",
+                )  # fmt: skip
+        return Bounds(**arrays)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Problem(OneLine):
+    r"""Minimise a cost subject to dynamics, constraints and bounds.
+
+    .. math::
+        \min_U J(X, U)\quad\text{s.t.}\quad x_{k+1} = f(x_k, u_k),\quad h(x_{k+1}) \le 0,\quad g(x_k, u_k) \le 0,\quad
+        h_N(x_N) \le 0,\quad \underline u \le u_k \le \bar u,\quad \underline x \le x_{k+1} \le \bar x,\quad k = 0 \ldots N-1
+
+    J is the quadratic cost plus, where the model has them, `stage_cost` and `end_cost`.
+    """
+
+    model: Any
+    """NamedTuple whose type has implementations of the functions in `doorman.ocp.kernels.functions`."""
+    horizon: int
+    """N, number of steps."""
+    time_step: float
+    """Δt [s]."""
+    cost: QuadraticCost
+    """Quadratic part of J; its goals say how many states and inputs there are."""
+    n_constraints: int = 0
+    """Rows of h, on every state after the first."""
+    n_input_constraints: int = 0
+    """Rows of g, on states and inputs."""
+    n_end_constraints: int = 0
+    """Rows of h_N, on the last state."""
+    bounds: Bounds = field(default_factory=Bounds)
+    """Of states after the first, and of inputs."""
+    integrators: int = 0
+    """m: the last m states are x⁺ = x + Δt u of the last m inputs, and nothing else depends on these inputs. Declaring them
+    saves time, nothing more."""
+    constraint_names: tuple[str, ...] = ()
+    """Names for messages, of the rows of h, g and h_N in this order; numbered where none are given."""
+
+    def __post_init__(self) -> None:
+        for name, least in (
+            ("horizon", 1), ("n_constraints", 0), ("n_input_constraints", 0), ("n_end_constraints", 0), ("integrators", 0)
+        ):  # fmt: skip
+            if getattr(self, name) < least:
+                raise DimensionError("too small", field=name, given=getattr(self, name), allowed=f">= {least}")
+        if not (self.time_step > 0.0 and np.isfinite(self.time_step)):
+            raise DimensionError("no time step", field="time_step", given=self.time_step, allowed="> 0 s")
+        if self.integrators > min(self.nx, self.nu):
+            raise DimensionError(
+                "more integrators than states or inputs", field="integrators", given=self.integrators,
+                allowed=f"at most {min(self.nx, self.nu)}",
+            )  # fmt: skip
+        rows = self.n_constraints + self.n_input_constraints + self.n_end_constraints
+        if self.constraint_names and len(self.constraint_names) != rows:
+            raise DimensionError(
+                "wrong number of names", field="constraint_names", given=len(self.constraint_names), allowed=str(rows)
+            )
+        object.__setattr__(self, "bounds", self.bounds.of_sizes(self.nx, self.nu))
+
+    @property
+    def nx(self) -> int:
+        """Number of states."""
+        return len(self.cost.state_goal)
+
+    @property
+    def nu(self) -> int:
+        """Number of inputs."""
+        return len(self.cost.input_goal)

@@ -1,0 +1,1 @@
+"""Iterations towards a solution: guesses, line searches, rollouts."""

@@ -1,0 +1,396 @@
+r"""Semismooth augmented Lagrangian iterations on the multiple-shooting form, with a filter line search.
+
+States and inputs are variables, defects :math:`e_k = f(x_k,u_k) - x_{k+1}` stay in the affine term of a Gauss-Newton model.
+After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step; if it
+changed, the sweep is repeated on the same linearisation, from the best point on the way (`inner_search`). A step is accepted
+where it lowers the infeasibility θ = Σ|e| + Σ max(0, h) or the cost, compared with all pairs (θ, J) that the search has left;
+otherwise it is halved. Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets);
+Fletcher and Leyffer 2002 (filter).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import clock
+from doorman.ocp.kernels.functions import (
+    at_node,
+    end_cost,
+    linearize_end_constraints,
+    linearize_horizon,
+    linearize_input_constraints,
+    stage_cost,
+)
+from doorman.ocp.solvers.sweeps.active_set import classify
+from doorman.ocp.solvers.sweeps.inner_search import best_part, shorten
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.sweeps.sweep import step_along, sweep
+from doorman.ocp.solvers.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace, copy_trajectory
+
+Array = NDArray[np.float64]
+
+CONVERGED = 0
+OUT_OF_ITERATIONS = 1
+FAILED = 2
+STALLED = 3
+
+_MARGIN = 1e-5
+"""A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
+_SMALLEST_SCALE = 1.0 / 128.0
+_GAP = 1e-7
+"""Converged only if rows with a multiplier that are not reached are worth less, relative to 1 + |J|."""
+_PATIENCE = 3
+"""Iterations after which a set that has not settled gets twice as many sweeps, and twice again, up to"""
+_MOST_SWEEPS = 32
+_FLIPS = 8
+"""Sweeps after which the active set does not flip as a whole any more."""
+_FIRST_REGULARIZATION = 1e-2
+_LARGEST_REGULARIZATION = 1e8
+
+
+@kernel
+def linearize(model: object, work: Workspace) -> None:
+    """Dynamics with defects and all rows along the nominal trajectory."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nominal, linear, plain = work.nominal, work.linear, work.node.plain
+    linearize_horizon(model, nominal.states, nominal.inputs, linear.jacobians, nominal.rows, linear.row_jacobians)
+    ng, nt, n = len(work.sizes.input_rows), len(work.sizes.end_rows), nominal.inputs.shape[0]
+    if ng > 0:
+        for k in range(n):
+            linearize_input_constraints(
+                at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k], plain[:ng]
+            )
+            for i in range(ng):
+                for j in range(nx):
+                    linear.input_row_jacobians[k, i, j] = plain[i, j]
+                for j in range(nu):
+                    linear.input_row_jacobians[k, i, nx + 1 + j] = plain[i, nx + j]
+    if nt > 0:
+        slopes = work.program.scratch[: nt * nx].reshape((nt, nx))
+        linearize_end_constraints(at_node(model, n), nominal.states[n], nominal.end_rows, slopes)
+        for i in range(nt):
+            for j in range(nx):
+                linear.end_row_jacobians[i, j] = slopes[i, j]
+
+
+@kernel
+def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
+    """J of a trajectory."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    weights, states, inputs = work.weights, trajectory.states, trajectory.inputs
+    n, total = inputs.shape[0], 0.0
+    for k in range(n):
+        for i in range(nx):
+            error = states[k, i] - weights.state_goal[i]
+            total += weights.state[i] * error * error
+        for i in range(nu):
+            error = inputs[k, i] - weights.input_goal[i]
+            total += weights.input[i] * error * error
+    for i in range(nx):
+        error = states[n, i] - weights.state_goal[i]
+        total += weights.terminal[i] * error * error
+    total *= 0.5
+    if len(work.sizes.extra_cost) > 0:
+        for k in range(n):
+            total += stage_cost(at_node(model, k), states[k], inputs[k])
+        total += end_cost(at_node(model, n), states[n])
+    return total
+
+
+@kernel
+def nominal_cost(model: object, work: Workspace) -> float:
+    """J of the nominal trajectory."""
+    return total_cost(model, work, work.nominal)
+
+
+@kernel
+def measure(work: Workspace, trajectory: Trajectory) -> None:
+    """Largest violation of a trajectory whose rows are there already, its place, and the sum, into `result`."""
+    nx, n = len(work.sizes.states), trajectory.inputs.shape[0]
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    worst, total, node, row = 0.0, 0.0, 0, 0
+    finite = 0.0
+    for k in range(n):
+        for i in range(nh):
+            value = trajectory.rows[k, i]
+            finite += value
+            total += max(value, 0.0)
+            if value > worst:
+                worst, node, row = value, k + 1, i
+        for i in range(ng):
+            value = trajectory.input_rows[k, i]
+            finite += value
+            total += max(value, 0.0)
+            if value > worst:
+                worst, node, row = value, k, nh + nt + i
+    for i in range(nt):
+        value = trajectory.end_rows[i]
+        finite += value
+        total += max(value, 0.0)
+        if value > worst:
+            worst, node, row = value, n, nh + i
+    for i in range(work.program.bounded.shape[0]):
+        index, side, limit = work.program.bounded[i], work.program.side[i], work.program.limit[i]
+        for k in range(n):
+            number = trajectory.states[k + 1, index] if index < nx else trajectory.inputs[k, index - nx]
+            value = side * (number - limit)
+            total += max(value, 0.0)
+            if value > worst:
+                worst, node, row = value, k + 1 if index < nx else k, nh + nt + ng + i
+    work.result[RESULT.DEFECT] = 0.0
+    work.result[RESULT.VIOLATION] = worst
+    work.result[RESULT.INFEASIBILITY] = total if abs(finite) < np.inf else np.inf
+    work.result[RESULT.NODE] = node
+    work.result[RESULT.ROW] = row
+
+
+@kernel
+def measure_nominal(work: Workspace) -> None:
+    """The same of the nominal trajectory after its linearisation, with its largest defect and their sum."""
+    measure(work, work.nominal)
+    total, defect = 0.0, 0.0
+    for k in range(work.nominal.inputs.shape[0]):
+        for i in range(len(work.sizes.states)):
+            value = abs(work.linear.jacobians[k, i, len(work.sizes.states)])
+            total += value
+            defect = max(defect, value)
+    work.result[RESULT.DEFECT] = defect
+    work.result[RESULT.INFEASIBILITY] += total
+
+
+@kernel
+def move(work: Workspace, scale: float) -> None:
+    """Nominal trajectory a part of the way from `saved` to `trial`."""
+    nominal, trial, saved = work.nominal, work.trial, work.saved
+    for k in range(nominal.inputs.shape[0]):
+        for i in range(len(work.sizes.inputs)):
+            nominal.inputs[k, i] = saved.inputs[k, i] + scale * (trial.inputs[k, i] - saved.inputs[k, i])
+        for i in range(len(work.sizes.states)):
+            nominal.states[k + 1, i] = saved.states[k + 1, i] + scale * (
+                trial.states[k + 1, i] - saved.states[k + 1, i]
+            )
+
+
+@kernel
+def save(work: Workspace) -> None:
+    """Keep the nominal trajectory in `saved`."""
+    copy_rows(work.nominal.states, work.saved.states)
+    copy_rows(work.nominal.inputs, work.saved.inputs)
+
+
+@kernel
+def approach(now: Array, new: Array, scale: float, largest: float) -> bool:
+    """Numbers a part of the way to others, cut off at ± `largest`; whether any got there."""
+    reached = False
+    for k in range(now.shape[0]):
+        for i in range(now.shape[1]):
+            value = now[k, i] + scale * (new[k, i] - now[k, i])
+            reached |= abs(value) >= largest
+            now[k, i] = max(min(value, largest), -largest)
+    return reached
+
+
+@kernel
+def take_multipliers(work: Workspace, scale: float) -> None:
+    """Multipliers a part of the way to `proposal`; `result` says whether one reached its largest value."""
+    now, new, largest = work.multipliers, work.proposal, work.settings.largest_multiplier
+    reached = approach(now.rows, new.rows, scale, largest)
+    reached |= approach(now.input_rows, new.input_rows, scale, largest)
+    if len(work.sizes.state_bounds) > 0:
+        reached |= approach(now.states, new.states, scale, largest)
+    if len(work.sizes.input_bounds) > 0:
+        approach(now.inputs, new.inputs, scale, np.inf)
+    for i in range(len(work.sizes.end_rows)):
+        value = now.end_rows[i] + scale * (new.end_rows[i] - now.end_rows[i])
+        reached |= value >= largest
+        now.end_rows[i] = min(value, largest)
+    work.result[RESULT.PRICED_OUT] = 1.0 if reached else 0.0
+
+
+@kernel
+def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
+    """Whether a pair is better than every pair in the filter, in one respect or the other."""
+    if not (abs(infeasibility) < np.inf and abs(cost) < np.inf):
+        return False
+    for i in range(int(work.result[RESULT.ENTRIES])):
+        before = work.filter[i, 0]
+        if infeasibility > (1.0 - _MARGIN) * before and cost > work.filter[i, 1] - _MARGIN * before:
+            noise = 1e-11 * (1.0 + abs(cost))
+            if infeasibility > before + 1e-11 or cost > work.filter[i, 1] + noise:
+                return False
+    return True
+
+
+@kernel
+def remember(work: Workspace, infeasibility: float, cost: float) -> None:
+    """Add a pair to the filter; the oldest goes where it is full."""
+    entries = int(work.result[RESULT.ENTRIES])
+    if entries == FILTER_SIZE:
+        for i in range(FILTER_SIZE - 1):
+            work.filter[i, 0] = work.filter[i + 1, 0]
+            work.filter[i, 1] = work.filter[i + 1, 1]
+        entries -= 1
+    work.filter[entries, 0] = infeasibility
+    work.filter[entries, 1] = cost
+    work.result[RESULT.ENTRIES] = entries + 1
+
+
+@kernel
+def direction(model: object, work: Workspace, penalty: float, sweeps: int, regularization: float) -> int:
+    """Step into `trial` for the active set that fits it: 1 if the set settled, 0 if not, −1 if no sweep went through.
+
+    The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
+    """
+    end = work.nominal.inputs.shape[0] - 1
+    last = end
+    for turn in range(sweeps):
+        work.result[RESULT.SWEEPS] += 1.0
+        while not sweep(model, work, penalty, regularization, last):
+            last, regularization = end, max(10.0 * regularization, _FIRST_REGULARIZATION)
+            if regularization > _LARGEST_REGULARIZATION:
+                return -1
+        step_along(work)
+        last = classify(work, work.trial, penalty)
+        if last < 0:
+            return 1
+        if turn > _FLIPS:  # both ends satisfy the linearised dynamics, as the nominal trajectory need not
+            part = best_part(model, work, work.saved, penalty)
+            if part < 1.0:
+                shorten(work, work.saved, part)
+                last = max(last, classify(work, work.trial, penalty))
+        if turn >= _FLIPS:
+            copy_trajectory(work.trial, work.saved)
+    return 0
+
+
+@kernel
+def search(model: object, work: Workspace) -> float:
+    """Shorten the step in `trial` until the filter accepts it; its length, or 0 with everything as it was."""
+    save(work)
+    scale = 1.0
+    while scale >= _SMALLEST_SCALE:
+        move(work, scale)
+        linearize(model, work)
+        measure_nominal(work)
+        cost = total_cost(model, work, work.nominal)
+        if acceptable(work, work.result[RESULT.INFEASIBILITY], cost):
+            work.result[RESULT.COST] = cost
+            take_multipliers(work, scale)
+            return scale
+        scale *= 0.5
+    copy_rows(work.saved.states, work.nominal.states)
+    copy_rows(work.saved.inputs, work.nominal.inputs)
+    linearize(model, work)
+    measure_nominal(work)
+    return 0.0
+
+
+@kernel
+def iterate(model: object, work: Workspace, max_iterations: int, deadline: float) -> int:
+    """Iterate from the nominal trajectory and the multipliers in `work`.
+
+    Converged is an iterate whose sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 + |J|, with defects
+    and violations below the tolerance's square root, whose active set stays, and whose rows with a multiplier are closed.
+    Violations may stay where multipliers have reached `settings.largest_multiplier`.
+
+    Args:
+        model: The problem's model.
+        work: Workspace; its nominal trajectory need not satisfy the dynamics, but those of the integrators.
+        max_iterations: Largest number of linearisations; after the last one the full step is taken without a check.
+        deadline: On the clock of `doorman.numba_types.lanes.clock`; no iteration but the first begins that would not be over
+            by then, if it takes as long as the longest so far [s].
+
+    Returns:
+        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The policy is that around the last step.
+    """
+    result, regularization, penalty = work.result, 0.0, work.settings.penalty
+    tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
+    before, slowest = clock(), 0.0
+    result[RESULT.ITERATIONS] = 0.0
+    result[RESULT.ENTRIES] = 0.0
+    result[RESULT.PRICED_OUT] = 0.0
+    result[RESULT.PENALTY] = penalty
+    linearize(model, work)
+    classify(work, work.nominal, penalty)
+    if max_iterations > 1:
+        measure_nominal(work)
+        result[RESULT.COST] = total_cost(model, work, work.nominal)
+        if not abs(result[RESULT.INFEASIBILITY] + result[RESULT.COST]) < np.inf:
+            return FAILED
+    for iteration in range(max_iterations):
+        result[RESULT.ITERATIONS] = iteration + 1.0
+        settled = direction(model, work, penalty, sweeps, regularization)
+        result[RESULT.SETTLED] = settled
+        if settled < 0 or not result[RESULT.CHANGE] < 1e12:
+            return FAILED
+        converged = settled == 1 and regularization == 0.0 and is_small(work, tolerance)
+        now = clock()
+        before, slowest = now, max(slowest, now - before)
+        if converged or iteration + 1 == max_iterations or now + slowest > deadline:
+            save(work)
+            move(work, 1.0)
+            take_multipliers(work, 1.0)
+            return CONVERGED if converged else OUT_OF_ITERATIONS
+        violation = result[RESULT.VIOLATION]
+        remember(work, result[RESULT.INFEASIBILITY], result[RESULT.COST])
+        scale = search(model, work)
+        if scale == 0.0:
+            regularization = max(10.0 * regularization, _FIRST_REGULARIZATION)
+            result[RESULT.ENTRIES] -= 1.0
+            if regularization > _LARGEST_REGULARIZATION:
+                return STALLED
+        else:
+            regularization = 0.0 if regularization <= _FIRST_REGULARIZATION else 0.1 * regularization
+            slow = violation > tolerance and result[RESULT.VIOLATION] > 0.5 * violation
+            if scale == 1.0 and settled == 1 and slow and result[RESULT.PRICED_OUT] == 0.0:
+                penalty = min(4.0 * penalty, 1e7)
+                result[RESULT.PENALTY] = penalty
+        if settled == 1:
+            sweeps = work.settings.sweeps
+        elif scale < 1.0 or iteration >= _PATIENCE:
+            sweeps = min(2 * sweeps, _MOST_SWEEPS)
+    return OUT_OF_ITERATIONS
+
+
+@kernel
+def is_small(work: Workspace, tolerance: float) -> bool:
+    """Whether the step, what it started from, and what its rows could still gain are small enough to be the last."""
+    result = work.result
+    limit, scale = np.sqrt(tolerance), 1.0 + abs(result[RESULT.COST])
+    if result[RESULT.DECREASE] > tolerance * scale:
+        return False
+    if result[RESULT.PRICED_OUT] > 0.0:
+        return bool(result[RESULT.DEFECT] <= limit)
+    return bool(result[RESULT.INFEASIBILITY] <= limit and slack(work) <= _GAP * scale)
+
+
+@kernel
+def slack(work: Workspace) -> float:
+    """Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a price."""
+    trial, price, limits, total = work.trial, work.proposal, work.limits, 0.0
+    for k in range(trial.inputs.shape[0]):
+        for i in range(len(work.sizes.rows)):
+            total += price.rows[k, i] * max(0.0, -trial.rows[k, i])
+        for i in range(len(work.sizes.input_rows)):
+            total += price.input_rows[k, i] * max(0.0, -trial.input_rows[k, i])
+        for i in range(len(work.sizes.state_bounds)):
+            total += slack_of_bound(
+                price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
+            )
+        for i in range(len(work.sizes.input_bounds)):
+            total += slack_of_bound(
+                price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
+            )
+    for i in range(len(work.sizes.end_rows)):
+        total += price.end_rows[i] * max(0.0, -trial.end_rows[i])
+    return float(total)
+
+
+@kernel
+def slack_of_bound(price: float, value: float, lower: float, upper: float) -> float:
+    """The same of a number between bounds, with a signed multiplier."""
+    if price > 0.0:
+        return price * max(0.0, upper - value)
+    return -price * max(0.0, value - lower) if price < 0.0 else 0.0

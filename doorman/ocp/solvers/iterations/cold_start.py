@@ -1,0 +1,173 @@
+"""A solve from nothing: a first guess, fast iterations, and the rollout of what they end with, in one call.
+
+One call and not five: after an iteration whatever stands around it has left the caches, and takes three times as long.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.ocp.kernels.functions import at_node, constrain, step
+from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, iterate, total_cost
+from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators, start_trial
+from doorman.ocp.solvers.iterations.rollout import take_rollout
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.workspace import RESULT, Workspace
+
+Array = NDArray[np.float64]
+
+INVALID_START = -5
+NOT_CONVERGED = -6
+
+_ASTRAY = 2.25
+"""A blind rollout that costs so many times the straight line is no good start; found by measurement on the door problem."""
+
+
+@kernel
+def solve(
+    model: object,
+    work: Workspace,
+    state: Array,
+    inputs: bool,
+    states: bool,
+    multipliers: bool,
+    max_iterations: int,
+    deadline: float,
+    guessing: bool,
+) -> int:
+    """Begin, iterate, and where that converges roll out into the nominal trajectory.
+
+    Args:
+        model: The problem's model.
+        work: Workspace; see `begin`.
+        state: First state, shape (nx,).
+        inputs: See `begin`.
+        states: See there.
+        multipliers: See there.
+        max_iterations: Largest number of iterations.
+        deadline: See `augmented_lagrangian.iterate`; as long as the last rollout took is left for this one.
+        guessing: See `rollout.roll_out`.
+
+    Returns:
+        The code of `roll_out`, INVALID_START or NOT_CONVERGED. `result` tells iterations, and the cost that the rollout is
+        expected to have.
+    """
+    if not begin(model, work, state, inputs, states, multipliers):
+        return INVALID_START
+    straight = False
+    if not (inputs or states):
+        straight = choose_guess(model, work)
+    work.result[RESULT.STRAIGHT] = 1.0 if straight else 0.0
+    if iterate(model, work, max_iterations, deadline - work.result[RESULT.ROLLOUT_TIME]) != CONVERGED:
+        return NOT_CONVERGED
+    work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
+    return int(take_rollout(model, work, guessing))
+
+
+@kernel
+def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bool, multipliers: bool) -> bool:
+    """Start anew from what is given in the nominal trajectory and the multipliers: no feedback, nothing rolled out.
+
+    Args:
+        model: The problem's model.
+        work: Workspace; the guess is kept in `first` for another try.
+        state: First state, shape (nx,).
+        inputs: The nominal inputs are given; else they are the input goal. Either is cut off at its bounds.
+        states: The nominal states are given; else they are those to which the inputs lead.
+        multipliers: The multipliers are given; else they are zero.
+
+    Returns:
+        Whether dynamics and constraints are finite at the start.
+    """
+    nominal, limits = work.nominal, work.limits
+    for k in range(nominal.inputs.shape[0]):
+        for i in range(0 if inputs else len(work.sizes.inputs)):
+            nominal.inputs[k, i] = work.weights.input_goal[i]
+        for i in range(len(work.sizes.input_bounds)):
+            nominal.inputs[k, i] = min(max(nominal.inputs[k, i], limits.input_lower[i]), limits.input_upper[i])
+    if not multipliers:
+        forget_multipliers(work)
+    forget_policy(work)
+    for i in range(state.shape[0]):
+        nominal.states[0, i] = state[i]
+    if states:
+        settle_integrators(work)
+    else:
+        roll_blindly(model, work, 0)
+    finite = starts_finite(model, work)
+    forget_trial(work)
+    keep_guess(work)
+    return finite
+
+
+@kernel
+def choose_guess(model: object, work: Workspace) -> bool:
+    """Leave the blind rollout, or take the straight line where the rollout costs far more; whether it did.
+
+    A long blind rollout goes astray; a short one satisfies the dynamics, which is worth more than its cost.
+    """
+    blind = total_cost(model, work, work.nominal)
+    aim_straight(work)
+    if blind > _ASTRAY * total_cost(model, work, work.nominal):
+        return True
+    copy_rows(work.first.states, work.nominal.states)
+    copy_rows(work.first.inputs, work.nominal.inputs)
+    return False
+
+
+@kernel
+def keep_guess(work: Workspace) -> None:
+    """Remember the nominal trajectory for another try."""
+    copy_rows(work.nominal.states, work.first.states)
+    copy_rows(work.nominal.inputs, work.first.inputs)
+
+
+@kernel
+def forget_policy(work: Workspace) -> None:
+    """No feedback, and inputs weighted as the cost does."""
+    policy = work.policy
+    policy.gains[:, :, :] = 0.0
+    policy.factors[:, :, :] = 0.0
+    for k in range(policy.factors.shape[0]):
+        for i in range(len(work.sizes.inputs)):
+            policy.factors[k, i, i] = work.weights.input[i]
+
+
+@kernel
+def starts_finite(model: object, work: Workspace) -> bool:
+    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one."""
+    state, ahead, rows = work.nominal.states[0], work.trial.states[1], work.trial.rows[0]
+    step(at_node(model, 0), state, work.nominal.inputs[0], ahead)
+    total = 0.0
+    for i in range(ahead.shape[0]):
+        total += abs(ahead[i])
+    if len(work.sizes.rows) > 0:
+        constrain(at_node(model, 0), state, rows)
+        for i in range(rows.shape[0]):
+            total += abs(rows[i])
+    return bool(total < np.inf)
+
+
+@kernel
+def forget_multipliers(work: Workspace) -> None:
+    """All multipliers zero."""
+    kept = work.multipliers
+    kept.rows[:, :] = 0.0
+    kept.input_rows[:, :] = 0.0
+    kept.end_rows[:] = 0.0
+    kept.states[:, :] = 0.0
+    kept.inputs[:, :] = 0.0
+
+
+@kernel
+def forget_trial(work: Workspace) -> None:
+    """NaN in the trial trajectory: what a failed rollout does not reach must not be taken for its result."""
+    trial = work.trial
+    trial.states[:, :] = np.nan
+    trial.inputs[:, :] = np.nan
+    trial.rows[:, :] = np.nan
+    trial.input_rows[:, :] = np.nan
+    trial.end_rows[:] = np.nan
+    start_trial(work)

@@ -1,0 +1,205 @@
+"""First guesses: a blind rollout, integrators made consistent, the previous plan shifted to where the state is now."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import multiply_rows
+from doorman.ocp.kernels.functions import at_node, step
+from doorman.ocp.solvers.iterations.augmented_lagrangian import measure
+from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace, copy_trajectory
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def settle_integrators(work: Workspace) -> None:
+    """Integrators of the nominal trajectory from its first state and inputs."""
+    nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
+    states, inputs, dt = work.nominal.states, work.nominal.inputs, work.weights.time_step
+    if m > 0:
+        for k in range(inputs.shape[0]):
+            for i in range(m):
+                states[k + 1, nx - m + i] = states[k, nx - m + i] + dt * inputs[k, nu - m + i]
+
+
+@kernel
+def roll_blindly(model: object, work: Workspace, first: int) -> None:
+    """Nominal states after node `first` by the dynamics from the nominal inputs; held where they stop being finite."""
+    states, inputs = work.nominal.states, work.nominal.inputs
+    for k in range(first, inputs.shape[0]):
+        step(at_node(model, k), states[k], inputs[k], states[k + 1])
+        finite = True
+        for i in range(states.shape[1]):
+            finite &= abs(states[k + 1, i]) < LARGEST_STATE
+        if not finite:
+            for j in range(k, inputs.shape[0]):
+                for i in range(states.shape[1]):
+                    states[j + 1, i] = states[k, i]
+            settle_integrators(work)
+            return
+
+
+@kernel
+def aim_straight(work: Workspace) -> None:
+    """Nominal states on the straight line from the first one to the goal, integrators at the rate that leads there."""
+    nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
+    states, inputs, goal, limits = work.nominal.states, work.nominal.inputs, work.weights.state_goal, work.limits
+    n = inputs.shape[0]
+    for k in range(n):
+        part = (k + 1.0) / n
+        for i in range(nx):
+            states[k + 1, i] = (1.0 - part) * states[0, i] + part * goal[i]
+        for i in range(m):
+            rate = (goal[nx - m + i] - states[0, nx - m + i]) / (n * work.weights.time_step)
+            inputs[k, nu - m + i] = min(max(rate, limits.input_lower[nu - m + i]), limits.input_upper[nu - m + i])
+    settle_integrators(work)
+
+
+@kernel
+def nearest_shift(states: Array, state: Array, weights: Array, limit: int) -> float:
+    """Number of steps along `states` at which its polyline is nearest to `state`.
+
+    Args:
+        states: Plan, shape (N + 1, nx).
+        state: Shape (nx,).
+        weights: Metric, shape (nx,).
+        limit: Steps to look at, at most N.
+
+    Returns:
+        Shift in [0, limit].
+    """
+    best, shift = np.inf, 0.0
+    for k in range(min(limit, states.shape[0] - 1)):
+        along, length = 0.0, 1e-300
+        for i in range(state.shape[0]):
+            edge = states[k + 1, i] - states[k, i]
+            along += weights[i] * edge * (state[i] - states[k, i])
+            length += weights[i] * edge * edge
+        part = min(max(along / length, 0.0), 1.0)
+        distance = 0.0
+        for i in range(state.shape[0]):
+            gap = state[i] - states[k, i] - part * (states[k + 1, i] - states[k, i])
+            distance += weights[i] * gap * gap
+        if distance < best:
+            best, shift = distance, k + part
+    return shift
+
+
+@kernel
+def shift_rows(rows: Array, shift: float) -> None:
+    """Rows of a trajectory `shift` steps later, in place, linearly interpolated; the last row is held.
+
+    Args:
+        rows: Shape (m, width).
+        shift: Not negative.
+    """
+    last = rows.shape[0] - 1
+    whole = int(shift)
+    part = shift - whole
+    for k in range(rows.shape[0]):
+        first, second = min(k + whole, last), min(k + whole + 1, last)
+        for j in range(rows.shape[1]):
+            rows[k, j] = (1.0 - part) * rows[first, j] + part * rows[second, j]
+
+
+@kernel
+def shift_guess(model: object, work: Workspace, state: Array, shift: float, limit: int) -> None:
+    """Shift states, inputs and multipliers of the nominal trajectory to begin at `state`.
+
+    It goes on at its end with the last inputs, by the dynamics. Multipliers of the last node stay there: with no future behind
+    it, they are not those of its neighbours. Without either the active set at the end flips in every replan.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        state: First state from now on, shape (nx,).
+        shift: Steps; negative: to where the trajectory passes nearest to `state` within its first `limit` steps.
+        limit: See there.
+    """
+    if shift < 0.0:
+        shift = nearest_shift(work.nominal.states, state, work.weights.state, limit)
+    if shift > 0.0:
+        shift_rows(work.nominal.states, shift)
+        shift_rows(work.nominal.inputs, shift)
+        shift_rows(work.multipliers.rows[:-1], shift)
+        shift_rows(work.multipliers.input_rows, shift)
+        shift_rows(work.multipliers.states[:-1], shift)
+        shift_rows(work.multipliers.inputs, shift)
+        roll_blindly(model, work, max(work.nominal.inputs.shape[0] - int(np.ceil(shift)), 0))
+    lead_to(work, state, shift)
+    for i in range(state.shape[0]):
+        work.nominal.states[0, i] = state[i]
+    settle_integrators(work)
+
+
+@kernel
+def lead_to(work: Workspace, state: Array, shift: float) -> None:
+    """Bend the shifted trajectory towards another first state, to first order: by the last sweep's feedback and dynamics.
+
+    That keeps to the rows which were active in the sweep, where a first state that jumps would violate them all along.
+    """
+    nx, nu, step, nominal = len(work.sizes.states), len(work.sizes.inputs), work.node.step, work.nominal
+    n, whole = nominal.inputs.shape[0], int(shift + 0.5)
+    step[:] = 0.0
+    for i in range(nx):
+        step[i] = state[i] - nominal.states[0, i]
+    for k in range(n):
+        of_plan = min(k + whole, n - 1)
+        step[nx] = 0.0
+        for i in range(nu):
+            step[nx + 1 + i] = 0.0
+        multiply_rows(work.policy.gains, of_plan, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+        for i in range(nu):
+            value = nominal.inputs[k, i] + step[nx + 1 + i]
+            if len(work.sizes.input_bounds) > 0:
+                value = min(max(value, work.limits.input_lower[i]), work.limits.input_upper[i])
+            step[nx + 1 + i] = value - nominal.inputs[k, i]
+            nominal.inputs[k, i] = value
+        multiply_rows(work.linear.jacobians, of_plan, work.sizes.states, work.sizes.wide, step, step, 0)
+        for i in range(nx):
+            nominal.states[k + 1, i] += step[i]
+
+
+@kernel
+def last_violation(work: Workspace, tolerance: float) -> int:
+    """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does."""
+    nominal, program, nx = work.nominal, work.program, len(work.sizes.states)
+    n = nominal.inputs.shape[0]
+    for i in range(nominal.end_rows.shape[0]):
+        if not nominal.end_rows[i] <= tolerance:
+            return int(n)
+    for k in range(n - 1, -1, -1):
+        for i in range(nominal.rows.shape[1]):
+            if not nominal.rows[k, i] <= tolerance:
+                return k + 1
+        for i in range(nominal.input_rows.shape[1]):
+            if not nominal.input_rows[k, i] <= tolerance:
+                return k
+        for i in range(program.bounded.shape[0]):
+            index, side = program.bounded[i], program.side[i]
+            value = nominal.states[k + 1, index] if index < nx else nominal.inputs[k, index - nx]
+            if not side * (value - program.limit[i]) <= tolerance:
+                return k + 1 if index < nx else k
+    return -1
+
+
+@kernel
+def start_trial(work: Workspace) -> None:
+    """The trial trajectory starts where the nominal one does."""
+    for i in range(len(work.sizes.states)):
+        work.trial.states[0, i] = work.nominal.states[0, i]
+
+
+@kernel
+def accept_trial(work: Workspace) -> None:
+    """The trial trajectory becomes the nominal one."""
+    copy_trajectory(work.trial, work.nominal)
+
+
+@kernel
+def measure_again(work: Workspace) -> None:
+    """Measure the nominal trajectory, which satisfies the dynamics, after trials that came to nothing."""
+    measure(work, work.nominal)

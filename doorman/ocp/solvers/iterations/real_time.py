@@ -1,0 +1,153 @@
+r"""Real-time iteration: shift the last trajectory, bend it to where the state is, iterate, roll out, in one call.
+
+The work is bounded: most replans take one iteration, and one more where the last step was large. What is left of the
+suboptimality is, to first order, the price of the multipliers' last change,
+
+.. math:: \sum_i |\lambda_i^+ - \lambda_i|\,|r_i| = \tfrac1\mu\sum_{i\ \mathrm{active}} r_i^2
+
+with the linearised rows r: they must be zero where the multipliers do not move any more. Where it is large, as where noise
+throws the first states onto a constraint, one more iteration follows; a third one changes little but where the second went far.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import clock
+from doorman.ocp.solvers.iterations import guess
+from doorman.ocp.solvers.iterations.augmented_lagrangian import (
+    direction,
+    linearize,
+    move,
+    save,
+    take_multipliers,
+    total_cost,
+)
+from doorman.ocp.solvers.iterations.rollout import take_rollout
+from doorman.ocp.solvers.sweeps.active_set import classify
+from doorman.ocp.solvers.workspace import RESULT, Workspace
+
+Array = NDArray[np.float64]
+
+NO_SWEEP = -9
+"""No Riccati sweep went through."""
+
+EXTRA_ITERATIONS = 2
+"""Largest number of iterations beyond the planned ones."""
+
+_ENOUGH = 0.005
+"""An iteration that changes an input by more, weighted by its cost, is followed by another one."""
+_PRICE = 1e-6
+"""The same where the multipliers' last change costs more, relative to 1 + |J|."""
+_FAR = 1e-5
+"""A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
+
+
+@kernel
+def follow(
+    model: object,
+    work: Workspace,
+    state: Array,
+    shift: float,
+    limit: int,
+    max_iterations: int,
+    extra_iterations: int,
+    deadline: float,
+    guessing: bool,
+) -> int:
+    """Shift, iterate and roll out; a rollout that comes to its end is the nominal trajectory from then on.
+
+    Args:
+        model: The problem's model.
+        work: Workspace with the last trajectory, its multipliers and the last sweep's policy.
+        state: First state, shape (nx,).
+        shift: See `guess.shift_guess`.
+        limit: See there.
+        max_iterations: Iterations.
+        extra_iterations: Further ones where the step was large.
+        deadline: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as the
+            longest so far [s].
+        guessing: See `rollout.roll_out`.
+
+    Returns:
+        The code of `roll_out`, or NO_SWEEP.
+    """
+    guess.shift_guess(model, work, state, shift, limit)
+    work.result[RESULT.SWEEPS] = 0.0
+    done, most = 0, max_iterations + extra_iterations
+    before, slowest = clock(), 0.0
+    while done < most and (done < max_iterations or is_rough(model, work, done - max_iterations)):
+        if done > 0 and before + slowest + work.result[RESULT.ROLLOUT_TIME] > deadline:
+            break
+        if not iterate_once(model, work):
+            return NO_SWEEP
+        done += 1
+        now = clock()
+        before, slowest = now, max(slowest, now - before)
+    work.result[RESULT.ITERATIONS] = done
+    work.result[RESULT.NEAR] = 1.0
+    code = int(take_rollout(model, work, guessing))
+    work.result[RESULT.NEAR] = 0.0
+    return code
+
+
+@kernel
+def iterate_once(model: object, work: Workspace) -> bool:
+    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
+    penalty = work.settings.penalty
+    linearize(model, work)
+    mark_active(work, penalty)
+    settled = direction(model, work, penalty, work.settings.sweeps, 0.0)
+    work.result[RESULT.SETTLED] = settled
+    if settled < 0 or not work.result[RESULT.CHANGE] < 1e12:
+        return False
+    work.result[RESULT.PRICE] = price(work, penalty)
+    save(work)
+    move(work, 1.0)
+    take_multipliers(work, 1.0)
+    return True
+
+
+@kernel
+def mark_active(work: Workspace, penalty: float) -> None:
+    """Active set along the nominal trajectory after its linearisation."""
+    classify(work, work.nominal, penalty)
+
+
+@kernel
+def price(work: Workspace, penalty: float) -> float:
+    """What the change of the multipliers that the step in `trial` proposes is worth, in units of the cost."""
+    trial, now, new = work.trial, work.multipliers, work.proposal
+    total = 0.0
+    for k in range(trial.inputs.shape[0]):
+        early = 0.0
+        for i in range(len(work.sizes.rows)):
+            early += (new.rows[k, i] - now.rows[k, i]) ** 2
+        for i in range(len(work.sizes.state_bounds)):
+            early += (new.states[k, i] - now.states[k, i]) ** 2
+        total += early / work.stiffness[k]
+        for i in range(len(work.sizes.input_rows)):
+            total += (new.input_rows[k, i] - now.input_rows[k, i]) ** 2
+        for i in range(len(work.sizes.input_bounds)):
+            total += (new.inputs[k, i] - now.inputs[k, i]) ** 2
+    for i in range(len(work.sizes.end_rows)):
+        total += (new.end_rows[i] - now.end_rows[i]) ** 2
+    return float(total / penalty)
+
+
+@kernel
+def is_rough(model: object, work: Workspace, extra: int) -> bool:
+    """Whether the last iteration changed so much that another one is worth its time.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        extra: Iterations beyond the planned ones so far.
+    """
+    change = work.result[RESULT.CHANGE]
+    if extra == 0 and change > _ENOUGH:
+        return True
+    scale = 1.0 + abs(total_cost(model, work, work.nominal))
+    return bool(change * change > _FAR * scale if extra > 0 else work.result[RESULT.PRICE] > _PRICE * scale)

@@ -1,0 +1,1 @@
+"""Linear and quadratic programs along a horizon: sweeps, eliminations, active sets."""

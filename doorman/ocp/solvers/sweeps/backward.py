@@ -1,0 +1,218 @@
+r"""Backward pass of CDDP: value function and policy, node by node (Xie, Liu and Hauser 2017).
+
+At node k the rows of state k + 1, of input k and their bounds are linearised, c + C_x δx + C_u δu ≤ 0. The quadratic program
+in δu at δx = 0 gives the active rows; keeping these active gives policy and value by one KKT system. With the rows after the
+elimination of the input, [C̃_x | c̃], with T and S of `stage_program` and S_aa = L_s L_sᵀ, [Z | z] = L_s⁻¹[C̃_x | c̃]_a:
+
+.. math::
+    V_{xx} = \bar V_{xx} + Z^T Z,\quad V_x = \bar V_x + Z^T z,\quad
+    [K | k] = [\bar K | \bar k] - U^{-1} D^{-1} T_a^T L_s^{-T}[Z | z]
+
+where the bar marks what `node_elimination` leaves without constraints.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.compilation import kernel
+from doorman.ocp.solvers.sweeps.linear_algebra import cholesky, solve_lower, solve_upper
+from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
+from doorman.ocp.solvers.sweeps.stage_program import ROW_TOLERANCE, export_program, gather_schur, solve_dual
+from doorman.ocp.solvers.sweeps.sweep import set_base
+from doorman.ocp.solvers.workspace import RESULT, Workspace
+
+DONE = -1
+NOT_CONVEX = -2
+
+
+@kernel
+def fill_rows(work: Workspace, k: int) -> None:
+    """Rows [C_x | c | C_u] of node k's program into `program.eliminated`."""
+    nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    program, linear, nominal = work.program, work.linear, work.nominal
+    rows, jacobian = program.eliminated, linear.jacobians[k]
+    for i in range(nh + nt):
+        slopes = linear.row_jacobians[k, i] if i < nh else linear.end_row_jacobians[i - nh]
+        for j in range(wide):
+            total = 0.0
+            for m in range(nx):
+                total += slopes[m] * jacobian[m, j]
+            rows[i, j] = total
+        rows[i, nx] = nominal.rows[k, i] if i < nh else nominal.end_rows[i - nh]
+        if i >= nh and k < nominal.inputs.shape[0] - 1:
+            rows[i, nx] = -1e300
+    for i in range(ng):
+        for j in range(wide):
+            rows[nh + nt + i, j] = linear.input_row_jacobians[k, i, j]
+        rows[nh + nt + i, nx] = nominal.input_rows[k, i]
+    for i in range(program.bounded.shape[0]):
+        index, side, row = program.bounded[i], program.side[i], nh + nt + ng + i
+        if index < nx:
+            for j in range(wide):
+                rows[row, j] = side * jacobian[index, j]
+            rows[row, nx] = side * (nominal.states[k + 1, index] - program.limit[i])
+        else:
+            for j in range(wide):
+                rows[row, j] = 0.0
+            rows[row, nx + 1 + index - nx] = side
+            rows[row, nx] = side * (nominal.inputs[k, index - nx] - program.limit[i])
+    for i in range(rows.shape[0]):
+        program.constraints[i] = rows[i, nx]
+        for a in range(nu):
+            program.jacobian[i, a] = rows[i, nx + 1 + a]
+
+
+@kernel
+def eliminate_rows(work: Workspace) -> None:
+    """Take the inputs out of the rows: T and c̃."""
+    nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
+    program, rows = work.program, work.program.eliminated
+    for i in range(rows.shape[0]):
+        for a in range(nu):
+            share = rows[i, nx + 1 + a]
+            program.projected[i, a] = share
+            if share != 0.0:
+                for j in range(wide):
+                    rows[i, j] -= share * work.node.scaled[a, j]
+        program.residuals[i] = rows[i, nx]
+
+
+@kernel
+def violated(work: Workspace, k: int) -> bool:
+    """Whether the unconstrained step of node k violates a row of its program."""
+    program, nx, nu = work.program, len(work.sizes.states), len(work.sizes.inputs)
+    for i in range(program.constraints.shape[0]):
+        total = program.constraints[i]
+        for a in range(nu):
+            total += program.jacobian[i, a] * work.policy.gains[k, a, nx]
+        if total > ROW_TOLERANCE:
+            return True
+    return False
+
+
+@kernel
+def keep_active(work: Workspace, k: int) -> bool:
+    """Change value and policy of node k so that the rows `program.active[k]` stay active; False if they are dependent."""
+    nx, nu, wide, narrow = (
+        len(work.sizes.states),
+        len(work.sizes.inputs),
+        len(work.sizes.wide),
+        len(work.sizes.narrow),
+    )
+    program, value, gains, factors = work.program, work.node.value, work.policy.gains[k], work.policy.factors[k]
+    dual, indices, factor = program.dual, program.indices, program.gathered
+    count = gather_schur(program.projected, factors, program.active[k], indices, factor)
+    if count > factor.shape[0] or not cholesky(factor, count, factor):
+        return False
+    for b in range(count):
+        for j in range(wide):
+            dual[b, j] = program.eliminated[indices[b], j]
+    solve_lower(factor, count, wide, dual)
+    for b in range(count):
+        work.result[RESULT.DECREASE] -= 0.5 * dual[b, nx] ** 2
+        for i in range(nx):
+            scale = dual[b, i]
+            for j in range(nx + 1):
+                value[i, j] += scale * dual[b, j]
+    solve_upper(factor, count, wide, dual)
+    change = work.node.scaled  # this node's elimination is not needed any more
+    for a in range(nu - 1, -1, -1):
+        for j in range(narrow):
+            total = 0.0
+            for b in range(count):
+                total -= program.projected[indices[b], a] * dual[b, j]
+            total /= factors[a, a]
+            for b in range(a + 1, nu):
+                total -= factors[a, b] * change[b, j]
+            change[a, j] = total
+            gains[a, j] += total
+    program.multipliers[:] = 0.0
+    for b in range(count):
+        program.multipliers[indices[b]] = dual[b, nx]
+    return True
+
+
+@kernel
+def export_multipliers(work: Workspace, k: int) -> None:
+    """λ of node k's program to where they belong."""
+    nx, nh, nt, ng = (
+        len(work.sizes.states),
+        len(work.sizes.rows),
+        len(work.sizes.end_rows),
+        len(work.sizes.input_rows),
+    )
+    program, multipliers = work.program, work.multipliers
+    found = program.multipliers
+    for i in range(nh):
+        multipliers.rows[k, i] = max(found[i], 0.0)
+    if k == work.nominal.inputs.shape[0] - 1:
+        for i in range(nt):
+            multipliers.end_rows[i] = max(found[nh + i], 0.0)
+    for i in range(ng):
+        multipliers.input_rows[k, i] = max(found[nh + nt + i], 0.0)
+    for i in range(nx):
+        multipliers.states[k, i] = 0.0
+    for i in range(len(work.sizes.inputs)):
+        multipliers.inputs[k, i] = 0.0
+    for i in range(program.bounded.shape[0]):
+        index, force = program.bounded[i], program.side[i] * max(found[nh + nt + ng + i], 0.0)
+        if index < nx:
+            multipliers.states[k, index] += force
+        else:
+            multipliers.inputs[k, index - nx] += force
+
+
+@kernel
+def backward(model: object, work: Workspace, start: int, regularization: float, guess: bool, settled: bool) -> int:
+    """Backward pass from node `start` to 0.
+
+    Args:
+        model: The problem's model.
+        work: Workspace, linearised along a nominal trajectory without defects; its value function is that of `start` + 1.
+        start: Node to begin with.
+        regularization: Relative addition to the input weights.
+        guess: Try to find active sets here; otherwise every node with a violated row is left to the caller.
+        settled: Node `start` was left to the caller, who has settled its active set.
+
+    Returns:
+        DONE, NOT_CONVEX, or the node whose program (`program`) the caller must solve: it then sets `program.active` of that
+        node and calls again with `start` = node and `settled` = True.
+    """
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    node, program, result = work.node, work.program, work.result
+    for k in range(start, -1, -1):
+        if not (settled and k == start):  # else value, factor and rows of this node are there from the last call
+            work.active.input_count[k] = 0
+            set_base(model, work, k, 1.0, regularization, True)
+            if not eliminate_inputs(
+                work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
+                work.policy.gains, work.policy.factors, work.policy.values, node.rows, node.scaled,
+            ):  # fmt: skip
+                return NOT_CONVEX
+            for a in range(nu):
+                result[RESULT.DECREASE] += 0.5 * node.rows[a, nx] * node.scaled[a, nx]
+            program.multipliers[:] = 0.0
+            fill_rows(work, k)
+            if not violated(work, k):
+                for i in range(program.proposal.shape[0]):
+                    program.active[k, i] = False
+            else:
+                eliminate_rows(work)
+                for i in range(program.proposal.shape[0]):
+                    program.proposal[i] = program.active[k, i]
+                if not (guess and solve_dual(work, k)):
+                    export_program(work, k, True)
+                    return k
+                for i in range(program.proposal.shape[0]):
+                    program.active[k, i] = program.proposal[i]
+                if not keep_active(work, k):
+                    return NOT_CONVEX
+        elif not keep_active(work, k):
+            return NOT_CONVEX
+        export_multipliers(work, k)
+        for a in range(nu):
+            change = work.weights.input[a] * abs(work.policy.gains[k, a, nx])
+            result[RESULT.CHANGE] = max(result[RESULT.CHANGE], change)
+    return DONE if abs(result[RESULT.DECREASE]) < np.inf else NOT_CONVEX

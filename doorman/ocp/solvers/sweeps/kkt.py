@@ -1,0 +1,71 @@
+r"""First-order optimality of a trajectory, checked without any solver's kernels.
+
+With costates :math:`p_k = L_{x,k} + A_k^T p_{k+1}` from the last state backwards, where L_x gathers cost, constraints and
+bounds of state k with their multipliers, the residual is the largest entry of :math:`L_{u,k} + B_k^T p_{k+1}`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.ocp.kernels import functions
+from doorman.ocp.kernels.functions import is_implemented
+
+Array = NDArray[np.float64]
+
+
+def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -> float:
+    """Largest gradient of the Lagrangian by an input.
+
+    Args:
+        problem: `Problem`.
+        states: X, shape (N + 1, nx).
+        inputs: U, shape (N, nu).
+        multipliers: `Multipliers`.
+
+    Returns:
+        The residual, in units of the cost by those of the input.
+    """
+    model, cost, dt = problem.model, problem.cost, problem.time_step
+    n, nx, nu = problem.horizon, problem.nx, problem.nu
+    own = is_implemented(functions.stage_cost, type(model)) or is_implemented(functions.end_cost, type(model))
+    costate = cost.terminal_weights * (states[n] - cost.state_goal) + _of_state(problem, states, multipliers, n)
+    if own:
+        gradient = np.zeros(nx)
+        functions.expand_end_cost(functions.at_node(model, n), states[n].copy(), gradient, np.zeros((nx, nx)))
+        costate = costate + gradient
+    worst = 0.0
+    for k in range(n - 1, -1, -1):
+        x, u = states[k].copy(), inputs[k].copy()
+        jacobian, gradient = np.zeros((nx, nx + nu)), np.zeros(nx + nu)
+        functions.linearize_step(functions.at_node(model, k), x, u, jacobian)
+        if own:
+            functions.expand_stage_cost(functions.at_node(model, k), x, u, gradient, np.zeros((nx + nu, nx + nu)))
+        gradient[:nx] += dt * cost.state_weights * (x - cost.state_goal)
+        gradient[nx:] += dt * cost.input_weights * (u - cost.input_goal) + multipliers.inputs[k]
+        if problem.n_input_constraints:
+            g, slopes = np.zeros(problem.n_input_constraints), np.zeros((problem.n_input_constraints, nx + nu))
+            functions.linearize_input_constraints(functions.at_node(model, k), x, u, g, slopes)
+            gradient += slopes.T @ multipliers.input_rows[k]
+        gradient += jacobian.T @ costate
+        worst = max(worst, float(np.abs(gradient[nx:]).max()))
+        costate = gradient[:nx] + (_of_state(problem, states, multipliers, k) if k > 0 else 0.0)
+    return worst
+
+
+def _of_state(problem: Any, states: Array, multipliers: Any, k: int) -> Array:
+    """Gradient by state k of its constraints and bounds with their multipliers, shape (nx,)."""
+    x, nx = states[k].copy(), problem.nx
+    total: Array = multipliers.states[k - 1].copy()
+    if problem.n_constraints:
+        h, slopes = np.zeros(problem.n_constraints), np.zeros((problem.n_constraints, nx))
+        functions.linearize_constraints(functions.at_node(problem.model, k), x, h, slopes)
+        total += slopes.T @ multipliers.rows[k - 1]
+    if k == problem.horizon and problem.n_end_constraints:
+        h, slopes = np.zeros(problem.n_end_constraints), np.zeros((problem.n_end_constraints, nx))
+        functions.linearize_end_constraints(functions.at_node(problem.model, k), x, h, slopes)
+        total += slopes.T @ multipliers.end_rows
+    return total

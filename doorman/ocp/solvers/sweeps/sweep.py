@@ -1,0 +1,241 @@
+r"""Riccati sweep of the augmented Lagrangian, and the step that follows from it.
+
+Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ; the active rows add :math:`h_x^T h_x/\mu` to V_xx and
+:math:`h_x^T(\lambda + h/\mu)` to V_x of their state, g likewise to the node's cost, and bounds to a diagonal.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import load, multiply_rows, store
+from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
+from doorman.ocp.solvers.workspace import RESULT, Workspace
+
+
+@kernel
+def terminal_value(model: object, work: Workspace) -> None:
+    """Value function of the last state; the predicted decrease is none so far."""
+    nx = len(work.sizes.states)
+    last, weights, value = work.nominal.states[work.nominal.inputs.shape[0]], work.weights, work.node.value
+    value[:, :] = 0.0
+    for i in range(nx):
+        value[i, i] = weights.terminal[i]
+        value[i, nx] = weights.terminal[i] * (last[i] - weights.state_goal[i])
+    if len(work.sizes.extra_cost) > 0:
+        gradient, hessian = work.node.gradient[:nx], work.node.hessian[:nx, :nx].copy()
+        gradient[:] = 0.0
+        hessian[:, :] = 0.0
+        expand_end_cost(at_node(model, work.nominal.inputs.shape[0]), last, gradient, hessian)
+        for i in range(nx):
+            value[i, nx] += gradient[i]
+            for j in range(nx):
+                value[i, j] += hessian[i, j]
+    work.result[RESULT.DECREASE] = 0.0
+
+
+@kernel
+def value_behind(model: object, work: Workspace, node: int) -> None:
+    """Value function of state node + 1 as the last sweep left it, or anew at the horizon's end."""
+    if node == work.nominal.inputs.shape[0] - 1:
+        terminal_value(model, work)
+        work.policy.sums[node + 1, :] = 0.0
+    else:
+        copy_rows(work.policy.values[node + 1], work.node.value)
+
+
+@kernel
+def penalize_state(work: Workspace, k: int, penalty: float) -> None:
+    """Add the active rows and bounds of state k + 1 to its value function."""
+    nx, last = len(work.sizes.states), k == work.nominal.inputs.shape[0] - 1
+    value, linear, active, multipliers = work.node.value, work.linear, work.active, work.multipliers
+    stiff = penalty * work.stiffness[k]
+    for i in range(len(work.sizes.rows)):
+        if active.rows[k, i] != 0:
+            row = linear.row_jacobians[k, i]
+            row[nx] = multipliers.rows[k, i] / stiff + work.nominal.rows[k, i]
+            for a in range(nx):
+                scale = stiff * row[a]
+                store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
+            row[nx] = 0.0
+    if last:
+        for i in range(len(work.sizes.end_rows)):
+            if active.end_rows[i] != 0:
+                force = multipliers.end_rows[i] + penalty * work.nominal.end_rows[i]
+                for a in range(nx):
+                    slope = linear.end_row_jacobians[i, a]
+                    value[a, nx] += slope * force
+                    for b in range(nx):
+                        value[a, b] += penalty * slope * linear.end_row_jacobians[i, b]
+    if len(work.sizes.state_bounds) > 0:
+        x = work.nominal.states[k + 1]
+        for i in range(nx):
+            side = active.states[k, i]
+            if side != 0:
+                bound = work.limits.state_upper[i] if side > 0 else work.limits.state_lower[i]
+                value[i, i] += stiff
+                value[i, nx] += multipliers.states[k, i] + stiff * (x[i] - bound)
+
+
+@kernel
+def set_base(model: object, work: Workspace, k: int, penalty: float, regularization: float, afresh: bool) -> bool:
+    """Cost of node k with its active mixed rows and bounds, into `node.base_x` and `node.base_u`.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        k: Node.
+        penalty: 1/μ.
+        regularization: Relative addition to the input weights.
+        afresh: The buffers hold more than the quadratic cost of another node.
+
+    Returns:
+        Whether they do after this call.
+    """
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    base_x, base_u, weights = work.node.base_x, work.node.base_u, work.weights
+    x, u = work.nominal.states[k], work.nominal.inputs[k]
+    if afresh:
+        base_x[:, :] = 0.0
+        base_u[:, :] = 0.0
+        for i in range(nx):
+            base_x[i, i] = weights.state[i]
+        for i in range(nu):
+            base_u[i, nx + 1 + i] = weights.input[i] * (1.0 + regularization)
+    for i in range(nx):
+        base_x[i, nx] = weights.state[i] * (x[i] - weights.state_goal[i])
+    for i in range(nu):
+        base_u[i, nx] = weights.input[i] * (u[i] - weights.input_goal[i])
+    if len(work.sizes.extra_cost) > 0:
+        add_stage_cost(model, work, k)
+    if work.active.input_count[k] > 0:
+        penalize_input(work, k, penalty)
+    return len(work.sizes.extra_cost) > 0 or work.active.input_count[k] > 0
+
+
+@kernel
+def add_stage_cost(model: object, work: Workspace, k: int) -> None:
+    """Add the model's own cost of node k."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
+    gradient[:] = 0.0
+    hessian[:, :] = 0.0
+    expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
+    for i in range(nx):
+        base_x[i, nx] += gradient[i]
+        for j in range(nx):
+            base_x[i, j] += hessian[i, j]
+    for i in range(nu):
+        base_u[i, nx] += gradient[nx + i]
+        for j in range(nx):
+            base_u[i, j] += hessian[nx + i, j]
+        for j in range(nu):
+            base_u[i, nx + 1 + j] += hessian[nx + i, nx + j]
+
+
+@kernel
+def penalize_input(work: Workspace, k: int, penalty: float) -> None:
+    """Add the active mixed rows and input bounds of node k."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    base_x, base_u, active, multipliers = work.node.base_x, work.node.base_u, work.active, work.multipliers
+    for i in range(len(work.sizes.input_rows)):
+        if active.input_rows[k, i] != 0:
+            row = work.linear.input_row_jacobians[k, i]
+            row[nx] = multipliers.input_rows[k, i] / penalty + work.nominal.input_rows[k, i]
+            for a in range(nx):
+                scale = penalty * row[a]
+                for b in range(nx + 1):
+                    base_x[a, b] += scale * row[b]
+            for a in range(nu):
+                scale = penalty * row[nx + 1 + a]
+                for b in range(nx + 1 + nu):
+                    base_u[a, b] += scale * row[b]
+            row[nx] = 0.0
+    if len(work.sizes.input_bounds) > 0:
+        u = work.nominal.inputs[k]
+        for i in range(nu):
+            side = active.inputs[k, i]
+            if side != 0:
+                bound = work.limits.input_upper[i] if side > 0 else work.limits.input_lower[i]
+                base_u[i, nx + 1 + i] += penalty
+                base_u[i, nx] += multipliers.inputs[k, i] + penalty * (u[i] - bound)
+
+
+@kernel
+def sweep(model: object, work: Workspace, penalty: float, regularization: float, last: int) -> bool:
+    """Policy of the nodes up to `last` with the penalties of the active set; False if a Q_uu is not positive definite.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        penalty: 1/μ.
+        regularization: Relative addition to the input weights.
+        last: N − 1, or the last node whose active set is not that of the sweep before, on the same linearisation with the same
+            regularization: behind it everything stays.
+    """
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    node, policy = work.node, work.policy
+    value_behind(model, work, last)
+    decrease, costate = policy.sums[last + 1, 0], policy.sums[last + 1, 1]
+    afresh = True
+    for k in range(last, -1, -1):
+        if work.active.state_count[k] > 0:
+            penalize_state(work, k, penalty)
+        afresh = set_base(model, work, k, penalty, regularization, afresh)
+        if not eliminate_inputs(
+            work.sizes, k, work.weights.time_step, work.linear.jacobians, node.value, node.base_x, node.base_u,
+            policy.gains, policy.factors, policy.values, node.rows, node.scaled,
+        ):  # fmt: skip
+            return False
+        for a in range(nu):
+            decrease += node.rows[a, nx] * node.scaled[a, nx]
+        for i in range(nx):
+            costate = max(costate, abs(node.value[i, nx]))
+        policy.sums[k, 0], policy.sums[k, 1] = decrease, costate
+    work.result[RESULT.DECREASE] = 0.5 * decrease
+    work.result[RESULT.COSTATE] = costate
+    return bool(abs(decrease) < np.inf)
+
+
+@kernel
+def step_along(work: Workspace) -> None:
+    """Newton step of the last sweep into `trial`, with the rows linearised there."""
+    nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.rows), len(work.sizes.input_rows)
+    nominal, trial, step, weights, linear = work.nominal, work.trial, work.node.step, work.weights, work.linear
+    n, largest = nominal.inputs.shape[0], 0.0
+    flat_rows, flat_input_rows = trial.rows.reshape(-1), trial.input_rows.reshape(-1)
+    step[:] = 0.0
+    for i in range(nx):
+        trial.states[0, i] = nominal.states[0, i]
+    for k in range(n):
+        step[nx] = 1.0
+        for i in range(nu):
+            step[nx + 1 + i] = 0.0
+        multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+        for i in range(nu):
+            largest = max(largest, weights.input[i] * abs(step[nx + 1 + i]))
+            trial.inputs[k, i] = nominal.inputs[k, i] + step[nx + 1 + i]
+        if ng > 0:
+            step[nx] = 0.0
+            multiply_rows(
+                linear.input_row_jacobians, k, work.sizes.input_rows, work.sizes.wide, step, flat_input_rows, k * ng
+            )
+            step[nx] = 1.0
+            for i in range(ng):
+                trial.input_rows[k, i] += nominal.input_rows[k, i]
+        multiply_rows(linear.jacobians, k, work.sizes.states, work.sizes.wide, step, step, 0)
+        for i in range(nx):
+            trial.states[k + 1, i] = nominal.states[k + 1, i] + step[i]
+        if nh > 0:
+            multiply_rows(linear.row_jacobians, k, work.sizes.rows, work.sizes.narrow, step, flat_rows, k * nh)
+            for i in range(nh):
+                trial.rows[k, i] += nominal.rows[k, i]
+    for i in range(len(work.sizes.end_rows)):
+        value = nominal.end_rows[i]
+        for j in range(nx):
+            value += linear.end_row_jacobians[i, j] * step[j]
+        trial.end_rows[i] = value
+    work.result[RESULT.CHANGE] = largest

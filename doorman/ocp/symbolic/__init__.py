@@ -1,1 +1,0 @@
-"""Problems from CasADi expressions: printed as kernels, compiled once, kept on disk."""

@@ -1,0 +1,174 @@
+"""Problems from CasADi expressions: dynamics, constraints and costs are written once, derivatives and kernels follow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from doorman.checks import vector
+from doorman.exceptions import DimensionError, SolverError
+from doorman.ocp.kernels.loading import load
+from doorman.ocp.kernels.module_text import module_text
+from doorman.ocp.problem.costs import QuadraticCost
+from doorman.ocp.problem.expressions import Expressions, integrators_of
+from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
+from doorman.ocp.problem.problem import Bounds, Problem
+from doorman.ocp.problem.terms import Constraint, Cost, Residual
+from doorman.ocp.solvers.solver import per_node
+
+
+class SymbolicModel:
+    """Dynamics in CasADi SX, of which problems are made.
+
+    Parameters are numbers that change without compiling: of the whole problem, or of each node (references, obstacles that
+    move). Weights of the quadratic cost, bounds and the time step are such numbers anyway.
+
+    Args:
+        x: Symbols of the state, (nx, 1).
+        u: Symbols of the input, (nu, 1).
+        dynamics: ẋ of these symbols, (nx, 1); x⁺ with `integrator="discrete"`.
+        parameters: Symbols of the problem's parameters, (np, 1).
+        node_parameters: Symbols of each node's parameters, (nq, 1).
+        integrator: "rk4", "euler" or "discrete". Inputs and a node's parameters are held over the step.
+        steps: Equal integration steps that make up a time step.
+
+    Raises:
+        SolverError: if symbols are no SX symbols, or `dynamics` contains others.
+        DimensionError: if `dynamics` has another size than the state.
+    """
+
+    def __init__(
+        self, x: Any, u: Any, dynamics: Any, *, parameters: Any = None, node_parameters: Any = None,
+        integrator: Integrator = "rk4", steps: int = 1,
+    ) -> None:  # fmt: skip
+        if integrator not in INTEGRATORS:
+            raise SolverError("unknown", field="integrator", given=integrator, allowed=", ".join(INTEGRATORS))
+        if not (isinstance(steps, (int, np.integer)) and steps >= 1):
+            raise DimensionError("no number of steps", field="steps", given=steps, allowed="an integer >= 1")
+        self.x, self.u = _symbols("x", x), _symbols("u", u)
+        self.parameters = _symbols("parameters", ca.SX(0, 1) if parameters is None else parameters)
+        self.node_parameters = _symbols("node_parameters", ca.SX(0, 1) if node_parameters is None else node_parameters)
+        self.integrator, self.steps = integrator, int(steps)
+        self._time_step = ca.SX.sym("time_step")
+        right = self._expression("dynamics", dynamics, inputs=True)
+        if right.numel() != self.nx:
+            raise DimensionError("wrong number of rows", field="dynamics", given=right.numel(), allowed=str(self.nx))
+        symbols = [self.x, self.u, self.parameters, self.node_parameters]
+        rate = ca.Function("rate", symbols, [right])
+        self._step = discretized(
+            lambda state: rate(state, *symbols[1:]), self.x, self._time_step, integrator, self.steps
+        )
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "a SymbolicModel cannot be copied or pickled, as your expressions refer to its symbols; its problems can"
+        )
+
+    @property
+    def nx(self) -> int:
+        """Number of states."""
+        return int(self.x.numel())
+
+    @property
+    def nu(self) -> int:
+        """Number of inputs."""
+        return int(self.u.numel())
+
+    def problem(
+        self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
+        constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
+        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None,
+    ) -> Problem:  # fmt: skip
+        """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
+
+        Args:
+            horizon: N, number of steps.
+            time_step: Δt [s].
+            cost: Diagonal quadratic cost.
+            bounds: Of states and inputs.
+            constraints: Rows that must not be positive.
+            costs: Terms on top of the quadratic cost.
+            parameters: Values of the parameters, shape (np,).
+            node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
+
+        Returns:
+            The problem.
+
+        Raises:
+            SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
+            DimensionError: if a size does not fit.
+        """
+        given = vector(parameters, self.parameters.numel(), "parameters")
+        expressions = self._expressions(constraints, costs)
+        for name, size in (("cost.state_goal", self.nx), ("cost.input_goal", self.nu)):
+            found = len(getattr(cost, name.partition(".")[2]))
+            if found != size:
+                raise DimensionError("wrong length", field=name, given=found, allowed=str(size))
+        shape = (horizon + 1, int(self.node_parameters.numel()))
+        at_nodes = per_node(np.zeros(shape) if node_parameters is None else node_parameters, shape).copy()
+        return Problem(
+            load(module_text(expressions)).Model.of(time_step, given, at_nodes),
+            horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
+            n_constraints=expressions.rows.numel(), n_input_constraints=expressions.input_rows.numel(),
+            n_end_constraints=expressions.end_rows.numel(), integrators=integrators_of(expressions),
+            constraint_names=expressions.names,
+        )  # fmt: skip
+
+    def _expressions(self, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Expressions:
+        _check_names([*constraints, *costs])
+        rows: dict[str, list[Any]] = {"rows": [], "input_rows": [], "end_rows": []}
+        names: dict[str, list[str]] = {kind: [] for kind in rows}
+        for constraint in constraints:
+            at_end = constraint.at == "end"
+            expression = self._expression(constraint.name, constraint.expression, inputs=not at_end)
+            kind = "end_rows" if at_end else "input_rows" if ca.depends_on(expression, self.u) else "rows"
+            rows[kind].append(expression / constraint.scale)
+            names[kind] += _row_names(constraint, expression.numel())
+        at: dict[str, list[tuple[Any, Any]]] = {"stages": [], "end": []}
+        for term in costs:
+            expression = self._expression(term.name, term.expression, inputs=term.at == "stages")
+            at[term.at].append((term, expression))
+        return Expressions.of(
+            self.x, self.u, self._time_step, self.parameters, self.node_parameters, self._step,
+            {kind: ca.densify(ca.vertcat(ca.SX(0, 1), *each)) for kind, each in rows.items()},
+            tuple(name for kind in rows for name in names[kind]), at["stages"], at["end"],
+        )  # fmt: skip
+
+    def _expression(self, name: str, expression: Any, inputs: bool) -> Any:
+        """A column of SX, of known symbols."""
+        try:
+            column = ca.vertcat(*expression) if isinstance(expression, (list, tuple)) else ca.SX(expression)
+        except (NotImplementedError, TypeError) as error:
+            raise SolverError(
+                "not an expression", field=name, given=type(expression).__name__, allowed="CasADi SX, or numbers"
+            ) from error
+        column = ca.densify(ca.vec(ca.SX(column)))
+        known = [self.x, self.parameters, self.node_parameters, *([self.u] if inputs else [])]
+        unknown = [str(s) for s in ca.symvar(column) if not ca.depends_on(ca.vertcat(*known), s)]
+        if unknown:
+            allowed = ", ".join(str(symbol) for symbol in ca.symvar(ca.vertcat(*known)))
+            raise SolverError("unknown symbols", field=name, given=", ".join(unknown), allowed=allowed)
+        return column
+
+
+def _symbols(field: str, given: Any) -> Any:
+    """A column of SX symbols."""
+    if not (isinstance(given, ca.SX) and given.is_column() and (given.is_empty() or given.is_valid_input())):
+        raise SolverError("not symbols", field=field, given=type(given).__name__, allowed="a column of casadi.SX.sym")
+    return given
+
+
+def _check_names(terms: Sequence[Any]) -> None:
+    names = [term.name for term in terms]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise SolverError("names must differ", field="constraints, costs", given=", ".join(twice))
+
+
+def _row_names(constraint: Constraint, count: int) -> list[str]:
+    unit = f" [{constraint.unit}]" if constraint.unit else ""
+    return [f"{constraint.name}{f' {i}' if count > 1 else ''}{unit}" for i in range(count)]

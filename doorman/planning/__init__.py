@@ -1,0 +1,1 @@
+"""The door tasks as optimal control problems, and the planner."""

@@ -1,0 +1,102 @@
+"""The full Lagrangian dynamics as a model to plan with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.dynamics.lagrangian import lagrangian_step
+from doorman.dynamics.lagrangian_reduction import reduce_trajectory
+from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
+from doorman.kinematics.urdf import frozen
+from doorman.model import GRAVITY, Model
+from doorman.numba_types.handles import Handle
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.hinge import Hinge
+from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
+from doorman.planning.quasi_static_planning import leaning, push_along_normal, too_stiff
+
+Array = NDArray[np.float64]
+
+
+class LagrangianPlanning:
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; see `PlanningModel`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.dynamics = lagrangian_model(model)
+        joints = model.vehicle.joint_names
+        angles = ("roll", "pitch", "yaw", "door angle")
+        self.state_names = (*angles, "roll rate", "pitch rate", "yaw rate", "door rate", *joints)
+        self.input_names = ("thrust", "torque x", "torque y", "torque z", *(f"rate of {j}" for j in joints))
+        self.start_state = frozen(at_rest(model.start_state))
+        self.goal_state = frozen(at_rest(model.goal_state))
+        self.hover_input = model.hover_input
+        self.follows_start = False
+        self.reduced(self.start_state, self.hover_input)  # compiles: nothing is in flight
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array, see `PlanningModel`."""
+        return self.dynamics.check_state(state, field)
+
+    def problem(self) -> Problem:
+        """The door problem with full dynamics, see `PlanningModel`."""
+        return lagrangian_problem(self.model)
+
+    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
+        """The same constraints wherever a plan starts, see `PlanningModel`."""
+        return parameters._replace(dynamics=hinge.into(parameters.dynamics), margin=margin)
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """The scenario's, leaning, see `PlanningModel`."""
+        return leaning(self.model, self.goal_state, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[3]))
+
+    def relaxed(self, parameters: Any) -> bool:
+        """Never, see `PlanningModel`."""
+        return False
+
+    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal, see `PlanningModel`."""
+        return push_along_normal(*self.reduced(states, inputs))
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`, see `PlanningModel`."""
+        x = np.asarray(reduced, dtype=np.float64)
+        return np.concatenate([x[:4], euler_rate_matrix(x[:3]) @ np.asarray(body_rates), x[4:]])
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques, see `PlanningModel`."""
+        x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
+        reduced_states, reduced_inputs = np.empty((len(x), self.model.nx)), np.empty_like(u)
+        reduce_trajectory(x, u, reduced_states, reduced_inputs)
+        return (reduced_states if states.ndim == 2 else reduced_states[0]), reduced_inputs.reshape(inputs.shape)
+
+    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
+        mass = self.model.vehicle.mass
+        force: Array = thrust * rotation_body_to_world(reduced[:3])[:, 2] - mass * acceleration
+        force[2] -= mass * GRAVITY
+        return force
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        """The full dynamics themselves, see `PlanningModel`."""
+        parameters: Any = Handle(self.dynamics.parameters(disturbance)._replace(friction=0.0))
+
+        def step(state: Array, inputs: Array) -> Array:
+            following = np.empty_like(state)
+            lagrangian_step(parameters, state.copy(), inputs.copy(), following)
+            return following
+
+        return step

@@ -1,0 +1,79 @@
+"""What vehicle and arm can do, as bounds of the optimal control problem."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.model import GRAVITY, Model
+from doorman.ocp.problem.problem import Bounds
+
+Array = NDArray[np.float64]
+
+
+def reduced_bounds(model: Model) -> Bounds:
+    """Bounds of [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d] from `[limits]` and the vehicle's URDF; none if they are switched off.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        Joint angles and rates, thrust and body rates; the tilt is a constraint of its own, see `least_cosine`.
+    """
+    limits, vehicle = model.scenario.limits, model.vehicle
+    if not limits.enabled:
+        return Bounds()
+    rates = np.asarray(vehicle.rate_limits if limits.joint_rates is None else np.full(model.n_arm, limits.joint_rates))
+    body = np.asarray(limits.body_rates)
+    none = np.full(5, np.inf)
+    return Bounds(
+        state_lower=np.concatenate([-none, vehicle.lower_limits]),
+        state_upper=np.concatenate([none, vehicle.upper_limits]),
+        input_lower=np.concatenate([[limits.min_thrust], -body, -rates]),
+        input_upper=np.concatenate([[vehicle.max_thrust], body, rates]),
+    )
+
+
+def lagrangian_bounds(model: Model) -> Bounds:
+    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
+
+    Args:
+        model: Model of the scenario.
+    """
+    if not model.scenario.limits.enabled:
+        return Bounds()
+    reduced = reduced_bounds(model)
+    lower, upper = np.asarray(reduced.input_lower).copy(), np.asarray(reduced.input_upper).copy()
+    lower[1:4], upper[1:4] = -np.inf, np.inf
+    arm, free = (np.asarray(reduced.state_lower)[5:], np.asarray(reduced.state_upper)[5:]), np.full(8, np.inf)
+    return Bounds(
+        state_lower=np.concatenate([-free, arm[0]]),
+        state_upper=np.concatenate([free, arm[1]]),
+        input_lower=lower,
+        input_upper=upper,
+    )
+
+
+def largest_body_rates(model: Model) -> Array:
+    """Largest |Ω| of `[limits]`, shape (3,) [rad/s]; shape (0,) if they are switched off."""
+    limits = model.scenario.limits
+    return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
+
+
+def largest_push(model: Model, tilt: float) -> float:
+    """Horizontal force that a vehicle which keeps its height has left [N].
+
+    Args:
+        model: Model of the scenario.
+        tilt: Largest angle between the body's z axis and the vertical [rad].
+    """
+    weight = model.vehicle.mass * GRAVITY
+    return min(weight * math.tan(tilt), math.sqrt(max(model.vehicle.max_thrust**2 - weight**2, 0.0)))
+
+
+def least_cosine(model: Model) -> float:
+    """Least cosine of the tilt, the angle between the body's z axis and the world's; −1 where it is free."""
+    limits = model.scenario.limits
+    return math.cos(limits.tilt) if limits.enabled else -1.0

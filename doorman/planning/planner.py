@@ -1,0 +1,258 @@
+"""Receding-horizon planner: a cold plan once, then warm plans at a fixed number of iterations."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import number
+from doorman.copying import CopiedWhole
+from doorman.exceptions import DimensionError
+from doorman.model import Model
+from doorman.ocp.solvers.hybrid import Hybrid
+from doorman.ocp.solvers.options import SolverOptions
+from doorman.ocp.solvers.solution import PlanStatus, row_name
+from doorman.one_line import OneLine
+from doorman.planning.hinge import Hinge
+from doorman.planning.planning_model import planning_model
+from doorman.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+COLD_ITERATIONS = 200
+"""Largest number of iterations of a cold plan."""
+
+LARGEST_PRICE = 100.0
+"""Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
+
+
+def _runs_away(status: PlanStatus, violated: str) -> bool:
+    """Whether nothing that may be flown was found because the door would be too fast, or would leave the tip behind."""
+    return not status.flyable and violated.startswith(("door", "tip presses"))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(OneLine):
+    """One second or so of motion; arrays are read-only."""
+
+    states: Array
+    """x_0 … x_N, shape (N + 1, nx); the first is the state that was given."""
+    inputs: Array
+    """u_0 … u_{N−1}, shape (N, nu)."""
+    cost: float
+    """J, the paper's cost; its goal leans against a disturbance of the hinge (`PlanningModel.goal`)."""
+    max_violation: float
+    """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
+    iterations: int
+    """Of the solver, linearisations and sweeps."""
+    status: PlanStatus
+    """How the solve ended, and whether the plan may be flown."""
+    solve_time: float
+    """Of the whole call [s]."""
+    time_step: float
+    """Δt between nodes [s]."""
+    violated: str = ""
+    """Where a constraint is violated: its name, the node and the amount of the worst one; of a door that cannot be opened or
+    stopped, the numbers; else empty."""
+
+    @property
+    def usable(self) -> bool:
+        """Whether dynamics and constraints hold along the plan."""
+        return self.status.usable
+
+    @property
+    def flyable(self) -> bool:
+        """Whether it may be flown: usable, or the way back to where constraints hold."""
+        return self.status.flyable
+
+
+class Planner(CopiedWhole):
+    """Planner of one scenario. The constructor compiles, or loads from the cache; plans never compile.
+
+    Not to be shared between threads: it owns its memory. A copy, and what is unpickled, plans as the original would, and without
+    touching it: with the same hinge, margin and previous plan.
+
+    Args:
+        scenario: The scenario, its name or path, or a model of it that exists already.
+        options: Settings of the solver.
+
+    Raises:
+        DoormanError: if the scenario cannot be made a problem.
+    """
+
+    def __init__(
+        self, scenario: Scenario | Model | str | os.PathLike[str], options: SolverOptions | None = None
+    ) -> None:
+        self.model = scenario if isinstance(scenario, Model) else Model(scenario)
+        self.settings = self.model.scenario.planner
+        self.planning = planning_model(self.model)
+        self._problem = self.planning.problem()
+        self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
+        self._fitted = False
+        self._parameters = self._problem.model
+        self._hinge = Hinge.of(self.model.door)
+        self._margin = self.settings.margin
+
+    def update_door(
+        self,
+        *,
+        friction: float | None = None,
+        disturbance: float | None = None,
+        inertia: float | None = None,
+        damping: float | None = None,
+        stiffness: float | None = None,
+    ) -> None:
+        """Change what the next plans take the hinge to do; the scenario's values hold until the first call.
+
+        Args:
+            friction: τ_c [N m].
+            disturbance: τ_d of α̈ = … − τ_d/I_D, in the sense of damping: negative where it resists opening [N m].
+            inertia: I_D of the leaf about the hinge [kg m²].
+            damping: b [N m s/rad].
+            stiffness: k of a spring or closer [N m/rad].
+
+        Raises:
+            DimensionError: if a value is not finite, the inertia not positive, or another but the disturbance negative.
+        """
+        given = {
+            "friction": friction, "disturbance": disturbance, "inertia": inertia, "damping": damping, "stiffness": stiffness,
+        }  # fmt: skip
+        hinge = self._hinge._replace(
+            **{name: number(value, name) for name, value in given.items() if value is not None}
+        )
+        for name, value, least, allowed in (
+            ("friction", hinge.friction, 0.0, "a finite torque, not negative [N m]"),
+            ("disturbance", hinge.disturbance, -math.inf, "a finite torque [N m]"),
+            ("inertia", hinge.inertia, math.ulp(0.0), "finite, positive [kg m²]"),
+            ("damping", hinge.damping, 0.0, "finite, not negative [N m s/rad]"),
+            ("stiffness", hinge.stiffness, 0.0, "finite, not negative [N m/rad]"),
+        ):
+            if not (math.isfinite(value) and value >= least):
+                raise DimensionError("the hinge cannot have this", field=name, given=value, allowed=allowed)
+        self._hinge, self._fitted = hinge, False
+
+    def update_margin(self, margin: float) -> None:
+        """Change the distance that the next plans keep from door and frame; `planner.margin` holds until the first call.
+
+        Args:
+            margin: Not negative [m].
+
+        Raises:
+            DimensionError: if it is negative or not finite.
+        """
+        wanted = number(margin, "margin", "finite, >= 0 [m]")
+        if wanted < 0.0:
+            raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
+        self._margin, self._fitted = wanted, False
+
+    @property
+    def margin(self) -> float:
+        """Distance that plans keep from door and frame [m]."""
+        return self._margin
+
+    def normal_forces(self, plan: Plan) -> Array:
+        """Force of the tip on the door along its normal, at every node but the last; positive where it presses.
+
+        Args:
+            plan: This planner's last plan.
+
+        Returns:
+            λ_n, shape (N,) [N].
+        """
+        return self.planning.normal_forces(self._parameters, plan.states, plan.inputs)
+
+    def _fit(self, state: Array) -> None:
+        """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
+        if self._fitted and not self.planning.follows_start:
+            return
+        self._parameters = self.planning.fitted(self._problem.model, self._hinge, self._margin, state)
+        self.solver.update_model(self._parameters)
+        self.solver.update_goal(self.planning.goal(state, self._hinge))
+        self._fitted = True
+
+    def plan(self, state: ArrayLike, *, max_iterations: int = COLD_ITERATIONS, time_limit: float = math.inf) -> Plan:
+        """Plan from hover inputs until converged.
+
+        Args:
+            state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
+            max_iterations: Largest number of iterations.
+            time_limit: No iteration but the first begins that would not be over by then, if it takes as long as the longest so
+                far; constraints that are hard to hold are given up then [s].
+
+        Returns:
+            The plan; its status says whether it may be flown.
+
+        Raises:
+            DimensionError: if the state has another shape or is not finite, or a budget is not positive.
+            SingularityError: if its pitch is not inside ±90°.
+        """
+        started = time.perf_counter()
+        x = self.planning.check_state(state)
+        self._fit(x)
+        status, iterations = self.solver.run(x, max_iterations=max_iterations, time_limit=time_limit)
+        return self._plan(status, iterations, started)
+
+    def replan(
+        self,
+        state: ArrayLike,
+        elapsed: float | None = None,
+        *,
+        max_iterations: int | None = None,
+        time_limit: float = math.inf,
+    ) -> Plan:
+        """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
+
+        Where there is no previous plan the plan is cold. Where the previous one is no guess any more, as after a jump of the
+        state or of the door's parameters, or the iterations end in a plan that costs much more, the planner aims anew within the
+        budget; without one it may miss the deadline. Where nothing usable comes of that, the plan is the previous one bent to the
+        state, if that is usable.
+
+        Args:
+            state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.
+            elapsed: Time since the previous plan's state [s]; by default the previous plan is shifted to where it passes
+                nearest to `state` within its first two steps.
+            max_iterations: Largest number of iterations; by default `planner.iterations`, and more only to aim anew.
+            time_limit: See `plan`. What is found by then is returned, with a status that says what holds [s].
+
+        Returns:
+            The plan; its status says whether it may be flown.
+
+        Raises:
+            DimensionError: if the state has another shape, or state, time or budget is not finite.
+            SingularityError: if its pitch is not inside ±90°.
+        """
+        started = time.perf_counter()
+        x = self.planning.check_state(state)
+        self._fit(x)
+        status, iterations = self.solver.replan(
+            x, elapsed, iterations=self.settings.iterations, max_iterations=max_iterations, time_limit=time_limit
+        )
+        return self._plan(status, iterations, started)
+
+    def _plan(self, status: PlanStatus, iterations: int, started: float) -> Plan:
+        """What the solver's memory holds, as a plan."""
+        states, inputs = self.solver.trajectory()
+        violation, node, row = self.solver.worst()
+        words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
+        if status.usable and self.planning.relaxed(self._parameters):
+            status = PlanStatus.RELAXED
+        impossible = self.planning.impossible(self._hinge, states[0])
+        if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or _runs_away(status, words)):
+            status, words = impossible
+        cost = self.solver.cost if status.flyable else math.inf
+        return Plan(
+            states=states,
+            inputs=inputs,
+            cost=cost,
+            max_violation=violation,
+            iterations=iterations,
+            status=status,
+            solve_time=time.perf_counter() - started,
+            time_step=self.settings.time_step,
+            violated=words,
+        )

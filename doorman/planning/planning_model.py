@@ -1,0 +1,184 @@
+"""What a planner, and whoever follows or draws its plans, needs to know of the model that it plans with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.exceptions import ScenarioError
+from doorman.model import Model
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.hinge import Hinge
+from doorman.planning.lagrangian_planning import LagrangianPlanning
+from doorman.planning.push_planning import PushPlanning
+from doorman.planning.quasi_static_planning import QuasiStaticPlanning
+
+Array = NDArray[np.float64]
+
+
+class PlanningModel(Protocol):
+    """A model to plan with: its states and inputs, its problem, and the way to and from the *reduced* states and inputs.
+
+    Reduced states and inputs are those of `Model`, [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d]: what is measured, followed, recorded and
+    drawn, whatever a plan is made with.
+    """
+
+    model: Model
+    """Model of the scenario."""
+    state_names: tuple[str, ...]
+    """One for each of the nx states."""
+    input_names: tuple[str, ...]
+    """One for each of the nu inputs."""
+    start_state: Array
+    """The scenario's, at rest, shape (nx,)."""
+    goal_state: Array
+    """The scenario's, at rest, shape (nx,)."""
+    hover_input: Array
+    """Carries the vehicle's weight, shape (nu,)."""
+    follows_start: bool
+    """Whether `fitted` and `goal` depend on the start."""
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array.
+
+        Args:
+            state: x, shape (nx,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (nx,).
+
+        Raises:
+            DimensionError: if it has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+
+    def problem(self) -> Problem:
+        """The scenario's optimal control problem.
+
+        Returns:
+            The problem; `fitted` takes its model.
+
+        Raises:
+            ScenarioError: if a vector of weights does not fit the arm.
+        """
+
+    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
+        """Parameters of the problem for what is known of the hinge, for a margin, and for a start.
+
+        Args:
+            parameters: The problem's model.
+            hinge: What is known of it.
+            margin: Distance from door and frame [m].
+            start: x, shape (nx,).
+
+        Returns:
+            Parameters of the same type.
+        """
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """Where the cost of a plan draws to, shape (nx,): `goal_state`, leaning against the hinge, or a place on the way there.
+
+        Args:
+            start: x, shape (nx,).
+            hinge: What is known of it.
+        """
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """Why the door cannot be opened from a start, or not be stopped, whatever the plan.
+
+        Args:
+            hinge: What is known of it.
+            start: x, shape (nx,).
+
+        Returns:
+            `PlanStatus.CANNOT_OPEN` or `CANNOT_STOP`, and its numbers in words; None if nothing speaks against it.
+        """
+
+    def relaxed(self, parameters: Any) -> bool:
+        """Whether `fitted` had to widen constraints so that they contain the start."""
+
+    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+        """Force of the tip on the door along its normal, positive where it presses, as the model understands it.
+
+        Args:
+            parameters: What `fitted` returned.
+            states: x_0 … x_N, shape (N + 1, nx).
+            inputs: u_0 … u_{N−1}, shape (N, nu).
+
+        Returns:
+            At every input, shape (N,) [N].
+        """
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """State to plan from.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+
+        Returns:
+            x, shape (nx,).
+
+        Raises:
+            SingularityError: if the model has Euler rates and the pitch is ±90°.
+        """
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        """Reduced states and inputs.
+
+        Args:
+            states: x, shape (nx,) or (m, nx).
+            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
+
+        Returns:
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d] of the inputs.
+        """
+
+    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+        """Force of the tip on the door, as the model understands it.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            thrust: f_t [N].
+            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
+
+        Returns:
+            Shape (3,), world frame [N].
+        """
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        """The motion that inputs cause where vehicle and door are what the URDFs say and nothing lags or disturbs.
+
+        Args:
+            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
+
+        Returns:
+            x⁺ = f(x, u) over `planner.time_step`.
+        """
+
+
+def planning_model(model: Model) -> PlanningModel:
+    """The model that a scenario plans with: by `planner.model`, and `contact.kind` with the simplified dynamics.
+
+    Args:
+        model: Model of the scenario.
+
+    Raises:
+        ScenarioError: if there is no such model for the contact.
+    """
+    push = model.scenario.contact.kind == "push"
+    if model.scenario.planner.model == "lagrangian":
+        if push:
+            raise ScenarioError(
+                "a tip that can only push is planned with the simplified dynamics", file=model.scenario.source,
+                field="planner.model", given="lagrangian", allowed="quasi_static",
+            )  # fmt: skip
+        return LagrangianPlanning(model)
+    if push:
+        return PushPlanning(model)
+    return QuasiStaticPlanning(model)

@@ -1,0 +1,194 @@
+"""The simplified dynamics as a model to plan with: its states and inputs are the reduced ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.dynamics.quasi_static import quasi_static_step
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.door_problem import door_problem
+from doorman.planning.hinge import Hinge
+from doorman.planning.limits import largest_push
+
+Array = NDArray[np.float64]
+
+
+_AT_GOAL = 0.05
+"""A door within this of the goal need not be moved [rad]."""
+
+
+class QuasiStaticPlanning:
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        joints = model.vehicle.joint_names
+        self.state_names = ("roll", "pitch", "yaw", "door angle", "door rate", *joints)
+        self.input_names = ("thrust", "body rate x", "body rate y", "body rate z", *(f"rate of {j}" for j in joints))
+        self.start_state = model.start_state
+        self.goal_state = model.goal_state
+        self.hover_input = model.hover_input
+        self.follows_start = False
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array, see `PlanningModel`."""
+        return self.model.check_state(state, field)
+
+    def problem(self) -> Problem:
+        """The paper's problem, see `PlanningModel`."""
+        return door_problem(self.model)
+
+    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
+        """The same constraints wherever a plan starts, see `PlanningModel`."""
+        return parameters._replace(dynamics=hinge.into(parameters.dynamics), margin=margin)
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """The scenario's, leaning, see `PlanningModel`."""
+        return leaning(self.model, self.goal_state, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[3]))
+
+    def relaxed(self, parameters: Any) -> bool:
+        """Never, see `PlanningModel`."""
+        return False
+
+    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal, see `PlanningModel`."""
+        return push_along_normal(*self.reduced(states, inputs))
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """The reduced state itself: body rates are inputs here."""
+        return np.array(reduced, dtype=np.float64)
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        """States and inputs themselves."""
+        return states, inputs
+
+    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
+        force: Array = thrust * rotation_body_to_world(reduced[:3])[:, 2]
+        force[2] -= self.model.vehicle.mass * GRAVITY
+        return force
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`."""
+        model = self.model
+        moving = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
+        parameters = model.dynamics_parameters(disturbance)._replace(door_inertia=moving, friction=0.0)
+
+        def step(state: Array, inputs: Array) -> Array:
+            following = np.empty_like(state)
+            quasi_static_step(parameters, state.copy(), inputs.copy(), following)
+            return following
+
+        return step
+
+
+def push_along_normal(states: Array, inputs: Array) -> Array:
+    r"""Push of the rotors along the door's normal, :math:`f_t\,n_D^T R e_3`.
+
+    Args:
+        states: Reduced, shape (m, 5 + n); a last one without input is left out.
+        inputs: Reduced, shape (m or m − 1, 4 + n).
+
+    Returns:
+        Shape of the inputs' first axis [N].
+    """
+    roll, pitch, turn = (
+        states[: len(inputs), 0],
+        states[: len(inputs), 1],
+        states[: len(inputs), 3] - states[: len(inputs), 2],
+    )
+    direction = np.cos(roll) * np.sin(pitch) * np.sin(turn) + np.sin(roll) * np.cos(turn)
+    return np.asarray(inputs[:, 0] * direction)
+
+
+def resistance(model: Model, hinge: Hinge, angle: float) -> float:
+    """Torque of a hinge at rest against the way to the goal [N m].
+
+    Args:
+        model: Model of the scenario.
+        hinge: What is known of it.
+        angle: α [rad].
+    """
+    torque = hinge.torque_at_rest(angle, model.door.rest_angle)
+    return hinge.friction + math.copysign(torque, torque * (float(model.goal_state[3]) - angle))
+
+
+def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str] | None:
+    """Whether a door resists by more, here or on the way to the goal, than the vehicle can push.
+
+    Args:
+        model: Model of the scenario.
+        hinge: What is known of it.
+        angle: α [rad].
+
+    Returns:
+        `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
+    """
+    goal, lever, limits = float(model.goal_state[3]), model.coupling.distance_from_hinge, model.scenario.limits
+    most = model.scenario.control.max_tilt
+    if abs(angle - goal) < _AT_GOAL:
+        return None
+    push = largest_push(model, min(limits.tilt, most) if limits.enabled else most)
+    worst = max(resistance(model, hinge, angle), resistance(model, hinge, goal + math.copysign(_AT_GOAL, angle - goal)))
+    if worst <= push * lever:
+        return None
+    words = f"resists by {worst:.2f} N m; {push:.1f} N, {lever:.2f} m from the hinge, make {push * lever:.2f} N m"
+    return PlanStatus.CANNOT_OPEN, words
+
+
+def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
+    """A goal whose attitude pushes against what the door is estimated to resist with, beyond what the scenario names.
+
+    A cost that draws to a level vehicle lets a door creep that needs a steady push.
+
+    Args:
+        model: Model of the scenario.
+        goal: Begins with Φ and α, shape (nx,).
+        hinge: What is known of it.
+
+    Returns:
+        The same with the roll and pitch of that push added.
+    """
+    closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
+    push = -(hinge.disturbance + closer) / model.coupling.distance_from_hinge
+    leans = goal.copy()
+    leans[:2] += push_state(goal, push, model.vehicle.mass * GRAVITY)[:2]
+    return leans
+
+
+def push_state(state: Array, push: float, weight: float) -> Array:
+    r"""A state with the attitude that a push makes by itself, whatever else the rotors hold against.
+
+    A plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
+    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
+
+    Args:
+        state: Begins with Φ and α, such as the reduced one, x = [Φ, α, α̇, H], shape (nx,).
+        push: F_n [N].
+        weight: m_A g [N].
+
+    Returns:
+        The same with that roll and pitch.
+    """
+    start = state.copy()
+    turn = float(state[3] - state[2])
+    forward, left = push * math.sin(turn), -push * math.cos(turn)
+    start[0] = math.atan2(-left, math.hypot(forward, weight))
+    start[1] = math.atan2(forward, weight)
+    return start
