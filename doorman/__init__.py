@@ -13,21 +13,28 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.exceptions import DoormanError
     from doorman.mission import simulate
     from doorman.model import Model
+    from doorman.ocp.problem.terms import Constraint, Cost, Residual
     from doorman.ocp.solvers.solution import PlanStatus
     from doorman.planning.planner import Plan, Planner
     from doorman.recording import Recording
     from doorman.scenario import Scenario
 
-__all__ = ["DoormanError", "Model", "Plan", "PlanStatus", "Planner", "Recording", "Scenario", "simulate"]
+__all__ = [
+    "Constraint", "Cost", "DoormanError", "Model", "Plan", "PlanStatus", "Planner", "Recording", "Residual", "Scenario",
+    "simulate",
+]  # fmt: skip
 __version__ = "0.1.0"
 
 _MODULES = {
+    "Constraint": "doorman.ocp.problem.terms",
+    "Cost": "doorman.ocp.problem.terms",
     "DoormanError": "doorman.exceptions",
     "Model": "doorman.model",
     "Plan": "doorman.planning.planner",
     "PlanStatus": "doorman.ocp.solvers.solution",
     "Planner": "doorman.planning.planner",
     "Recording": "doorman.recording",
+    "Residual": "doorman.ocp.problem.terms",
     "Scenario": "doorman.scenario",
     "simulate": "doorman.mission",
 }

@@ -105,3 +105,25 @@ def _are_numbers(values: Any) -> bool:
             return _are_numbers(np.asarray(values))
         return isinstance(values, Real) and not isinstance(values, bool)
     return kind in "iuf" or (kind == "O" and all(map(_are_numbers, np.asarray(values).ravel().tolist())))
+
+
+def per_node(values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Numbers for every node, checked.
+
+    Args:
+        values: Shape (N + 1, nq), or (nq,) for the same at all nodes.
+        shape: (N + 1, nq).
+
+    Returns:
+        Shape (N + 1, nq), not to be written to.
+
+    Raises:
+        DimensionError: if the shape is another, or a number is not finite.
+    """
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape not in (shape, shape[1:]) or not np.isfinite(given).all():
+        raise DimensionError(
+            "not parameters of the nodes", field="node_parameters", given=given.shape,
+            allowed=f"finite numbers of shape {shape} or {shape[1:]}",
+        )  # fmt: skip
+    return np.broadcast_to(given, shape)

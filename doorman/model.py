@@ -9,24 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector
-from doorman.collision.constraints import (
-    ConstraintParameters,
-    collision_constraints,
-    collision_constraints_batch,
-    collision_constraints_jacobian,
-)
-from doorman.copying import PerThread
-from doorman.dynamics.quasi_static import (
-    N_ENTRIES,
-    QuasiStaticParameters,
-    quasi_static_rates,
-    quasi_static_step,
-    quasi_static_step_jacobian,
-)
+from doorman.collision.reduced_model import ReducedModel
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError, UrdfError
-from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
+from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicle import Vehicle
@@ -53,8 +40,6 @@ class Model:
 
     def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
         self.scenario = scenario = Scenario.of(scenario)
-        self._own_constraints: PerThread[ConstraintParameters] = PerThread()
-        self._own_dynamics: PerThread[QuasiStaticParameters] = PerThread()
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.door = Door(scenario.door_urdf, scenario.door)
         self.true_door = self._true_door()
@@ -69,21 +54,15 @@ class Model:
         self.constraint_names = (*(f"{name} below body" for name in self.vehicle.point_names), "disc clear of leaf",
                                  "disc clear of latch jamb", "disc clear of hinge jamb")  # fmt: skip
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
-        postures = propose(scenario, self.vehicle, self._constraint_parameters)
+        self.reduced = self._reduced(self.coupling.distance_from_hinge)
+        """Dynamics and constraints in numbers; parameters of the kernels by name."""
+        postures = propose(scenario, self.vehicle, self.reduced)
         self.proposed = postures.proposed
         """What the scenario leaves open, by its keys: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
         self.start_state, self.goal_state = frozen(postures.start), frozen(postures.goal)
         self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
-
-    @property
-    def _constraint_parameters(self) -> ConstraintParameters:
-        return self._own_constraints.get(self.constraint_parameters)
-
-    @property
-    def _dynamics_parameters(self) -> QuasiStaticParameters:
-        return self._own_dynamics.get(self.dynamics_parameters)
 
     @property
     def n_constraints(self) -> int:
@@ -131,9 +110,7 @@ class Model:
         Raises:
             DimensionError: if the state has another shape or is not finite.
         """
-        h = np.empty(self.n_constraints)
-        collision_constraints(self._constraint_parameters, vector(state, self.nx, "state"), h)
-        return h
+        return self.reduced.constraints(vector(state, self.nx, "state"))
 
     def constraint_jacobian(self, state: ArrayLike) -> Array:
         """Jacobian of `constraints`.
@@ -147,9 +124,7 @@ class Model:
         Raises:
             DimensionError: if the state has another shape or is not finite.
         """
-        h, jacobian = np.empty(self.n_constraints), np.zeros((self.n_constraints, self.nx))
-        collision_constraints_jacobian(self._constraint_parameters, vector(state, self.nx, "state"), h, jacobian)
-        return jacobian
+        return self.reduced.constraint_jacobian(vector(state, self.nx, "state"))
 
     def constraints_along(self, states: ArrayLike) -> Array:
         """`constraints` at many states.
@@ -166,9 +141,7 @@ class Model:
         x = numbers(states, "states", f"shape (m, {self.nx})")
         if x.ndim != 2 or x.shape[1] != self.nx:
             raise DimensionError("wrong shape", field="states", given=x.shape, allowed=f"(m, {self.nx})")
-        h = np.empty((len(x), self.n_constraints))
-        collision_constraints_batch(self._constraint_parameters, x, h)
-        return h
+        return self.reduced.constraints_along(x)
 
     def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         """Time derivative of the quasi-static model.
@@ -180,9 +153,7 @@ class Model:
         Returns:
             ẋ, shape (5 + n,).
         """
-        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
-        roll_rate, pitch_rate, yaw_rate, acceleration = quasi_static_rates(self._dynamics_parameters, *x[:5], *u[:4])
-        return np.array([roll_rate, pitch_rate, yaw_rate, x[4], acceleration, *u[4:]])
+        return self.reduced.derivative(self.check_state(state), vector(inputs, self.nu, "inputs"))
 
     def step(self, state: ArrayLike, inputs: ArrayLike) -> Array:
         """One RK4 step of the quasi-static model over `planner.time_step`.
@@ -194,8 +165,7 @@ class Model:
         Returns:
             The next state, shape (5 + n,).
         """
-        out = np.empty(self.nx)
-        quasi_static_step(self._dynamics_parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
+        out = self.reduced.step(self.check_state(state), vector(inputs, self.nu, "inputs"))
         if np.isnan(out[1]):
             raise SingularityError(
                 "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
@@ -213,43 +183,12 @@ class Model:
         Returns:
             A of shape (5 + n, 5 + n) and B of shape (5 + n, 4 + n).
         """
-        out = np.empty((self.nx, self.nx + self.nu))
-        quasi_static_step_jacobian(
-            self._dynamics_parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out
-        )
+        out = self.reduced.step_jacobian(self.check_state(state), vector(inputs, self.nu, "inputs"))
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
 
-    def dynamics_parameters(self, disturbance: float = 0.0) -> QuasiStaticParameters:
-        """Fresh parameters of the quasi-static kernels, with their own scratch memory.
-
-        Args:
-            disturbance: τ_d, a further torque in the sense of damping [N m].
-        """
-        door = self.door
-        return QuasiStaticParameters(
-            time_step=self.scenario.planner.time_step,
-            distance_from_hinge=self.coupling.distance_from_hinge,
-            door_inertia=door.inertia,
-            damping=door.damping,
-            friction=door.friction,
-            friction_rate=door.friction_rate,
-            stiffness=door.stiffness,
-            rest_angle=door.rest_angle,
-            disturbance=number(disturbance, "disturbance"),
-            entries=np.zeros(N_ENTRIES),
-        )
-
-    def constraint_parameters(self, lanes: int = 0) -> ConstraintParameters:
-        """Fresh parameters of the constraint kernels, with their own scratch memory, for states side by side if lanes > 0."""
-        return self._parameters_at(self.coupling.distance_from_hinge, lanes)
-
-    def _parameters_at(self, distance_from_hinge: float, lanes: int = 0) -> ConstraintParameters:
-        return ConstraintParameters(
-            radius=self.vehicle.radius,
-            distance_from_hinge=distance_from_hinge,
-            door_width=self.door.width,
-            arm=ArmParameters.of(self.vehicle.arm, lanes),
-        )
+    def _reduced(self, distance_from_hinge: float) -> ReducedModel:
+        numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self.scenario.contact.height)
+        return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step)
 
     def _true_door(self) -> Door:
         width = self.scenario.simulation.door_width
@@ -274,8 +213,8 @@ class Model:
         contact = self.scenario.contact
         if contact.kind != "push" or not contact.fit_doorway:
             return contact.distance_from_hinge
-        parameters = self._parameters_at(contact.distance_from_hinge)
-        reach = math.hypot(*self.vehicle.tip_position(start_arm(self.scenario, self.vehicle, parameters))[:2])
+        reduced = self._reduced(contact.distance_from_hinge)
+        reach = math.hypot(*self.vehicle.tip_position(start_arm(self.scenario, self.vehicle, reduced))[:2])
         room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
         return min(contact.distance_from_hinge, distance_in_doorway(reach, room))
 

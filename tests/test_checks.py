@@ -121,7 +121,7 @@ def test_no_argument_takes_what_is_no_number(planner, model, value):
         "elapsed": [lambda: planner.replan(state, value)],
         "margin": [lambda: planner.update_margin(value)],
         "door_angle": [lambda: model.on_the_way(value)],
-        "disturbance": [lambda: planner.update_door(disturbance=value), lambda: model.dynamics_parameters(value)],
+        "disturbance": [lambda: planner.update_door(disturbance=value)],
         "damping": [lambda: planner.update_door(damping=value)],
     }
     for field, calls in uses.items():

@@ -28,7 +28,7 @@ from doorman import Model, Planner, Scenario
 from doorman.collision.scene import CollisionScene
 from doorman.control.door_filter import DoorFilter
 from doorman.copying import Uncopied
-from doorman.dynamics.lagrangian import LagrangianModel
+from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import SolverError
 from doorman.hardware.safety import Assessor
 from doorman.ocp import AugmentedLagrangian, Bounds, Cddp, Hybrid, Problem, PythonModel, QuadraticCost, SymbolicModel
@@ -325,11 +325,10 @@ def disjoint(ones: list[Array], others: list[Array]) -> bool:
 
 def test_scratch_memory_belongs_to_a_thread():
     """Races are rare: whether two threads could have one is seen in their memory."""
-    shared, full = model(), LagrangianModel(model().coupling, 0.02)
+    shared = model()
 
     def scratch() -> list[Array]:
-        contents = (shared._constraint_parameters, shared._dynamics_parameters, shared.coupling._arm)
-        return [*arrays(contents), *arrays(full._parameters.content)]
+        return arrays((shared.reduced._kernels, shared.coupling._arm))
 
     one, other = in_threads([scratch, scratch])
     assert len(one) > 10

@@ -6,13 +6,11 @@ import json
 import time
 from collections.abc import Callable, Sequence
 
-import numpy as np
 import typer
 
 from doorman.cli.display import warmup_progress
 from doorman.cli.overrides import parse_overrides
 from doorman.compilation import CacheContent, KernelCounts, cache_content, kernel_counts
-from doorman.dynamics.lagrangian import LagrangianModel
 from doorman.exceptions import BackendError
 from doorman.feasibility.rehearsal import rehearse
 from doorman.mission import Mission
@@ -69,15 +67,6 @@ def _model(model: Model) -> None:
     model.step_jacobian(state, inputs)
 
 
-def _full_dynamics(model: Model) -> None:
-    full = LagrangianModel(model.coupling, model.scenario.planner.time_step)
-    state = np.concatenate([model.start_state[:4], np.zeros(4), model.start_arm])
-    full.derivative(state, model.hover_input)
-    full.step(state, model.hover_input)
-    full.step_jacobian(state, model.hover_input)
-    full.contact_force(state, model.hover_input)
-
-
 def _planner(model: Model) -> None:
     planner = Planner(model)
     planner.replan(planner.plan(model.start_state).states[1])
@@ -99,7 +88,6 @@ def _rehearsal(model: Model) -> None:
 
 _STEPS: dict[str, Callable[[Model], None]] = {
     "constraints and dynamics": _model,
-    "full dynamics": _full_dynamics,
     "planner": _planner,
     "controller and simulator": _flight,
     "check": _rehearsal,

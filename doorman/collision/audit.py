@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.audit_report import AuditReport, Offender, RowConservatism
-from doorman.collision.constraints import ConstraintParameters, collision_constraints_batch
+from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.sampling import Constraints, Region
 from doorman.collision.scene import Clearances, CollisionScene, arm_joint_of_links
-from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.task_numbers import task_numbers
 
 __all__ = ["TOLERANCE", "AuditReport", "analytic_constraints", "audit", "clearances_at"]
 
@@ -46,17 +46,11 @@ def analytic_constraints(coupling: Coupling) -> Constraints:
     Returns:
         Function from states (m, 5 + n) to h (m, n_points + 3) [m].
     """
-    parameters = ConstraintParameters(
-        radius=coupling.vehicle.radius,
-        distance_from_hinge=coupling.distance_from_hinge,
-        door_width=coupling.door.width,
-        arm=ArmParameters.of(coupling.vehicle.arm),
-    )
+    numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
+    reduced = ReducedModel(coupling.vehicle, numbers, time_step=1.0)  # constraints know no time
 
     def constraints(states: Array) -> Array:
-        h = np.empty((len(states), len(coupling.vehicle.point_names) + 3))
-        collision_constraints_batch(parameters, np.ascontiguousarray(states), h)
-        return h
+        return reduced.constraints_along(np.ascontiguousarray(states))
 
     return constraints
 

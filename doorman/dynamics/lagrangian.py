@@ -1,261 +1,104 @@
-r"""The full Lagrangian model of vehicle and door: RK4 with exact sensitivities (the paper's equations of motion).
+r"""The coupled equations of motion of vehicle and door (the paper's Lagrangian model), the arm locked within them.
 
-With q = [Φ, α], the state x = [Φ, α, Φ̇, α̇, H] and the input u = [f_t, T, Ḣ_d]:
+With the leaf's direction c, its tangent s and the vertical k in body axes, the acceleration of O_B and the force of the door on
+the tip are
 
 .. math::
-    M_q\ddot q + C_q\dot q + G_q = J_t^T R e_3 f_t + J_r^T T - J_\alpha^T\tau,\quad \dot H = \dot H_d,\quad
-    M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha
+    a = D_V(\ddot\alpha\,s - \dot\alpha^2 c) + d\times\dot\Omega - \Omega\times(\Omega\times d),\quad
+    w = m_A a - f_t e_3 + m_A g\,k
 
-with the hinge's torque :math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d`.
+and the equations of motion, the Lagrange equations of q = [Φ, α] multiplied by :math:`[W^T, 1]`, are
+
+.. math::
+    I_A\dot\Omega + \Omega\times I_A\Omega = T + d\times w,\quad I_D\ddot\alpha = -D_V\,s^T w - \tau.
+
+Their mass matrix is :math:`\begin{bmatrix} I_A + m_A(d^Td - dd^T) & g\\ g^T & I_D + m_A D_V^2\end{bmatrix}` with
+:math:`g = m_A D_V\,s\times d`; its last pivot is constant, so that only a 3 × 3 matrix is left to invert. The arm moves slowly,
+as the paper assumes: d enters, its rate does not.
 """
 
 from __future__ import annotations
 
-import math
+from functools import cached_property
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import casadi as ca
 
-from doorman.checks import vector
-from doorman.copying import PerThread
-from doorman.dynamics.lagrangian_acceleration import LagrangianMemory, LagrangianParameters
-from doorman.dynamics.lagrangian_step import (
-    lagrangian_contact_force,
-    lagrangian_derivative,
-    lagrangian_linearize,
-    lagrangian_step,
-    lagrangian_step_jacobian,
-)
-from doorman.exceptions import SingularityError, SolverError
-from doorman.kinematics.arm import ArmParameters
-from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
-from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicle import GRAVITY
-from doorman.numba_types.handles import Handle
-
-__all__ = [
-    "LagrangianMemory",
-    "LagrangianModel",
-    "LagrangianParameters",
-    "lagrangian_linearize",
-    "lagrangian_step",
-    "lagrangian_step_jacobian",
-]
-
-Array = NDArray[np.float64]
+from doorman.dynamics.small_matrices import inverse_of_symmetric
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.symbols import body_rates, euler_rates
+from doorman.kinematics.task import Task
+from doorman.ocp.symbolic_model import SymbolicModel
 
 
-class LagrangianModel:
-    """Full dynamics of vehicle and door tied together at the contact point, the arm locked within them.
+class LagrangianTask(Task):
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; `vehicle.inertia` is I_A: xx, xy, xz, yy, yz, zz. See `Task`."""
 
-    States are x = [φ, θ, ψ, α, φ̇, θ̇, ψ̇, α̇, η_1 … η_n], inputs u = [f_t, T, Ḣ_d]; shapes (8 + n,) and (4 + n,).
+    def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
+        super().__init__(pattern, point_names, numbers)
+        self.euler_rates = ca.SX.sym("euler_rate", 3)
+        self.torque = ca.SX.sym("torque", 3)
+        self.body_rates = body_rates(self.attitude, self.euler_rates)
+        self.state = ca.vertcat(self.attitude, self.door_angle, self.euler_rates, self.door_rate, self.arm_angles)
+        self.inputs = ca.vertcat(self.thrust, self.torque, self.arm_rates)
 
-    Args:
-        coupling: Vehicle, door and the contact point that ties them.
-        time_step: Of the RK4 integration [s].
-        inertia_posture: H whose I_A about O_B is used for all postures (the paper's arm is massless), shape (n,) [rad]; by
-            default H = 0.
-        disturbance: Further torque on the hinge in the sense of damping, negative where it resists opening [N m].
+    @cached_property
+    def inertia(self) -> Any:
+        """I_A about O_B in body axes, (3, 3) [kg m²]."""
+        xx, xy, xz, yy, yz, zz = ca.vertsplit(self.vehicle.inertia)
+        return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
 
-    Raises:
-        SolverError: if the time step is not a positive number, or the disturbance is not finite.
-        DimensionError: if the posture has another shape or is not finite.
-    """
+    @cached_property
+    def _tangent(self) -> Any:
+        """s, body axes."""
+        return -self.tilt_rotation.T @ self.normal_in_heading
 
-    def __init__(
-        self,
-        coupling: Coupling,
-        time_step: float,
-        *,
-        inertia_posture: ArrayLike | None = None,
-        disturbance: float = 0.0,
-    ) -> None:
-        if not (math.isfinite(time_step) and time_step > 0.0):
-            raise SolverError("impossible time step", field="time_step", given=time_step, allowed="> 0 s, finite")
-        if not math.isfinite(disturbance):
-            raise SolverError("not finite", field="disturbance", given=disturbance, allowed="a finite torque [N m]")
-        self.coupling = coupling
-        self.time_step = float(time_step)
-        self.disturbance = float(disturbance)
-        self.n_arm = coupling.vehicle.n_arm
-        self.nx = 8 + self.n_arm
-        self.nu = 4 + self.n_arm
-        posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
-        self.vehicle_inertia = coupling.vehicle.inertia(posture)
-        self._own: PerThread[Any] = PerThread()
+    def _force_on_tip(self, turning: Any, swinging: Any) -> Any:
+        """W for Ω̇ and α̈."""
+        rates, tip, lever = self.body_rates, self.tip_in_body, self.contact.distance_from_hinge
+        leaf = self.tilt_rotation.T @ self.leaf_in_heading
+        of_contact = lever * (swinging * self._tangent - self.door_rate**2 * leaf)
+        of_tip = ca.cross(turning, tip) + ca.cross(rates, ca.cross(rates, tip))
+        lifted = self.weight * self.tilt_rotation.T[:, 2] - ca.vertcat(0, 0, self.thrust)
+        return self.vehicle.mass * (of_contact - of_tip) + lifted
+
+    @cached_property
+    def accelerations(self) -> tuple[Any, Any]:
+        """Ω̇, (3, 1), body frame, and α̈ [rad/s²]."""
+        tip, mass, lever = self.tip_in_body, self.vehicle.mass, self.contact.distance_from_hinge
+        drift = self._force_on_tip(ca.SX.zeros(3), 0)
+        gyroscopic = ca.cross(self.body_rates, self.inertia @ self.body_rates)
+        moment = self.torque + ca.cross(tip, drift) - gyroscopic
+        torque = -lever * ca.dot(self._tangent, drift) - self.hinge_torque
+        swing = 1 / (self.door.inertia + mass * lever**2)
+        coupling = mass * lever * ca.cross(self._tangent, tip)
+        rotational = self.inertia + mass * (ca.dot(tip, tip) * ca.SX.eye(3) - tip @ tip.T)
+        inverse = inverse_of_symmetric(rotational - swing * (coupling @ coupling.T))
+        turning = inverse @ (moment - swing * torque * coupling)
+        return turning, swing * (torque - ca.dot(coupling, turning))
+
+    @cached_property
+    def contact_force(self) -> Any:
+        """Of the tip on the door, (3, 1), world frame [N]."""
+        return -self.rotation @ self._force_on_tip(*self.accelerations)
 
     @property
-    def _parameters(self) -> Any:
-        return self._own.get(lambda: Handle(self.parameters()))
+    def derivative(self) -> Any:
+        """ẋ, (8 + n, 1)."""
+        turning, swinging = self.accelerations
+        bias = ca.jtimes(self.body_rates, self.attitude, self.euler_rates)
+        bent = euler_rates(self.attitude, turning - bias)
+        return ca.vertcat(self.euler_rates, self.door_rate, bent, swinging, self.arm_rates)
 
-    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array.
+    def evaluated(self) -> dict[str, Any]:
+        """CasADi functions of x, u and the numbers: `derivative`, `contact_force`; of Δt, too: `step`, `step_jacobian`."""
+        model, given = self.symbolic_model(), [self.state, self.inputs, self.parameters]
+        jacobian = ca.jacobian(model.step, ca.vertcat(self.state, self.inputs))
+        expressions = {"derivative": (self.derivative, []), "contact_force": (self.contact_force, []),
+                       "step": (model.step, [model.time_step]), "step_jacobian": (jacobian, [model.time_step])}  # fmt: skip
+        return {name: ca.Function(name, [*given, *more], [each]) for name, (each, more) in expressions.items()}
 
-        Args:
-            state: x, shape (8 + n,).
-            field: Name of the argument, for the error.
-
-        Returns:
-            Shape (8 + n,).
-
-        Raises:
-            DimensionError: if it has another shape than (8 + n,) or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
-        x = vector(state, self.nx, field)
-        if abs(x[1]) >= math.pi / 2 - 1e-6:
-            raise SingularityError(
-                "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
-            )
-        return x
-
-    def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
-        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`.
-
-        Args:
-            configuration: q = [Φ, α], shape (4,) [rad].
-            arm_angles: H, shape (n,) [rad].
-
-        Returns:
-            Shape (4, 4), symmetric.
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-        """
-        q = vector(configuration, 4, "configuration")
-        translation = self.coupling.translation_jacobian(q[:3], q[3], arm_angles)
-        rotation = self.coupling.rotation_jacobian(q[:3])
-        of_vehicle = (
-            self.coupling.vehicle.mass * translation.T @ translation + rotation.T @ self.vehicle_inertia @ rotation
-        )
-        of_door = self.coupling.door.inertia * JACOBIAN_OF_DOOR_ANGLE.T @ JACOBIAN_OF_DOOR_ANGLE
-        return np.asarray(of_vehicle + of_door)
-
-    def energy(self, state: ArrayLike) -> float:
-        r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g P_z + \frac12 k(\alpha-\alpha_0)^2`.
-
-        Args:
-            state: x, shape (8 + n,).
-
-        Returns:
-            [J], zero height being the world's origin.
-        """
-        x = self.check_state(state)
-        vehicle, door = self.coupling.vehicle, self.coupling.door
-        kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]
-        height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2]
-        return float(kinetic + vehicle.mass * GRAVITY * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
-
-    def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A\ddot P`.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            Shape (3,), world frame [N].
-        """
-        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
-        on_tip = np.empty(3)
-        lagrangian_contact_force(self._parameters, x, u, on_tip)
-        return np.asarray(-rotation_body_to_world(x[:3]) @ on_tip)
-
-    def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        """Time derivative of the state.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            ẋ, shape (8 + n,).
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
-        out = np.empty(self.nx)
-        lagrangian_derivative(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
-        return out
-
-    def step(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        """One RK4 step over the time step.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            The next state, shape (8 + n,).
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°, now or after the step.
-        """
-        out = np.empty(self.nx)
-        lagrangian_step(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
-        if np.isnan(out[1]):
-            raise SingularityError(
-                "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
-                allowed="|pitch| < π/2",
-            )  # fmt: skip
-        return self.check_state(out, "next state")
-
-    def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
-        """Exact sensitivities A, B of `step`.
-
-        Args:
-            state: x, shape (8 + n,).
-            inputs: u, shape (4 + n,).
-
-        Returns:
-            A of shape (8 + n, 8 + n) and B of shape (8 + n, 4 + n).
-
-        Raises:
-            DimensionError: if an array has another shape or is not finite.
-            SingularityError: if the pitch is not inside ±90°.
-        """
-        out = np.empty((self.nx, self.nx + self.nu))
-        lagrangian_step_jacobian(self._parameters, self.check_state(state), vector(inputs, self.nu, "inputs"), out)
-        return out[:, : self.nx].copy(), out[:, self.nx :].copy()
-
-    def parameters(self, disturbance: float | None = None) -> LagrangianParameters:
-        """Fresh parameters of the kernels, with their own memory.
-
-        Args:
-            disturbance: Further torque in the sense of damping [N m]; by default the model's own.
-        """
-        door, vehicle = self.coupling.door, self.coupling.vehicle
-        return LagrangianParameters(
-            time_step=self.time_step,
-            mass=vehicle.mass,
-            gravity=GRAVITY,
-            inertia=self.vehicle_inertia.copy(),
-            distance_from_hinge=self.coupling.distance_from_hinge,
-            door_inertia=door.inertia,
-            damping=door.damping,
-            friction=door.friction,
-            friction_rate=door.friction_rate,
-            stiffness=door.stiffness,
-            rest_angle=door.rest_angle,
-            disturbance=self.disturbance if disturbance is None else disturbance,
-            memory=self.memory(),
-        )
-
-    def memory(self, lanes: int = 0) -> LagrangianMemory:
-        """Fresh memory of the kernels.
-
-        Args:
-            lanes: States side by side; 0 for one, without a further axis.
-        """
-        n, side = self.n_arm, (lanes,) if lanes else ()
-        return LagrangianMemory(
-            arm=ArmParameters.of(self.coupling.vehicle.arm, lanes),
-            angles=np.zeros((n, *side)),
-            jacobian=np.zeros((4, 4, 12 + n, *side)),
-            rates=np.zeros((5, 3, *side)),
-            changes=np.zeros((12 + n, 2, 4, *side)),
-            entries=np.zeros((8, 13 + 2 * n, *side)),
-        )
+    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
+        """These dynamics, see `Task.model_of`."""
+        return self.model_of(self.derivative, timed)

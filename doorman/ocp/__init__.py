@@ -1,37 +1,62 @@
-"""Optimal control: problems with constraints and bounds, and solvers that hand out what may be used, or say why not."""
+"""Optimal control: problems with constraints and bounds, and solvers that hand out what may be used, or say why not.
+
+A name brings in its module when it is first asked for: `SymbolicModel` alone brings in CasADi.
+"""
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING
 
-from doorman.ocp.kernels import defaults as defaults
-from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.python_functions import runge_kutta
-from doorman.ocp.problem.costs import QuadraticCost
-from doorman.ocp.problem.problem import Bounds, Problem
-from doorman.ocp.problem.terms import Constraint, Cost, Residual
-from doorman.ocp.python_model import PythonModel
-from doorman.ocp.solvers.al import AugmentedLagrangian
-from doorman.ocp.solvers.cddp import Cddp
-from doorman.ocp.solvers.hybrid import Hybrid
-from doorman.ocp.solvers.options import SolverOptions
-from doorman.ocp.solvers.solution import PlanStatus, Solution
-from doorman.ocp.solvers.solver import Solver
+if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
+    from doorman.ocp.kernels import functions
+    from doorman.ocp.kernels.python_functions import runge_kutta
+    from doorman.ocp.problem.costs import QuadraticCost
+    from doorman.ocp.problem.problem import Bounds, Problem
+    from doorman.ocp.problem.terms import Constraint, Cost, Residual
+    from doorman.ocp.python_model import PythonModel
+    from doorman.ocp.solvers.al import AugmentedLagrangian
+    from doorman.ocp.solvers.cddp import Cddp
+    from doorman.ocp.solvers.hybrid import Hybrid
+    from doorman.ocp.solvers.options import SolverOptions
+    from doorman.ocp.solvers.solution import PlanStatus, Solution
+    from doorman.ocp.solvers.solver import Solver
+    from doorman.ocp.symbolic_model import SymbolicModel
 
 __all__ = [
     "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "PlanStatus", "Problem", "PythonModel",
     "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "functions", "runge_kutta",
 ]  # fmt: skip
 
-if TYPE_CHECKING:
-    from doorman.ocp.symbolic_model import SymbolicModel
-else:
+_MODULES = {
+    "AugmentedLagrangian": "solvers.al",
+    "Bounds": "problem.problem",
+    "Cddp": "solvers.cddp",
+    "Constraint": "problem.terms",
+    "Cost": "problem.terms",
+    "Hybrid": "solvers.hybrid",
+    "PlanStatus": "solvers.solution",
+    "Problem": "problem.problem",
+    "PythonModel": "python_model",
+    "QuadraticCost": "problem.costs",
+    "Residual": "problem.terms",
+    "Solution": "solvers.solution",
+    "Solver": "solvers.solver",
+    "SolverOptions": "solvers.options",
+    "SymbolicModel": "symbolic_model",
+    "functions": "kernels",
+    "runge_kutta": "kernels.python_functions",
+}
+
+if not TYPE_CHECKING:  # a type checker would take any name for granted
 
     def __getattr__(name: str) -> object:
-        """`SymbolicModel` brings in CasADi, when it is first asked for."""
-        if name != "SymbolicModel":
+        if name not in _MODULES:
             raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
-        from doorman.ocp.symbolic_model import SymbolicModel
+        value = getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)
+        globals()[name] = value
+        return value
 
-        globals()[name] = SymbolicModel
-        return SymbolicModel
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -9,16 +9,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from doorman.checks import vector
+from doorman.checks import per_node, vector
 from doorman.exceptions import DimensionError, SolverError
-from doorman.ocp.kernels.loading import load
 from doorman.ocp.kernels.module_text import module_text
+from doorman.ocp.kernels.printed_problem import printed_problem
+from doorman.ocp.problem.columns import column
 from doorman.ocp.problem.costs import QuadraticCost
-from doorman.ocp.problem.expressions import Expressions, integrators_of
+from doorman.ocp.problem.expressions import Expressions
 from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
 from doorman.ocp.problem.problem import Bounds, Problem
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
-from doorman.ocp.solvers.solver import per_node
 
 
 class SymbolicModel:
@@ -35,6 +35,8 @@ class SymbolicModel:
         node_parameters: Symbols of each node's parameters, (nq, 1).
         integrator: "rk4", "euler" or "discrete". Inputs and a node's parameters are held over the step.
         steps: Equal integration steps that make up a time step.
+        domain: Expressions of the state that must be positive, as the cosine of a pitch angle; a step that leaves the domain
+            has no number (NaN), which no solver takes for a solution.
 
     Raises:
         SolverError: if symbols are no SX symbols, or `dynamics` contains others.
@@ -43,7 +45,7 @@ class SymbolicModel:
 
     def __init__(
         self, x: Any, u: Any, dynamics: Any, *, parameters: Any = None, node_parameters: Any = None,
-        integrator: Integrator = "rk4", steps: int = 1,
+        integrator: Integrator = "rk4", steps: int = 1, domain: Any = None,
     ) -> None:  # fmt: skip
         if integrator not in INTEGRATORS:
             raise SolverError("unknown", field="integrator", given=integrator, allowed=", ".join(INTEGRATORS))
@@ -53,15 +55,16 @@ class SymbolicModel:
         self.parameters = _symbols("parameters", ca.SX(0, 1) if parameters is None else parameters)
         self.node_parameters = _symbols("node_parameters", ca.SX(0, 1) if node_parameters is None else node_parameters)
         self.integrator, self.steps = integrator, int(steps)
-        self._time_step = ca.SX.sym("time_step")
+        self.time_step = ca.SX.sym("time_step")
+        """Symbol of Δt [s]."""
         right = self._expression("dynamics", dynamics, inputs=True)
         if right.numel() != self.nx:
             raise DimensionError("wrong number of rows", field="dynamics", given=right.numel(), allowed=str(self.nx))
         symbols = [self.x, self.u, self.parameters, self.node_parameters]
-        rate = ca.Function("rate", symbols, [right])
-        self._step = discretized(
-            lambda state: rate(state, *symbols[1:]), self.x, self._time_step, integrator, self.steps
-        )
+        self._rate, rate = right, ca.Function("rate", symbols, [right])
+        self.step = discretized(lambda state: rate(state, *symbols[1:]), self.x, self.time_step, integrator, self.steps)
+        """x⁺ in symbols, (nx, 1)."""
+        self._checked_step = self._inside(self._expression("domain", [] if domain is None else domain, inputs=False))
 
     def __reduce__(self) -> NoReturn:
         raise TypeError(
@@ -103,20 +106,36 @@ class SymbolicModel:
             DimensionError: if a size does not fit.
         """
         given = vector(parameters, self.parameters.numel(), "parameters")
-        expressions = self._expressions(constraints, costs)
         for name, size in (("cost.state_goal", self.nx), ("cost.input_goal", self.nu)):
             found = len(getattr(cost, name.partition(".")[2]))
             if found != size:
                 raise DimensionError("wrong length", field=name, given=found, allowed=str(size))
         shape = (horizon + 1, int(self.node_parameters.numel()))
         at_nodes = per_node(np.zeros(shape) if node_parameters is None else node_parameters, shape).copy()
-        return Problem(
-            load(module_text(expressions)).Model.of(time_step, given, at_nodes),
-            horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
-            n_constraints=expressions.rows.numel(), n_input_constraints=expressions.input_rows.numel(),
-            n_end_constraints=expressions.end_rows.numel(), integrators=integrators_of(expressions),
-            constraint_names=expressions.names,
-        )  # fmt: skip
+        return printed_problem(self.text(constraints, costs), horizon, time_step, cost, bounds, given, at_nodes)
+
+    def text(self, constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = ()) -> str:
+        """Python module that computes these expressions: all of a problem but its numbers; see `printed_problem`.
+
+        Args:
+            constraints: Rows that must not be positive.
+            costs: Terms on top of the quadratic cost.
+
+        Raises:
+            SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
+            DimensionError: if a size does not fit.
+        """
+        return module_text(self._expressions(constraints, costs))
+
+    def _inside(self, domain: Any) -> Any:
+        """x⁺ without a number in the rows that a violated domain depends on."""
+        step = ca.densify(self.step)
+        for condition in ca.vertsplit(domain):
+            after = ca.substitute(condition, self.x, self.step)
+            for row in range(self.nx):
+                if ca.depends_on(condition, self.x[row]):
+                    step[row] = ca.if_else(after > 0, step[row], float("nan"))
+        return step
 
     def _expressions(self, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Expressions:
         _check_names([*constraints, *costs])
@@ -133,26 +152,21 @@ class SymbolicModel:
             expression = self._expression(term.name, term.expression, inputs=term.at == "stages")
             at[term.at].append((term, expression))
         return Expressions.of(
-            self.x, self.u, self._time_step, self.parameters, self.node_parameters, self._step,
+            self.x, self.u, self.time_step, self.parameters, self.node_parameters, self._rate, self.step,
+            self._checked_step,
             {kind: ca.densify(ca.vertcat(ca.SX(0, 1), *each)) for kind, each in rows.items()},
             tuple(name for kind in rows for name in names[kind]), at["stages"], at["end"],
         )  # fmt: skip
 
     def _expression(self, name: str, expression: Any, inputs: bool) -> Any:
         """A column of SX, of known symbols."""
-        try:
-            column = ca.vertcat(*expression) if isinstance(expression, (list, tuple)) else ca.SX(expression)
-        except (NotImplementedError, TypeError) as error:
-            raise SolverError(
-                "not an expression", field=name, given=type(expression).__name__, allowed="CasADi SX, or numbers"
-            ) from error
-        column = ca.densify(ca.vec(ca.SX(column)))
+        entries = column(name, expression)
         known = [self.x, self.parameters, self.node_parameters, *([self.u] if inputs else [])]
-        unknown = [str(s) for s in ca.symvar(column) if not ca.depends_on(ca.vertcat(*known), s)]
+        unknown = [str(s) for s in ca.symvar(entries) if not ca.depends_on(ca.vertcat(*known), s)]
         if unknown:
             allowed = ", ".join(str(symbol) for symbol in ca.symvar(ca.vertcat(*known)))
             raise SolverError("unknown symbols", field=name, given=", ".join(unknown), allowed=allowed)
-        return column
+        return entries
 
 
 def _symbols(field: str, given: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from doorman.kinematics.door import Door
 
@@ -40,16 +40,9 @@ class Hinge(NamedTuple):
         """
         return self.stiffness * (angle - rest_angle) + self.disturbance
 
-    def into(self, dynamics: Any) -> Any:
-        """Parameters of a model's kernels with this hinge.
-
-        Args:
-            dynamics: Of a type with the fields of `QuasiStaticParameters`.
-
-        Returns:
-            The same type.
-        """
-        return dynamics._replace(
-            friction=self.friction, disturbance=self.disturbance, door_inertia=self.inertia, damping=self.damping,
-            stiffness=self.stiffness,
-        )  # fmt: skip
+    def numbers(self) -> dict[str, float]:
+        """By the names that a task knows them by."""
+        return {
+            "door.friction": self.friction, "door.disturbance": self.disturbance, "door.inertia": self.inertia,
+            "door.damping": self.damping, "door.stiffness": self.stiffness,
+        }  # fmt: skip

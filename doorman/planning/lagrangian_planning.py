@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.dynamics.lagrangian import lagrangian_step
-from doorman.dynamics.lagrangian_reduction import reduce_trajectory
+from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
-from doorman.numba_types.handles import Handle
+from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
-from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_problem
+from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
 from doorman.planning.quasi_static_planning import leaning, push_along_normal, too_stiff
 
 Array = NDArray[np.float64]
@@ -41,19 +40,19 @@ class LagrangianPlanning:
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
         self.follows_start = False
-        self.reduced(self.start_state, self.hover_input)  # compiles: nothing is in flight
+        self.numbers = lagrangian_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array, see `PlanningModel`."""
         return self.dynamics.check_state(state, field)
 
-    def problem(self) -> Problem:
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The door problem with full dynamics, see `PlanningModel`."""
-        return lagrangian_problem(self.model)
+        return lagrangian_problem(self.model, self.numbers, extras)
 
-    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
+    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        return parameters._replace(dynamics=hinge.into(parameters.dynamics), margin=margin)
+        return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin})
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
         """The scenario's, leaning, see `PlanningModel`."""
@@ -63,11 +62,11 @@ class LagrangianPlanning:
         """A door that resists by more than the vehicle can push, see `PlanningModel`."""
         return too_stiff(self.model, hinge, float(start[3]))
 
-    def relaxed(self, parameters: Any) -> bool:
+    def relaxed(self, numbers: Numbers) -> bool:
         """Never, see `PlanningModel`."""
         return False
 
-    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal, see `PlanningModel`."""
         return push_along_normal(*self.reduced(states, inputs))
 
@@ -79,9 +78,13 @@ class LagrangianPlanning:
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
         r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques, see `PlanningModel`."""
         x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
-        reduced_states, reduced_inputs = np.empty((len(x), self.model.nx)), np.empty_like(u)
-        reduce_trajectory(x, u, reduced_states, reduced_inputs)
-        return (reduced_states if states.ndim == 2 else reduced_states[0]), reduced_inputs.reshape(inputs.shape)
+        roll, pitch, rates = x[: len(u), 0], x[: len(u), 1], x[: len(u), 4:7].T
+        sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
+        u[:, 1] = rates[0] - sp * rates[2]
+        u[:, 2] = cr * rates[1] + sr * cp * rates[2]
+        u[:, 3] = -sr * rates[1] + cr * cp * rates[2]
+        reduced = np.delete(x, (4, 5, 6), axis=1)
+        return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
 
     def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
         r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
@@ -92,11 +95,12 @@ class LagrangianPlanning:
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The full dynamics themselves, see `PlanningModel`."""
-        parameters: Any = Handle(self.dynamics.parameters(disturbance)._replace(friction=0.0))
+        numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
+        kernels = lagrangian_problem(self.model, numbers).model
 
         def step(state: Array, inputs: Array) -> Array:
             following = np.empty_like(state)
-            lagrangian_step(parameters, state.copy(), inputs.copy(), following)
+            functions.step(kernels, state, inputs, following)
             return following
 
         return step

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +15,12 @@ from doorman.checks import number
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError
 from doorman.model import Model
+from doorman.ocp.problem.terms import Constraint, Cost, Residual
 from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus, row_name
 from doorman.one_line import OneLine
+from doorman.planning.composition import Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
@@ -80,21 +83,25 @@ class Planner(CopiedWhole):
     Args:
         scenario: The scenario, its name or path, or a model of it that exists already.
         options: Settings of the solver.
+        constraints: Rows of your own beside the problem's: CasADi expressions, as functions of the symbolic task.
+        costs: Cost terms of your own, likewise.
 
     Raises:
         DoormanError: if the scenario cannot be made a problem.
     """
 
     def __init__(
-        self, scenario: Scenario | Model | str | os.PathLike[str], options: SolverOptions | None = None
-    ) -> None:
+        self, scenario: Scenario | Model | str | os.PathLike[str], options: SolverOptions | None = None, *,
+        constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
+    ) -> None:  # fmt: skip
         self.model = scenario if isinstance(scenario, Model) else Model(scenario)
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
-        self._problem = self.planning.problem()
+        self._problem = self.planning.problem(Extras.of(constraints, costs))
         self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
         self._fitted = False
-        self._parameters = self._problem.model
+        self._numbers = self.planning.numbers
+        self.update_time(0.0)
         self._hinge = Hinge.of(self.model.door)
         self._margin = self.settings.margin
 
@@ -150,6 +157,21 @@ class Planner(CopiedWhole):
             raise DimensionError("not a margin", field="margin", given=margin, allowed="finite, >= 0 [m]")
         self._margin, self._fitted = wanted, False
 
+    def update_time(self, time: float) -> None:
+        """Say what `task.time` is at the first node of the next plans, for constraints and costs that change with it.
+
+        Args:
+            time: [s].
+
+        Raises:
+            DimensionError: if it is not finite.
+        """
+        time = number(time, "time", "finite [s]")
+        nodes = self.solver.problem.model.node_parameters
+        if nodes.shape[1]:
+            steps = self.settings.time_step * np.arange(len(nodes))
+            self.solver.update_parameters(node_parameters=(time + steps)[:, None])
+
     @property
     def margin(self) -> float:
         """Distance that plans keep from door and frame [m]."""
@@ -164,14 +186,14 @@ class Planner(CopiedWhole):
         Returns:
             λ_n, shape (N,) [N].
         """
-        return self.planning.normal_forces(self._parameters, plan.states, plan.inputs)
+        return self.planning.normal_forces(self._numbers, plan.states, plan.inputs)
 
     def _fit(self, state: Array) -> None:
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
         if self._fitted and not self.planning.follows_start:
             return
-        self._parameters = self.planning.fitted(self._problem.model, self._hinge, self._margin, state)
-        self.solver.update_model(self._parameters)
+        self._numbers = self.planning.fitted(self._hinge, self._margin, state)
+        self.solver.update_parameters(self._numbers.vector)
         self.solver.update_goal(self.planning.goal(state, self._hinge))
         self._fitted = True
 
@@ -239,7 +261,7 @@ class Planner(CopiedWhole):
         states, inputs = self.solver.trajectory()
         violation, node, row = self.solver.worst()
         words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
-        if status.usable and self.planning.relaxed(self._parameters):
+        if status.usable and self.planning.relaxed(self._numbers):
             status = PlanStatus.RELAXED
         impossible = self.planning.impossible(self._hinge, states[0])
         if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or _runs_away(status, words)):

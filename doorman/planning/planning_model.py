@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import ScenarioError
+from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_planning import LagrangianPlanning
 from doorman.planning.push_planning import PushPlanning
@@ -39,6 +41,8 @@ class PlanningModel(Protocol):
     """The scenario's, at rest, shape (nx,)."""
     hover_input: Array
     """Carries the vehicle's weight, shape (nu,)."""
+    numbers: Numbers
+    """Of the scenario's task, by name; `fitted` returns others."""
     follows_start: bool
     """Whether `fitted` and `goal` depend on the start."""
 
@@ -57,27 +61,27 @@ class PlanningModel(Protocol):
             SingularityError: if the pitch is not inside ±90°.
         """
 
-    def problem(self) -> Problem:
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The scenario's optimal control problem.
 
+        Args:
+            extras: Constraints and costs of the user.
+
         Returns:
-            The problem; `fitted` takes its model.
+            The problem; its parameters are in the order of `numbers`.
 
         Raises:
             ScenarioError: if a vector of weights does not fit the arm.
+            SolverError: if an expression of the user is none.
         """
 
-    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
-        """Parameters of the problem for what is known of the hinge, for a margin, and for a start.
+    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+        """Numbers of the problem for what is known of the hinge, for a margin, and for a start.
 
         Args:
-            parameters: The problem's model.
             hinge: What is known of it.
             margin: Distance from door and frame [m].
             start: x, shape (nx,).
-
-        Returns:
-            Parameters of the same type.
         """
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
@@ -99,14 +103,14 @@ class PlanningModel(Protocol):
             `PlanStatus.CANNOT_OPEN` or `CANNOT_STOP`, and its numbers in words; None if nothing speaks against it.
         """
 
-    def relaxed(self, parameters: Any) -> bool:
+    def relaxed(self, numbers: Numbers) -> bool:
         """Whether `fitted` had to widen constraints so that they contain the start."""
 
-    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the tip on the door along its normal, positive where it presses, as the model understands it.
 
         Args:
-            parameters: What `fitted` returned.
+            numbers: What `fitted` returned.
             states: x_0 … x_N, shape (N + 1, nx).
             inputs: u_0 … u_{N−1}, shape (N, nu).
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
-from doorman.planning.push_problem import CREEP, PushModel, is_relaxed, push_problem, with_hinge
+from doorman.planning.push_problem import CREEP, is_relaxed, push_numbers, push_problem, with_hinge
 from doorman.planning.quasi_static_planning import QuasiStaticPlanning, push_along_normal
 
 Array = NDArray[np.float64]
@@ -25,16 +27,18 @@ class PushPlanning(QuasiStaticPlanning):
     def __init__(self, model: Model) -> None:
         super().__init__(model)
         self.follows_start = True
+        self.numbers = push_numbers(model)
         planner = model.scenario.planner
         self._lead = 0.5 * model.scenario.push.max_rate * planner.horizon_steps * planner.time_step
 
-    def problem(self) -> Problem:
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The problem with the push's constraints, see `PlanningModel`."""
-        return push_problem(self.model)
+        fitted = with_hinge(self.model, self.numbers, Hinge.of(self.model.door), self.start_state)
+        return push_problem(self.model, fitted, extras)
 
-    def fitted(self, parameters: PushModel, hinge: Hinge, margin: float, start: Array) -> PushModel:
+    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
         """Constraints that fit the hinge's resistance and contain the start, see `PlanningModel`."""
-        return with_hinge(self.model, parameters, hinge, start, margin)
+        return with_hinge(self.model, self.numbers, hinge, start, margin)
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
         """The door at its goal, heading and arm as far on their way as the door will be within the horizon.
@@ -61,14 +65,16 @@ class PushPlanning(QuasiStaticPlanning):
         )
         return PlanStatus.CANNOT_STOP, words
 
-    def relaxed(self, parameters: PushModel) -> bool:
+    def relaxed(self, numbers: Numbers) -> bool:
         """Whether the start is too fast to be stopped by the door's own resistance, or beyond the largest rate."""
-        return is_relaxed(self.model, parameters)
+        return is_relaxed(self.model, numbers)
 
-    def normal_forces(self, parameters: PushModel, states: Array, inputs: Array) -> Array:
-        r"""λ_n of `push_problem`, see `PlanningModel`."""
-        p, angle, rate = parameters.door.dynamics, states[: len(inputs), 3], states[: len(inputs), 4]
-        torque = p.damping * rate + p.stiffness * (angle - p.rest_angle) + p.disturbance
-        torque = torque + p.friction * np.tanh(rate / p.friction_rate)
-        push = push_along_normal(states, inputs)
-        return np.asarray(parameters.leaf_share * push - parameters.vehicle_share * torque)
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
+        r"""λ_n of `dynamics.push` with the thrust's push, see `PlanningModel`."""
+        angle, rate = states[: len(inputs), 3], states[: len(inputs), 4]
+        torque = numbers.one("door.damping") * rate + numbers.one("door.disturbance")
+        torque += numbers.one("door.stiffness") * (angle - numbers.one("door.rest_angle"))
+        torque += numbers.one("door.friction") * np.tanh(rate / numbers.one("door.friction_rate"))
+        lever = numbers.one("vehicle.mass") * numbers.one("contact.distance_from_hinge")
+        moved = numbers.one("door.inertia") * push_along_normal(states, inputs) - lever * torque
+        return np.asarray(moved / numbers.one("door.moving_inertia"))

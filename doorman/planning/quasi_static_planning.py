@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.dynamics.quasi_static import quasi_static_step
+from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.door_problem import door_problem
+from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.door_problem import door_numbers, door_problem
 from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
 
@@ -41,18 +41,19 @@ class QuasiStaticPlanning:
         self.goal_state = model.goal_state
         self.hover_input = model.hover_input
         self.follows_start = False
+        self.numbers = door_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array, see `PlanningModel`."""
         return self.model.check_state(state, field)
 
-    def problem(self) -> Problem:
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The paper's problem, see `PlanningModel`."""
-        return door_problem(self.model)
+        return door_problem(self.model, self.numbers, extras)
 
-    def fitted(self, parameters: Any, hinge: Hinge, margin: float, start: Array) -> Any:
+    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        return parameters._replace(dynamics=hinge.into(parameters.dynamics), margin=margin)
+        return self.numbers.replaced({**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin})
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
         """The scenario's, leaning, see `PlanningModel`."""
@@ -62,11 +63,11 @@ class QuasiStaticPlanning:
         """A door that resists by more than the vehicle can push, see `PlanningModel`."""
         return too_stiff(self.model, hinge, float(start[3]))
 
-    def relaxed(self, parameters: Any) -> bool:
+    def relaxed(self, numbers: Numbers) -> bool:
         """Never, see `PlanningModel`."""
         return False
 
-    def normal_forces(self, parameters: Any, states: Array, inputs: Array) -> Array:
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal, see `PlanningModel`."""
         return push_along_normal(*self.reduced(states, inputs))
 
@@ -88,14 +89,10 @@ class QuasiStaticPlanning:
         r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`."""
         model = self.model
         moving = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
-        parameters = model.dynamics_parameters(disturbance)._replace(door_inertia=moving, friction=0.0)
-
-        def step(state: Array, inputs: Array) -> Array:
-            following = np.empty_like(state)
-            quasi_static_step(parameters, state.copy(), inputs.copy(), following)
-            return following
-
-        return step
+        reduced = model.reduced.with_numbers(
+            {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}
+        )
+        return reduced.step
 
 
 def push_along_normal(states: Array, inputs: Array) -> Array:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.constraints import ConstraintParameters
+from doorman.collision.reduced_model import ReducedModel
 from doorman.kinematics.vehicle import Vehicle
 from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
 from doorman.postures.room import Room
@@ -48,47 +48,45 @@ class Postures:
     """What the scenario leaves open, by key: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
 
 
-def propose(scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters) -> Postures:
+def propose(scenario: Scenario, vehicle: Vehicle, reduced: ReducedModel) -> Postures:
     """Postures of start and goal.
 
     Args:
         scenario: The scenario; arms that it pins down have as many joints as the vehicle's.
         vehicle: The vehicle.
-        parameters: Of the constraints, with scratch memory of their own.
+        reduced: The constraints in numbers.
 
     Returns:
         The postures; the widest that there are where none keeps all limits.
     """
-    finder = _Finder(scenario, vehicle, parameters)
+    finder = _Finder(scenario, vehicle, reduced)
     start, goal = (End.of(name, getattr(scenario, name), vehicle.n_arm) for name in ("start", "goal"))
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
 
 
-def start_arm(scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters) -> Array:
+def start_arm(scenario: Scenario, vehicle: Vehicle, reduced: ReducedModel) -> Array:
     """Arm of the start where no jamb is near: how far it reaches decides how near to the hinge a narrow doorway is pushed open.
 
     Args:
         scenario: The scenario.
         vehicle: The vehicle.
-        parameters: Of the constraints, with scratch memory of their own.
+        reduced: The constraints in numbers.
 
     Returns:
         H, shape (n,) [rad].
     """
-    finder = _Finder(scenario, vehicle, parameters, jambs=False)
+    finder = _Finder(scenario, vehicle, reduced, jambs=False)
     return finder.alone(End.of("start", scenario.start, vehicle.n_arm))[5:]
 
 
 class _Finder:
     """Finds the postures of one scenario."""
 
-    def __init__(
-        self, scenario: Scenario, vehicle: Vehicle, parameters: ConstraintParameters, jambs: bool = True
-    ) -> None:
-        self._scenario, self._vehicle, self._parameters, self._jambs = scenario, vehicle, parameters, jambs
+    def __init__(self, scenario: Scenario, vehicle: Vehicle, reduced: ReducedModel, jambs: bool = True) -> None:
+        self._scenario, self._vehicle, self._reduced, self._jambs = scenario, vehicle, reduced, jambs
         self._pushes = scenario.contact.kind == "push"
-        self._clear = Room(vehicle, parameters, margin=0.0, jambs=jambs)
+        self._clear = Room(vehicle, reduced, margin=0.0, jambs=jambs)
         self._middle = 0.5 * np.add(*joint_bounds(vehicle))
         self._known: dict[str, list[Found]] = {}
 
@@ -163,7 +161,7 @@ class _Finder:
     def _room(self, end: End) -> Room:
         margin = self._scenario.planner.margin
         mobile = end.arm is None and self._can_move_along_the_normal(end)
-        return Room(self._vehicle, self._parameters, margin, self._pushes, mobile, self._jambs)
+        return Room(self._vehicle, self._reduced, margin, self._pushes, mobile, self._jambs)
 
     def _can_move_along_the_normal(self, end: End) -> bool:
         generator, n = np.random.default_rng(0), self._vehicle.n_arm

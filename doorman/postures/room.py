@@ -17,12 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.constraints import (
-    ConstraintParameters,
-    collision_constraints,
-    collision_constraints_batch,
-    collision_constraints_jacobian,
-)
+from doorman.collision.reduced_model import ReducedModel
 from doorman.kinematics.coupling import BESIDE
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -41,7 +36,7 @@ class Room:
 
     Args:
         vehicle: The vehicle.
-        parameters: Of the constraints, with scratch memory of their own.
+        reduced: The constraints in numbers.
         margin: m, of the constraints [m].
         pushes: Whether the tip can only push: it then stays near the leaf's normal.
         mobile: Whether the mobility counts.
@@ -51,39 +46,33 @@ class Room:
     def __init__(
         self,
         vehicle: Vehicle,
-        parameters: ConstraintParameters,
+        reduced: ReducedModel,
         margin: float,
         pushes: bool = False,
         mobile: bool = False,
         jambs: bool = True,
     ) -> None:
-        self.vehicle, self.margin, self._parameters = vehicle, margin, parameters
+        self.vehicle, self.margin, self._reduced = vehicle, margin, reduced
         self._pushes, self._mobile = pushes, mobile
         self._leaf = len(vehicle.point_names)
         self.latch = self._leaf + 1
         """Index of the constraint between disc and latch jamb."""
-        self._computed, self._counted = self._leaf + 3, self._leaf + (3 if jambs else 1)
+        self._counted = self._leaf + (3 if jambs else 1)
         span = vehicle.upper_limits - vehicle.lower_limits
         self._bounded = np.flatnonzero(np.isfinite(span) & (span > 0.0))
         self._span = span[self._bounded]
 
     def constraints(self, state: Array) -> Array:
         """h(x), shape (k,) [m]."""
-        h = np.empty(self._computed)
-        collision_constraints(self._parameters, state, h)
-        return h[: self._counted]
+        return self._reduced.constraints(state)[: self._counted]
 
     def constraint_slopes(self, state: Array) -> Array:
         """Jacobian of `constraints`, shape (k, 5 + n)."""
-        h, jacobian = np.empty(self._computed), np.zeros((self._computed, len(state)))
-        collision_constraints_jacobian(self._parameters, state, h, jacobian)
-        return jacobian[: self._counted]
+        return self._reduced.constraint_jacobian(state)[: self._counted]
 
     def constraints_along(self, states: Array) -> Array:
         """`constraints` at many states, shape (m, k) [m]."""
-        h = np.empty((len(states), self._computed))
-        collision_constraints_batch(self._parameters, states, h)
-        return h[:, : self._counted]
+        return self._reduced.constraints_along(states)[:, : self._counted]
 
     def keeps(self, state: Array, tolerance: float = 1e-9) -> bool:
         """Whether a posture is inside the joint limits, and inside the constraints by the margin."""

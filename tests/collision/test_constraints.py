@@ -10,7 +10,6 @@ import pytest
 from finite_differences import central_difference
 from urdf_variants import robot_data_vehicle, write_arm_of, write_door
 
-from doorman.collision.constraints import collision_constraints, collision_constraints_jacobian
 from doorman.exceptions import DimensionError
 from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -99,19 +98,6 @@ def test_many_states_at_once(any_model: Model, rng: np.random.Generator) -> None
     states.flags.writeable = False
     np.testing.assert_allclose(any_model.constraints_along(states), one_by_one, rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(any_model.constraints_along(np.asfortranarray(states)), one_by_one)
-
-
-def test_compiled_rows_equal_their_plain_twin(model: Model, rng: np.random.Generator) -> None:
-    p, m, nx = model.constraint_parameters(), model.n_constraints, model.nx
-    for x in random_states(model, 5, rng):
-        compiled, plain = (np.empty(m), np.zeros((m, nx))), (np.empty(m), np.zeros((m, nx)))
-        collision_constraints_jacobian(p, x, *compiled)
-        collision_constraints_jacobian.py_func(p, x, *plain)
-        np.testing.assert_allclose(compiled[0], plain[0], atol=1e-14)
-        np.testing.assert_allclose(compiled[1], plain[1], atol=1e-14)
-        values = np.empty(m)
-        collision_constraints.py_func(p, x, values)
-        np.testing.assert_allclose(values, compiled[0], atol=1e-14)
 
 
 def test_paper_starts_and_ends_inside(model: Model) -> None:

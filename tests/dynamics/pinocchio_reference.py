@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio
 from numpy.typing import NDArray
 
-from doorman.dynamics.lagrangian import LagrangianModel
+from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.kinematics.rotations import rotation_body_to_world
 
 Array = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""Derivatives and integration of the Lagrangian model: finite differences, order of convergence, plain twins."""
+"""Derivatives and integration of the Lagrangian model: finite differences, order of convergence."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import pytest
 from finite_differences import central_difference
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
 
-from doorman.dynamics.lagrangian import LagrangianModel, lagrangian_linearize, lagrangian_step
+from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.door import Door
 from doorman.kinematics.vehicle import Vehicle
-from doorman.numba_types.handles import Handle
 from doorman.scenario import DoorSection
 
 RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.5, stiffness=1.5, rest_angle=1.2)
@@ -38,42 +37,6 @@ def random_point(model: LagrangianModel, rng: np.random.Generator) -> np.ndarray
     thrust, torque = rng.uniform(5.0, 48.0, 1), rng.uniform(-1.0, 1.0, 3)
     arm, arm_rates = rng.uniform(-1.2, 1.2, model.n_arm), rng.uniform(-2.0, 2.0, model.n_arm)
     return np.concatenate([attitude, angle, rates, arm, thrust, torque, arm_rates])
-
-
-def test_jacobian_of_the_accelerations(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    """At the first stage of a step, of which `lagrangian_linearize` leaves the Jacobian in its memory."""
-    n, nx = lagrangian.n_arm, lagrangian.nx
-    memory = lagrangian.memory()
-    for _ in range(5):
-        z = random_point(lagrangian, rng)
-        x, u = z[:nx].copy(), z[nx:].copy()
-        lagrangian_linearize(Handle(lagrangian.parameters()), Handle(memory), x, u, memory.entries)
-        numeric = central_difference(lambda z: lagrangian.derivative(z[:nx], z[nx:])[4:8], z)[:, : 12 + n]
-        np.testing.assert_allclose(memory.jacobian[0], numeric, rtol=1e-6, atol=1e-7 * np.abs(numeric).max())
-
-
-def test_a_linearised_step_is_the_step(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    nx, memory = lagrangian.nx, lagrangian.memory()
-    z = random_point(lagrangian, rng)
-    x, u = z[:nx].copy(), z[nx:].copy()
-    lagrangian_linearize(Handle(lagrangian.parameters()), Handle(memory), x, u, memory.entries)
-    np.testing.assert_allclose(memory.entries[:, 0], lagrangian.step(x, u)[:8], rtol=1e-13, atol=1e-13)
-    by_state, by_input = lagrangian.step_jacobian(x, u)
-    both = np.hstack([by_state, by_input])[:8]  # compiled twice: equal up to the order of a sum
-    np.testing.assert_allclose(memory.entries[:, 1:], both, rtol=1e-13, atol=1e-13)
-
-
-def test_states_side_by_side_are_linearised_as_one_by_one(
-    lagrangian: LagrangianModel, rng: np.random.Generator
-) -> None:
-    nx, width = lagrangian.nx, 8
-    points = np.array([random_point(lagrangian, rng) for _ in range(width)])
-    x, u = np.ascontiguousarray(points[:, :nx].T), np.ascontiguousarray(points[:, nx:].T)
-    parameters, memory, one = Handle(lagrangian.parameters()), lagrangian.memory(width), lagrangian.memory()
-    lagrangian_linearize(parameters, Handle(memory), x, u, memory.entries)
-    for k in range(width):
-        lagrangian_linearize(parameters, Handle(one), points[k, :nx].copy(), points[k, nx:].copy(), one.entries)
-        np.testing.assert_allclose(memory.entries[:, :, k], one.entries, rtol=1e-12, atol=1e-12)
 
 
 def test_sensitivities_of_a_step(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
@@ -122,16 +85,6 @@ def test_the_arm_is_integrated_exactly(lagrangian: LagrangianModel, rng: np.rand
     z = random_point(lagrangian, rng)
     moved = lagrangian.step(z[:nx], z[nx:])
     np.testing.assert_allclose(moved[8:], z[8:nx] + lagrangian.time_step * z[nx + 4 :], atol=1e-15)
-
-
-def test_a_disturbance_may_be_given_with_the_parameters(lagrangian: LagrangianModel, rng: np.random.Generator) -> None:
-    z = random_point(lagrangian, rng)
-    x, u = z[: lagrangian.nx].copy(), z[lagrangian.nx :].copy()
-    other = LagrangianModel(lagrangian.coupling, lagrangian.time_step, disturbance=-1.1)
-    out = np.empty(lagrangian.nx)
-    lagrangian_step(Handle(lagrangian.parameters(disturbance=-1.1)), x, u, out)
-    np.testing.assert_array_equal(out, other.step(x, u))
-    assert lagrangian.parameters().disturbance == 0.3
 
 
 def test_results_do_not_change_when_the_model_is_used_again(

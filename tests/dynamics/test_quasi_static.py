@@ -10,7 +10,6 @@ import pytest
 from finite_differences import central_difference
 from urdf_variants import write_arm_of
 
-from doorman.dynamics.quasi_static import quasi_static_rates, quasi_static_step, quasi_static_step_jacobian
 from doorman.exceptions import DimensionError, SingularityError
 from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
@@ -110,18 +109,9 @@ def test_a_vehicle_that_leans_forward_opens_the_door_by_hand(model: Model) -> No
 
 
 def test_a_disturbance_brakes_the_door(model: Model) -> None:
-    p = model.dynamics_parameters(disturbance=0.528)
-    assert quasi_static_rates(p, 0.0, 0.0, 0.0, math.pi / 2, 0.0, 29.43, 0.0, 0.0, 0.0)[3] == pytest.approx(-0.1)
-
-
-def test_compiled_kernels_equal_their_plain_twins(any_model: Model, rng: np.random.Generator) -> None:
-    nx, nu = any_model.nx, any_model.nu
-    z = random_point(any_model, rng)
-    for kernel, shape in ((quasi_static_step, (nx,)), (quasi_static_step_jacobian, (nx, nx + nu))):
-        compiled, plain = np.empty(shape), np.empty(shape)
-        kernel(any_model.dynamics_parameters(0.2), z[:nx].copy(), z[nx:].copy(), compiled)
-        kernel.py_func(any_model.dynamics_parameters(0.2), z[:nx].copy(), z[nx:].copy(), plain)
-        np.testing.assert_allclose(compiled, plain, rtol=1e-13, atol=1e-14)
+    braked = model.reduced.with_numbers({"door.disturbance": 0.528})
+    assert braked.derivative(model.start_state.copy(), model.hover_input.copy())[4] == pytest.approx(-0.1)
+    assert model.derivative(model.start_state, model.hover_input)[4] == pytest.approx(0.0, abs=1e-15)
 
 
 def test_the_singularity_is_an_error(model: Model) -> None:

@@ -9,7 +9,6 @@ import pytest
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
 
 from doorman.kinematics.arm import ArmParameters, arm_kinematics, point_derivative
-from doorman.kinematics.vectors import combine, cross, dot, scale, transform
 from doorman.kinematics.vehicle import Vehicle
 
 
@@ -60,14 +59,3 @@ def test_parameters_have_their_own_memory() -> None:
     one, other = ArmParameters.of(geometry), ArmParameters.of(geometry)
     assert not any(np.shares_memory(a, b) for a, b in zip(one, other, strict=True))
     assert not geometry.links.flags.writeable
-
-
-def test_vectors_of_three(rng: np.random.Generator) -> None:
-    a, b = rng.normal(size=(2, 3))
-    m = rng.normal(size=(3, 3))
-    ta, tb = tuple(a), tuple(b)
-    assert dot(ta, tb) == pytest.approx(a @ b)
-    np.testing.assert_allclose(cross(ta, tb), np.cross(a, b), atol=1e-15)
-    np.testing.assert_allclose(scale(0.3, ta), 0.3 * a, atol=1e-15)
-    np.testing.assert_allclose(combine(0.3, ta, -2.0, tb), 0.3 * a - 2.0 * b, atol=1e-15)
-    np.testing.assert_allclose(transform(m, ta), m @ a, atol=1e-15)

@@ -74,7 +74,7 @@ def test_a_scenario_takes_both_and_keeps_the_shipped_file() -> None:
     model = Model(scenario)
     assert scenario.door_urdf.name == "hinged_door.urdf"
     assert model.door.width == pytest.approx(1.31) and model.door.mass == pytest.approx(9.0)
-    assert model.constraint_parameters().door_width == pytest.approx(1.31)
+    assert model.reduced.numbers.one("door.width") == pytest.approx(1.31)
     assert Model(scenario).door.urdf == model.door.urdf
 
 

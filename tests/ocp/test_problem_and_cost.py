@@ -12,7 +12,7 @@ from door_tasks import model_of
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.model import Model
 from doorman.ocp import Problem, QuadraticCost
-from doorman.planning.door_problem import door_cost, door_problem
+from doorman.planning.door_problem import door_cost, door_numbers, door_problem
 from doorman.scenario import Scenario
 
 GOOD: dict[str, Any] = {
@@ -73,11 +73,12 @@ def test_problems_that_cannot_be(field: str, value: float) -> None:
 
 
 def test_door_problem_of_the_paper() -> None:
-    problem = door_problem(model_of("margin"), disturbance=0.3)
+    model = model_of("margin")
+    problem = door_problem(model, door_numbers(model).replaced({"door.disturbance": 0.3}))
     assert (problem.nx, problem.nu, problem.n_constraints) == (9, 8, 7)  # six, and the tilt
     assert (problem.horizon, problem.time_step) == (50, 0.02)
-    assert problem.model.margin == 0.02
-    assert problem.model.dynamics.disturbance == 0.3
+    given = door_numbers(model).replaced({"limits.margin": 0.02, "door.disturbance": 0.3})
+    np.testing.assert_array_equal(problem.model.parameters, given.vector)
     weights = [5.0, 5.0, 3.0, 9.0, 8.0, 0.05, 0.1, 0.1, 0.1]
     np.testing.assert_array_equal(problem.cost.state_weights, weights)
     np.testing.assert_array_equal(problem.cost.terminal_weights, weights)

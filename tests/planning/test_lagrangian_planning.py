@@ -21,7 +21,7 @@ from doorman.feasibility.rehearsal import rehearse
 from doorman.kinematics.rotations import body_rate_matrix
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions
-from doorman.planning.lagrangian_problem import lagrangian_model, lagrangian_problem
+from doorman.planning.lagrangian_problem import lagrangian_model, lagrangian_numbers, lagrangian_problem
 from doorman.planning.planning_model import planning_model
 
 FULL = {"planner.model": "lagrangian"}
@@ -265,7 +265,7 @@ def test_body_rates_keep_to_their_limits(rng: np.random.Generator) -> None:
 def test_limits_become_bounds() -> None:
     model = planner_of("paper").model
     bounds, limits, vehicle = lagrangian_problem(model).bounds, model.scenario.limits, model.vehicle
-    np.testing.assert_array_equal(lagrangian_problem(model).model.body_rates, limits.body_rates)
+    np.testing.assert_array_equal(lagrangian_numbers(model)["limits.body_rates"], limits.body_rates)
     np.testing.assert_array_equal(bounds.state_lower[8:], vehicle.lower_limits)
     np.testing.assert_array_equal(bounds.input_upper, [vehicle.max_thrust, *[np.inf] * 3, *vehicle.rate_limits])
     assert np.isinf(bounds.state_lower[:8]).all()

@@ -7,8 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from doorman.collision.constraints import collision_constraints
-from doorman.dynamics.quasi_static import quasi_static_step
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -17,7 +15,7 @@ from doorman.ocp.kernels import functions
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.hinge import Hinge
 from doorman.planning.planner import Plan, Planner
-from doorman.planning.push_problem import N_STATE_ROWS, push_problem, with_hinge
+from doorman.planning.push_problem import push_numbers, push_problem, with_hinge
 from doorman.planning.quasi_static_planning import push_state
 from doorman.scenario import Scenario
 
@@ -43,14 +41,17 @@ def random_pairs(model: Model, count: int):
         )
 
 
-def parameters_of(model: Model, start: np.ndarray):
-    return with_hinge(model, push_problem(model).model, Hinge(0.3, -RESISTANCE, model.door.inertia, 0.0, 0.0), start)
+N_STATE_ROWS = 8
+"""Rows of h beyond the door problem's."""
+
+
+def numbers_of(model: Model, start: np.ndarray):
+    return with_hinge(model, push_numbers(model), Hinge(0.3, -RESISTANCE, model.door.inertia, 0.0, 0.0), start)
 
 
 def test_slopes_meet_finite_differences(model: Model) -> None:
-    problem = push_problem(model)
-    nh, ng = problem.n_constraints, problem.n_input_constraints
-    parameters = parameters_of(model, model.start_state)
+    problem = push_problem(model, numbers_of(model, model.start_state))
+    nh, ng, parameters = problem.n_constraints, problem.n_input_constraints, problem.model
     for x, u in random_pairs(model, 5):
         h, slopes = np.zeros(nh), np.zeros((nh, model.nx))
         functions.linearize_constraints(parameters, x, h, slopes)
@@ -73,27 +74,27 @@ def test_slopes_meet_finite_differences(model: Model) -> None:
 
 def test_rows_are_the_tips_force_by_newtons_law(model: Model) -> None:
     """Leaf and vehicle each by itself, with the thrust that carries the weight: an independent way to λ."""
-    problem = push_problem(model)
-    parameters = parameters_of(model, model.start_state)
-    p, lever, mass = parameters.door.dynamics, model.coupling.distance_from_hinge, model.vehicle.mass
+    p = numbers_of(model, model.start_state)
+    problem, push = push_problem(model, p), model.scenario.push
+    lever, mass = model.coupling.distance_from_hinge, model.vehicle.mass
     for x, _ in random_pairs(model, 5):
         rotation = rotation_body_to_world(x[:3])
         rotors = mass * GRAVITY / rotation[2, 2] * rotation[:, 2] - np.array([0.0, 0.0, mass * GRAVITY])
-        torque = p.damping * x[4] + p.friction * math.tanh(x[4] / p.friction_rate) + p.disturbance
+        torque = p.one("door.friction") * math.tanh(x[4] / p.one("door.friction_rate")) - RESISTANCE
         # unknowns α̈ and λ: I_D α̈ = −D_V λ_n − τ;  m (−D_V α̈) = F_n − λ_n along n_D
         acceleration, normal = np.linalg.solve(
             [[model.door.inertia, lever], [-mass * lever, 1.0]], [-torque, door_normal(x[3]) @ rotors]
         )
         sideways = leaf_direction(x[3]) @ rotors + mass * lever * x[4] ** 2
         h = np.zeros(problem.n_constraints)
-        functions.constrain(parameters, x, h)
+        functions.constrain(problem.model, x, h)
         rows = h[-N_STATE_ROWS:]
-        cone, hinge, weight = parameters.cone, parameters.hinge, mass * GRAVITY
-        assert rows[1] == pytest.approx(-x[4] - hinge.speed)
-        assert rows[2] == pytest.approx((hinge.least_force - normal) / weight)
+        cone, weight = push.friction_coefficient / math.sqrt(2.0), mass * GRAVITY
+        assert rows[1] == pytest.approx(-x[4] - p.one("push.speed"))
+        assert rows[2] == pytest.approx((p.one("push.least_force") - normal) / weight)
         assert rows[3] == pytest.approx((sideways - cone * normal) / weight)
         assert rows[4] == pytest.approx((-sideways - cone * normal) / weight)
-        assert rows[5] == pytest.approx(-acceleration - hinge.acceleration)
+        assert rows[5] == pytest.approx(-acceleration - p.one("push.acceleration"))
         tip = rotation @ model.vehicle.tip_position(x[5:])
         on_vehicle = -(normal * door_normal(x[3]) + sideways * leaf_direction(x[3]))
         turning = np.cross(tip, on_vehicle)[2]
@@ -124,9 +125,7 @@ def test_a_margin_keeps_plans_farther_away(model: Model) -> None:
         planner.update_margin(margin)
         planner.update_door(friction=0.0, disturbance=-RESISTANCE)
         plan = planner.plan(push_state(model.start_state, 1.2, model.vehicle.mass * GRAVITY))
-        h = np.zeros(model.n_constraints)
-        collision_constraints(model.constraint_parameters(), plan.states[-1].copy(), h)
-        gaps.append(-h.max())
+        gaps.append(-model.constraints(plan.states[-1]).max())
     assert gaps[0] > -1e-6 and gaps[1] > 0.05 - 1e-6
     with pytest.raises(DimensionError, match="margin"):
         planner.update_margin(-0.01)
@@ -170,7 +169,7 @@ def test_plans_press_all_the_way_and_stop_at_the_goal(planner: Planner) -> None:
     plans = opening(planner, 20.0)
     for plan in plans:
         assert plan.usable, plan.violated
-        assert planner.planning.normal_forces(planner._parameters, plan.states, plan.inputs).min() > 0.0
+        assert planner.normal_forces(plan).min() > 0.0
         assert plan.states[:, 4].min() > -push.max_rate - 2e-3
     angles = np.array([plan.states[0, 3] for plan in plans])
     assert math.degrees(angles[-1]) == pytest.approx(20.0, abs=1.0)
@@ -214,13 +213,13 @@ def test_a_door_that_wind_opens_is_planned_and_said(planner: Planner) -> None:
 def test_planned_motion_is_that_of_vehicle_and_leaf_together(planner: Planner) -> None:
     """One step with the plan's own force balance: I_e, not I_D."""
     model = planner.model
-    parameters = parameters_of(model, model.start_state).door.dynamics
+    numbers = numbers_of(model, model.start_state).replaced({"door.disturbance": 0.0, "door.friction": 0.0})
     x = push_state(model.start_state, 2.0, model.vehicle.mass * GRAVITY)
     out = np.empty(model.nx)
-    quasi_static_step(parameters._replace(disturbance=0.0, friction=0.0), x, model.hover_input.copy(), out)
+    functions.step(push_problem(model, numbers).model, x, model.hover_input.copy(), out)
     inertia = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
     force = model.hover_input[0] * (door_normal(x[3]) @ rotation_body_to_world(x[:3])[:, 2])
-    expected = -model.coupling.distance_from_hinge * force / inertia * parameters.time_step
+    expected = -model.coupling.distance_from_hinge * force / inertia * model.scenario.planner.time_step
     assert out[4] == pytest.approx(expected, rel=1e-3)
 
 

@@ -29,7 +29,7 @@ def test_mass_and_width_together(flight):
 def test_the_true_width_moves_and_is_met_and_the_told_one_plans(flight):
     door = loose(flight, door__width=1.1, simulation__door_width=1.3, simulation__door_mass=8.0)
     model, engine = door.model, door.plant.engine_model
-    assert model.constraint_parameters().door_width == model.door.width == pytest.approx(1.1)
+    assert model.reduced.numbers.one("door.width") == model.door.width == pytest.approx(1.1)
     end = door.run(0.5, every=500)[-1]
     assert -3.0 / (end.door_rate / 0.5) == pytest.approx(8.0 * 1.3**2 / 3.0, rel=1e-4)
     lengths = {round(2.0 * float(half), 3) for size in engine.geom_size for half in size}

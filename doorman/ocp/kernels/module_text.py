@@ -9,7 +9,7 @@ import casadi as ca
 
 from doorman.ocp.kernels.operations import IMPORTS
 from doorman.ocp.kernels.printing import printed
-from doorman.ocp.problem.expressions import Expansion, Expressions
+from doorman.ocp.problem.expressions import Expansion, Expressions, integrators_of
 
 _HEAD = '''"""Kernels of a problem with {nx} states and {nu} inputs, printed from CasADi expressions.
 
@@ -28,10 +28,15 @@ from doorman.ocp.kernels.runtime import (
     WIDTH,
     gather,
     keep_positive,
-    scatter_rows,
-    scatter_slopes,
-    scatter_step,
+    put_slopes,
+    scatter_values,
+    spread,
 )
+
+ROWS = {rows}
+INTEGRATORS = {integrators}
+NODE_PARAMETERS = {nq}
+NAMES = {names}
 
 
 class Model(NamedTuple):
@@ -40,9 +45,9 @@ class Model(NamedTuple):
     time_step: float
     parameters: np.ndarray
     node_parameters: np.ndarray
-    x: np.ndarray
-    u: np.ndarray
-    q: np.ndarray
+    x_lanes: np.ndarray
+    u_lanes: np.ndarray
+    q_lanes: np.ndarray
     out: np.ndarray
     curvature: np.ndarray
 
@@ -55,25 +60,51 @@ class Model(NamedTuple):
 
     def __reduce__(self):
         return remade, (TEXT, self.time_step, self.parameters, self.node_parameters)
+'''
 
-
+_NODE = '''
 class Node(NamedTuple):
     """What the kernels of one node need; `q` are its parameters."""
 
     time_step: float
     parameters: np.ndarray
     q: np.ndarray
+    x_lanes: np.ndarray
+    u_lanes: np.ndarray
+    q_lanes: np.ndarray
+    out: np.ndarray
     curvature: np.ndarray
 
 
 @functions.implement(functions.at_node, Model)
 def at_node(model, k):
-    return Node(model.time_step, model.parameters, model.node_parameters[k], model.curvature)
+    q = model.node_parameters[k]
+    return Node(
+        model.time_step, model.parameters, q, model.x_lanes, model.u_lanes, model.q_lanes, model.out, model.curvature
+    )
 '''
+
+_LINEARIZE_STEP = """def linearize_step(model, x, u, jacobian):
+    spread(x, model.x_lanes)
+    spread(u, model.u_lanes){spread}
+    step_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.out)
+    put_slopes(model.out, x.shape[0], STEP_ROWS, STEP_COLUMNS, jacobian)"""
+
+_LINEARIZE_ROWS = """def linearize_constraints(model, x, h, jacobian):
+    spread(x, model.x_lanes){spread}
+    rows_lanes(model, model.x_lanes, model.q_lanes, model.out)
+    for i in range(h.shape[0]):
+        h[i] = model.out[i, 0]
+    put_slopes(model.out, h.shape[0], ROW_ROWS, ROW_COLUMNS, jacobian)"""
 
 _HORIZON = """
 STEP_ROWS = {step_rows}
 STEP_COLUMNS = {step_columns}
+
+
+@kernel
+def scatter_step(values, ahead, jacobian):
+    {scatter_step}
 
 
 @functions.implement(functions.linearize_horizon, Model)
@@ -81,18 +112,24 @@ STEP_COLUMNS = {step_columns}
 def linearize_horizon(model, states, inputs, jacobians, rows, row_jacobians):
     n = inputs.shape[0]
     for first in range(0, n, LANES):
-        gather(states, first, n, model.x)
-        gather(inputs, first, n, model.u)
-        gather(model.node_parameters, first, n, model.q)
-        step_lanes(model, model.x, model.u, model.q, model.out)
-        scatter_step(model.out, first, states, STEP_ROWS, STEP_COLUMNS, jacobians)
+        gather(states, first, n, model.x_lanes)
+        gather(inputs, first, n, model.u_lanes)
+        gather(model.node_parameters, first, n, model.q_lanes)
+        step_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.out)
+        for side in range(min(LANES, n - first)):
+            scatter_step(model.out[:, side], states[first + side + 1], jacobians[first + side])
 """
 
-_HORIZON_ROWS = """        gather(states, first + 1, n + 1, model.x)
-        gather(model.node_parameters, first + 1, n + 1, model.q)
-        rows_lanes(model, model.x, model.q, model.out)
-        scatter_rows(model.out, first, rows)
-        scatter_slopes(model.out, first, ROW_ROWS, ROW_COLUMNS, rows, row_jacobians)
+_HORIZON_ROWS = """        gather(states, first + 1, n + 1, model.x_lanes)
+        gather(model.node_parameters, first + 1, n + 1, model.q_lanes)
+        rows_lanes(model, model.x_lanes, model.q_lanes, model.out)
+        for side in range(min(LANES, n - first)):
+            scatter_rows(model.out[:, side], rows[first + side], row_jacobians[first + side])
+
+
+@kernel
+def scatter_rows(values, row, jacobian):
+    {scatter_rows}
 
 
 ROW_ROWS = {row_rows}
@@ -104,10 +141,10 @@ ROW_COLUMNS = {row_columns}
 def constrain_horizon(model, states, rows):
     n = rows.shape[0]
     for first in range(0, n, LANES):
-        gather(states, first + 1, n + 1, model.x)
-        gather(model.node_parameters, first + 1, n + 1, model.q)
-        row_values_lanes(model, model.x, model.q, model.out)
-        scatter_rows(model.out, first, rows)
+        gather(states, first + 1, n + 1, model.x_lanes)
+        gather(model.node_parameters, first + 1, n + 1, model.q_lanes)
+        row_values_lanes(model, model.x_lanes, model.q_lanes, model.out)
+        scatter_values(model.out, first, rows)
 """
 
 
@@ -123,26 +160,34 @@ def module_text(expressions: Expressions) -> str:
     Raises:
         SolverError: if an operation has no translation.
     """
-    parts = [_head(expressions), *_step(expressions)]
-    parts += _rows(expressions, "constrain", "linearize_constraints", expressions.rows, ca.SX(0, 1))
+    parts = [_head(expressions), *([_NODE] if _has_nodes(expressions) else []), *_step(expressions)]
+    parts += _state_rows(expressions)
     parts += _rows(expressions, "constrain_input", "linearize_input_constraints", expressions.input_rows, expressions.u)
     parts += _rows(expressions, "constrain_end", "linearize_end_constraints", expressions.end_rows, ca.SX(0, 1))
     if expressions.stage_cost is not None and expressions.end_cost is not None:
         parts += _cost(expressions, "stage_cost", expressions.stage_cost, "model, x, u")
         parts += _cost(expressions, "end_cost", expressions.end_cost, "model, x")
-    parts += _horizon(expressions)
+    parts.append(_horizon(expressions))
     return "\n\n\n".join(part.strip("\n") for part in parts) + "\n"
+
+
+def _has_nodes(expressions: Expressions) -> bool:
+    return not expressions.node_parameters.is_empty()
 
 
 def _head(expressions: Expressions) -> str:
     x, u, p, q = expressions.x, expressions.u, expressions.parameters, expressions.node_parameters
     bent = 0 if expressions.stage_cost is None else x.numel() + u.numel()
     largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x))
-    names = {
-        name: ", ".join(str(symbol) for symbol in ca.symvar(symbols)) or "none"
-        for name, symbols in (("x", x), ("u", u), ("p", p), ("q", q))
+    symbols = {
+        name: ", ".join(str(symbol) for symbol in ca.symvar(each)) or "none"
+        for name, each in (("x", x), ("u", u), ("p", p), ("q", q))
     }
-    return _HEAD.format(nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, imports=IMPORTS, **names)
+    rows = tuple(each.numel() for each in (expressions.rows, expressions.input_rows, expressions.end_rows))
+    return _HEAD.format(
+        nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, imports=IMPORTS, rows=rows,
+        integrators=integrators_of(expressions), names=expressions.names, **symbols,
+    )  # fmt: skip
 
 
 def _both(expressions: Expressions) -> Any:
@@ -156,19 +201,40 @@ def _outputs(values: Any, z: Any) -> int:
 
 def _step(expressions: Expressions) -> list[str]:
     slopes = ca.jacobian(expressions.step, _both(expressions))
-    places = _places(slopes)
+    values = [expressions.checked_step]
     return [
-        _kernel(expressions, "step", "model, x, u, out", [expressions.step], lambda k, i, v: f"out[{i}] = {v}"),
-        _kernel(
-            expressions, "linearize_step", "model, x, u, jacobian", [slopes],
-            lambda k, i, v: f"jacobian[{places[i][0]}, {places[i][1]}] = {v}", before=["jacobian[:, :] = 0.0"],
-        ),
-        _lanes(expressions, "step_lanes", "model, x, u, q, out", [expressions.step, slopes]),
-    ]  # fmt: skip
+        _plain_rate(expressions),
+        _kernel(expressions, "step", "model, x, u, out", values, lambda k, i, v: f"out[{i}] = {v}"),
+        _lanes(expressions, "step_lanes", "model, x, u, q, out", [expressions.checked_step, slopes]),
+        _decorators(expressions, "linearize_step") + _LINEARIZE_STEP.format(spread=_spread_node(expressions)),
+    ]
+
+
+def _plain_rate(expressions: Expressions) -> str:
+    """Kernel of ẋ: no solver calls it."""
+    text = _kernel(expressions, "rate", "model, x, u, out", [expressions.rate], lambda k, i, v: f"out[{i}] = {v}")
+    return text[text.index("@kernel") :]
+
+
+def _state_rows(expressions: Expressions) -> list[str]:
+    """Kernels of h, where there are any."""
+    rows, spread = expressions.rows, _spread_node(expressions)
+    if not rows.numel():
+        return []
+    return [
+        _kernel(expressions, "constrain", "model, x, h", [rows], lambda k, i, v: f"h[{i}] = {v}"),
+        _lanes(expressions, "rows_lanes", "model, x, q, out", [rows, ca.jacobian(rows, expressions.x)]),
+        _lanes(expressions, "row_values_lanes", "model, x, q, out", [rows]),
+        _decorators(expressions, "linearize_constraints") + _LINEARIZE_ROWS.format(spread=spread),
+    ]
+
+
+def _spread_node(expressions: Expressions) -> str:
+    return "\n    spread(model.q, model.q_lanes)" if _has_nodes(expressions) else ""
 
 
 def _rows(expressions: Expressions, name: str, slopes_name: str, rows: Any, inputs: Any) -> list[str]:
-    """Kernels of h, g or h_N, where there are any."""
+    """Kernels of g or h_N, where there are any."""
     if not rows.numel():
         return []
     slopes = ca.jacobian(rows, ca.vertcat(expressions.x, inputs))
@@ -186,22 +252,25 @@ def _rows(expressions: Expressions, name: str, slopes_name: str, rows: Any, inpu
     ]
 
 
-def _horizon(expressions: Expressions) -> list[str]:
+def _horizon(expressions: Expressions) -> str:
     step = _places(ca.jacobian(expressions.step, _both(expressions)))
-    nx, rows = expressions.x.numel(), _places(ca.jacobian(expressions.rows, expressions.x))
-    columns = [column if column < nx else column + 1 for _, column in step]  # [A | e | B]
-    text = _HORIZON.format(step_rows=_indices([row for row, _ in step]), step_columns=_indices(columns))
-    if not expressions.rows.numel():
-        return [text]
-    slopes = ca.jacobian(expressions.rows, expressions.x)
-    text += _HORIZON_ROWS.format(
-        row_rows=_indices([row for row, _ in rows]), row_columns=_indices([column for _, column in rows])
-    )
-    return [
-        _lanes(expressions, "rows_lanes", "model, x, q, out", [expressions.rows, slopes]),
-        _lanes(expressions, "row_values_lanes", "model, x, q, out", [expressions.rows]),
-        text,
-    ]
+    nx, nh = expressions.x.numel(), expressions.rows.numel()
+    scattered = [f"jacobian[{i}, {nx}] = values[{i}] - ahead[{i}]" for i in range(nx)]  # [A | e | B]
+    for i, (row, column) in enumerate(step):
+        scattered.append(f"jacobian[{row}, {column if column < nx else column + 1}] = values[{nx + i}]")
+    text = _HORIZON.format(
+        step_rows=_indices([row for row, _ in step]), step_columns=_indices([column for _, column in step]),
+        scatter_step="\n    ".join(scattered),
+    )  # fmt: skip
+    if not nh:
+        return text
+    rows = _places(ca.jacobian(expressions.rows, expressions.x))
+    scattered = [f"row[{i}] = values[{i}]" for i in range(nh)]
+    scattered += [f"jacobian[{row}, {column}] = values[{nh + i}]" for i, (row, column) in enumerate(rows)]
+    return text + _HORIZON_ROWS.format(
+        row_rows=_indices([row for row, _ in rows]), row_columns=_indices([column for _, column in rows]),
+        scatter_rows="\n    ".join(scattered),
+    )  # fmt: skip
 
 
 def _indices(values: list[int]) -> str:
@@ -257,10 +326,12 @@ def _kernel(
     places = {"x": "x[{}]", "u": "u[{}]", "h": "model.time_step", "p": "model.parameters[{}]", "q": "model.q[{}]"}
     lines = printed(name, _arguments(expressions), results, lambda symbol, i: places[symbol].format(i), write)
     body = "\n    ".join([*before, *lines, *after])
-    decorators = (
-        f"@functions.implement(functions.{name}, Model)\n@functions.implement(functions.{name}, Node)\n@kernel\n"
-    )
-    return f"{decorators}def {name}({arguments}):\n    {body}"
+    return f"{_decorators(expressions, name)}def {name}({arguments}):\n    {body}"
+
+
+def _decorators(expressions: Expressions, name: str) -> str:
+    owners = ("Model", "Node") if _has_nodes(expressions) else ("Model",)
+    return "".join(f"@functions.implement(functions.{name}, {owner})\n" for owner in owners) + "@kernel\n"
 
 
 def _lanes(expressions: Expressions, name: str, arguments: str, results: list[Any]) -> str:

@@ -29,31 +29,27 @@ def gather(rows: Array, first: int, stop: int, lanes: Array) -> None:
 
 
 @kernel
-def scatter_step(out: Array, first: int, states: Array, rows: Indices, columns: Indices, jacobians: Array) -> None:
-    """Next states and nonzeros of [A | B] from lanes into [A | e | B] with the defect e."""
-    nx = states.shape[1]
-    for side in range(min(LANES, jacobians.shape[0] - first)):
-        k = first + side
-        for i in range(nx):
-            jacobians[k, i, nx] = out[i, side] - states[k + 1, i]
-        for i in range(rows.shape[0]):
-            jacobians[k, rows[i], columns[i]] = out[nx + i, side]
+def spread(values: Array, lanes: Array) -> None:
+    """The same node into every lane: as fast as one alone, and the kernels for lanes are compiled anyway."""
+    for i in range(values.shape[0]):
+        for side in range(LANES):
+            lanes[i, side] = values[i]
 
 
 @kernel
-def scatter_rows(out: Array, first: int, rows: Array) -> None:
+def put_slopes(out: Array, first: int, rows: Indices, columns: Indices, jacobian: Array) -> None:
+    """Nonzeros of a Jacobian from the first lane, from place `first` on."""
+    jacobian[:, :] = 0.0
+    for i in range(rows.shape[0]):
+        jacobian[rows[i], columns[i]] = out[first + i, 0]
+
+
+@kernel
+def scatter_values(out: Array, first: int, rows: Array) -> None:
     """Values of h from lanes."""
     for side in range(min(LANES, rows.shape[0] - first)):
         for i in range(rows.shape[1]):
             rows[first + side, i] = out[i, side]
-
-
-@kernel
-def scatter_slopes(out: Array, first: int, at: Indices, columns: Indices, rows: Array, slopes: Array) -> None:
-    """Nonzeros of h_x, which stand behind the values, from lanes."""
-    for side in range(min(LANES, rows.shape[0] - first)):
-        for i in range(at.shape[0]):
-            slopes[first + side, at[i], columns[i]] = out[rows.shape[1] + i, side]
 
 
 @kernel

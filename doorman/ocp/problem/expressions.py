@@ -51,8 +51,12 @@ class Expressions:
     time_step: Any
     parameters: Any
     node_parameters: Any
+    rate: Any
+    """ẋ, or x⁺ of discrete dynamics, (nx, 1)."""
     step: Any
-    """x⁺, (nx, 1)."""
+    """x⁺, (nx, 1), of which slopes are taken."""
+    checked_step: Any
+    """x⁺, NaN where it leaves the domain, (nx, 1)."""
     rows: Any
     """h, (nh, 1)."""
     input_rows: Any
@@ -68,15 +72,16 @@ class Expressions:
 
     @classmethod
     def of(
-        cls, x: Any, u: Any, time_step: Any, parameters: Any, node_parameters: Any, step: Any,
+        cls, x: Any, u: Any, time_step: Any, parameters: Any, node_parameters: Any, rate: Any, step: Any,
+        checked_step: Any,
         rows: Mapping[str, Any], names: tuple[str, ...], stage_terms: Sequence[tuple[Cost | Residual, Any]],
         end_terms: Sequence[tuple[Cost | Residual, Any]],
     ) -> Expressions:  # fmt: skip
         """Expressions with the sums of their cost terms."""
         own = bool(stage_terms or end_terms)
         return cls(
-            x, u, time_step, parameters, node_parameters, ca.densify(step), rows["rows"], rows["input_rows"],
-            rows["end_rows"], names,
+            x, u, time_step, parameters, node_parameters, ca.densify(rate), ca.densify(step), ca.densify(checked_step),
+            rows["rows"], rows["input_rows"], rows["end_rows"], names,
             Expansion.of(stage_terms, ca.vertcat(x, u), time_step) if own else None,
             Expansion.of(end_terms, x, ca.SX(1)) if own else None,
         )  # fmt: skip

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import number, numbers, vector, whole
+from doorman.checks import number, numbers, per_node, vector, whole
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError, SolverError
 from doorman.numba_types.handles import Handle, held, separate
@@ -344,28 +344,6 @@ def checked_budget(max_iterations: int, time_limit: float) -> int:
     if time_limit != math.inf and number(time_limit, "time_limit", "> 0 s") <= 0.0:
         raise DimensionError("no time", field="time_limit", given=time_limit, allowed="> 0 s")
     return whole(max_iterations, "max_iterations", 1)
-
-
-def per_node(values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    """Numbers for every node, checked.
-
-    Args:
-        values: Shape (N + 1, nq), or (nq,) for the same at all nodes.
-        shape: (N + 1, nq).
-
-    Returns:
-        Shape (N + 1, nq), not to be written to.
-
-    Raises:
-        DimensionError: if the shape is another, or a number is not finite.
-    """
-    given = np.asarray(values, dtype=np.float64)
-    if given.shape not in (shape, shape[1:]) or not np.isfinite(given).all():
-        raise DimensionError(
-            "not parameters of the nodes", field="node_parameters", given=given.shape,
-            allowed=f"finite numbers of shape {shape} or {shape[1:]}",
-        )  # fmt: skip
-    return np.broadcast_to(given, shape)
 
 
 def _copy_checked(field: str, values: ArrayLike, out: Array) -> None:

@@ -23,10 +23,6 @@ PATHS = (HERE, HERE.parent, HERE.parent / "toys")
 PACKAGES = ("doorman.ocp.", "doorman.dynamics.", "doorman.kinematics.", "doorman.collision.")
 ELSEWHERE = {
     "doorman.ocp.kernels.defaults.": "tests/ocp/test_defaults.py: each against derivatives by hand",
-    "doorman.dynamics.lagrangian_step.lagrangian_derivative": "tests/dynamics: Pinocchio",
-    "doorman.dynamics.lagrangian_step.lagrangian_contact_force": "tests/dynamics: Pinocchio",
-    "doorman.dynamics.lagrangian_step.lagrangian_step_jacobian": "tests/dynamics: differences",
-    "doorman.collision.constraints.collision_constraints_batch": "tests/collision: FCL",
     "doorman.kinematics.arm.tip_motion": "tests/kinematics: Pinocchio",
 }
 """Kernels that no plan runs, and where they are compared."""

@@ -1,0 +1,96 @@
+"""The quasi-static door task in numbers: its step and its collision constraints, by kernels printed from the symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.copying import PerThread
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicle import Vehicle
+from doorman.ocp.kernels import functions
+from doorman.ocp.kernels.loading import load
+from doorman.ocp.kernels.printed_problem import kept_text
+
+Array = NDArray[np.float64]
+
+
+def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> str:
+    """Module of the dynamics and the collision constraints."""
+    from doorman.collision.constraints import collision_constraints  # CasADi: only where the text is not there yet
+    from doorman.dynamics.quasi_static import QuasiStaticTask
+
+    task = QuasiStaticTask(pattern, point_names, numbers)
+    return task.symbolic_model().text(collision_constraints(task))
+
+
+class ReducedModel:
+    """x⁺ and h of reduced states x = [Φ, α, α̇, H] and inputs u = [f_t, Ω, Ḣ_d]. Threads may share it.
+
+    Args:
+        vehicle: Whose arm it is.
+        numbers: Of the task, see `task_numbers`.
+        time_step: Of the RK4 integration [s].
+    """
+
+    def __init__(self, vehicle: Vehicle, numbers: Numbers, time_step: float) -> None:
+        pattern, _ = ArmPattern.of(vehicle.arm)
+        key = f"reduced {pattern} {vehicle.point_names} {numbers.sizes}"
+        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers))
+        self.numbers, self.time_step = numbers, float(time_step)
+        self.nx, self.n_rows = 5 + vehicle.n_arm, len(vehicle.point_names) + 3
+        self._own: PerThread[Any] = PerThread()
+
+    def with_numbers(self, changes: Mapping[str, ArrayLike]) -> ReducedModel:
+        """The same task with other numbers."""
+        changed = object.__new__(ReducedModel)
+        vars(changed).update(vars(self))
+        changed.numbers, changed._own = self.numbers.replaced(changes), PerThread()
+        return changed
+
+    @property
+    def _kernels(self) -> Any:
+        """This thread's model for kernels, with memory of its own."""
+        nothing = np.zeros((1, 0))
+        return self._own.get(lambda: load(self._text).Model.of(self.time_step, self.numbers.vector.copy(), nothing))
+
+    def constraints(self, state: Array) -> Array:
+        """h(x) of a contiguous state, shape (n_points + 3,) [m]."""
+        h = np.empty(self.n_rows)
+        functions.constrain(self._kernels, state, h)
+        return h
+
+    def constraint_jacobian(self, state: Array) -> Array:
+        """Jacobian of `constraints`, shape (n_points + 3, 5 + n)."""
+        h, jacobian = np.empty(self.n_rows), np.empty((self.n_rows, self.nx))
+        functions.linearize_constraints(self._kernels, state, h, jacobian)
+        return jacobian
+
+    def constraints_along(self, states: Array) -> Array:
+        """`constraints` at many states, (m, 5 + n): shape (m, n_points + 3) [m]."""
+        behind = np.concatenate([np.zeros((1, self.nx)), states])  # kernels of a horizon leave its first state out
+        h = np.empty((len(states), self.n_rows))
+        functions.constrain_horizon(self._kernels, behind, h)
+        return h
+
+    def derivative(self, state: Array, inputs: Array) -> Array:
+        """ẋ, shape (5 + n,)."""
+        out = np.empty(self.nx)
+        load(self._text).rate(self._kernels, state, inputs, out)
+        return out
+
+    def step(self, state: Array, inputs: Array) -> Array:
+        """x⁺ after one time step, shape (5 + n,); NaN where the pitch leaves ±90°."""
+        out = np.empty(self.nx)
+        functions.step(self._kernels, state, inputs, out)
+        return out
+
+    def step_jacobian(self, state: Array, inputs: Array) -> Array:
+        """Exact sensitivities [A | B] of `step`, shape (5 + n, 9 + 2 n)."""
+        jacobian = np.empty((self.nx, self.nx + len(inputs)))
+        functions.linearize_step(self._kernels, state, inputs, jacobian)
+        return jacobian

@@ -1,0 +1,219 @@
+r"""The full Lagrangian model of vehicle and door in numbers: x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d] (the paper's dynamics).
+
+.. math::
+    M_q\ddot q + C_q\dot q + G_q = J_t^T R e_3 f_t + J_r^T T - J_\alpha^T\tau,\quad \dot H = \dot H_d,\quad
+    M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha
+
+with the hinge's torque τ of `Task.hinge_torque`. CasADi evaluates the symbols of `LagrangianTask`.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import SingularityError, SolverError
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.task_numbers import task_numbers
+from doorman.kinematics.vehicle import GRAVITY
+
+Array = NDArray[np.float64]
+
+
+@cache
+def _functions(pattern: ArmPattern, point_names: tuple[str, ...], sizes: tuple[tuple[str, int], ...]) -> Any:
+    """CasADi functions of x, u and the numbers; of the time step, too, where they need it."""
+    from doorman.dynamics.lagrangian import LagrangianTask  # CasADi
+
+    task = LagrangianTask(pattern, point_names, Numbers({name: np.zeros(size) for name, size in sizes}))
+    return task.evaluated()
+
+
+def six_of(inertia: Array) -> Array:
+    """xx, xy, xz, yy, yz, zz of a symmetric matrix, shape (6,)."""
+    return np.asarray(inertia[np.triu_indices(3)])
+
+
+class LagrangianModel:
+    """Full dynamics of vehicle and door tied together at the contact point, the arm locked within them.
+
+    States are x = [φ, θ, ψ, α, φ̇, θ̇, ψ̇, α̇, η_1 … η_n], inputs u = [f_t, T, Ḣ_d]; shapes (8 + n,) and (4 + n,).
+
+    Args:
+        coupling: Vehicle, door and the contact point that ties them.
+        time_step: Of the RK4 integration [s].
+        inertia_posture: H whose I_A about O_B is used for all postures (the paper's arm is massless), shape (n,) [rad]; by
+            default H = 0.
+        disturbance: Further torque on the hinge in the sense of damping, negative where it resists opening [N m].
+
+    Raises:
+        SolverError: if the time step is not a positive number, or the disturbance is not finite.
+        DimensionError: if the posture has another shape or is not finite.
+    """
+
+    def __init__(
+        self,
+        coupling: Coupling,
+        time_step: float,
+        *,
+        inertia_posture: ArrayLike | None = None,
+        disturbance: float = 0.0,
+    ) -> None:
+        if not (math.isfinite(time_step) and time_step > 0.0):
+            raise SolverError("impossible time step", field="time_step", given=time_step, allowed="> 0 s, finite")
+        if not math.isfinite(disturbance):
+            raise SolverError("not finite", field="disturbance", given=disturbance, allowed="a finite torque [N m]")
+        self.coupling = coupling
+        self.time_step = float(time_step)
+        self.disturbance = float(disturbance)
+        self.n_arm = coupling.vehicle.n_arm
+        self.nx = 8 + self.n_arm
+        self.nu = 4 + self.n_arm
+        posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
+        self.vehicle_inertia = coupling.vehicle.inertia(posture)
+        numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
+        self.numbers = numbers.replaced({"door.disturbance": self.disturbance}).and_also(
+            {"vehicle.inertia": six_of(self.vehicle_inertia)}
+        )
+        """Of the symbolic task, by name."""
+
+    def _value(self, name: str, x: Array, u: Array, *time_step: float) -> Array:
+        vehicle = self.coupling.vehicle
+        functions = _functions(ArmPattern.of(vehicle.arm)[0], vehicle.point_names, tuple(self.numbers.sizes.items()))
+        return np.asarray(functions[name](x, u, self.numbers.vector, *time_step))
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array.
+
+        Args:
+            state: x, shape (8 + n,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (8 + n,).
+
+        Raises:
+            DimensionError: if it has another shape than (8 + n,) or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        x = vector(state, self.nx, field)
+        if abs(x[1]) >= math.pi / 2 - 1e-6:
+            raise SingularityError(
+                "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
+            )
+        return x
+
+    def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
+        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`.
+
+        Args:
+            configuration: q = [Φ, α], shape (4,) [rad].
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (4, 4), symmetric.
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+        """
+        q = vector(configuration, 4, "configuration")
+        translation = self.coupling.translation_jacobian(q[:3], q[3], arm_angles)
+        rotation = self.coupling.rotation_jacobian(q[:3])
+        of_vehicle = (
+            self.coupling.vehicle.mass * translation.T @ translation + rotation.T @ self.vehicle_inertia @ rotation
+        )
+        of_door = self.coupling.door.inertia * JACOBIAN_OF_DOOR_ANGLE.T @ JACOBIAN_OF_DOOR_ANGLE
+        return np.asarray(of_vehicle + of_door)
+
+    def energy(self, state: ArrayLike) -> float:
+        r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g P_z + \frac12 k(\alpha-\alpha_0)^2`.
+
+        Args:
+            state: x, shape (8 + n,).
+
+        Returns:
+            [J], zero height being the world's origin.
+        """
+        x = self.check_state(state)
+        vehicle, door = self.coupling.vehicle, self.coupling.door
+        kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]
+        height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2]
+        return float(kinetic + vehicle.mass * GRAVITY * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
+
+    def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
+        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A\ddot P`.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            Shape (3,), world frame [N].
+        """
+        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
+        return self._value("contact_force", x, u)[:, 0]
+
+    def derivative(self, state: ArrayLike, inputs: ArrayLike) -> Array:
+        """Time derivative of the state.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            ẋ, shape (8 + n,).
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
+        return self._value("derivative", x, u)[:, 0]
+
+    def step(self, state: ArrayLike, inputs: ArrayLike) -> Array:
+        """One RK4 step over the time step.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            The next state, shape (8 + n,).
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°, now or after the step.
+        """
+        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
+        out = self._value("step", x, u, self.time_step)[:, 0]
+        if np.isnan(out[1]):
+            raise SingularityError(
+                "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
+                allowed="|pitch| < π/2",
+            )  # fmt: skip
+        return self.check_state(out, "next state")
+
+    def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
+        """Exact sensitivities A, B of `step`.
+
+        Args:
+            state: x, shape (8 + n,).
+            inputs: u, shape (4 + n,).
+
+        Returns:
+            A of shape (8 + n, 8 + n) and B of shape (8 + n, 4 + n).
+
+        Raises:
+            DimensionError: if an array has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
+        jacobian = self._value("step_jacobian", x, u, self.time_step)
+        return jacobian[:, : self.nx], jacobian[:, self.nx :]

@@ -1,0 +1,68 @@
+"""Named numbers of a task in one vector: symbols stand for them, kernels read them, a change compiles nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.exceptions import DimensionError
+
+Array = NDArray[np.float64]
+
+
+class Numbers:
+    """Numbers by name, in a fixed order; read-only.
+
+    Args:
+        entries: Numbers or vectors by name.
+    """
+
+    def __init__(self, entries: Mapping[str, ArrayLike]) -> None:
+        parts = {name: np.atleast_1d(np.asarray(value, dtype=np.float64)).ravel() for name, value in entries.items()}
+        self.sizes = {name: len(part) for name, part in parts.items()}
+        """How many numbers a name stands for."""
+        self.vector: Array = np.concatenate([*parts.values(), np.zeros(0)])
+        """All of them, shape (np,)."""
+        self.vector.flags.writeable = False
+        ends = np.cumsum([0, *self.sizes.values()])
+        self._places = {name: slice(int(ends[i]), int(ends[i + 1])) for i, name in enumerate(self.sizes)}
+
+    def __getitem__(self, name: str) -> Array:
+        return self.vector[self._place(name)]
+
+    def one(self, name: str) -> float:
+        """The number of a name that stands for one."""
+        return float(self[name][0])
+
+    def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
+        """Numbers with others for some of the names.
+
+        Args:
+            changes: By name; as many as there were.
+
+        Raises:
+            DimensionError: if a name is unknown, or stands for another count of numbers.
+        """
+        changed = object.__new__(Numbers)
+        changed.sizes, changed._places, changed.vector = self.sizes, self._places, self.vector.copy()
+        for name, value in changes.items():
+            try:
+                changed.vector[self._place(name)] = np.ravel(np.asarray(value, dtype=np.float64))
+            except ValueError as error:
+                raise DimensionError(
+                    "wrong count of numbers", field=name, given=np.size(value), allowed=str(self.sizes[name])
+                ) from error
+        changed.vector.flags.writeable = False
+        return changed
+
+    def and_also(self, entries: Mapping[str, ArrayLike]) -> Numbers:
+        """Numbers with further names behind these."""
+        return Numbers({**{name: self[name] for name in self.sizes}, **entries})
+
+    def _place(self, name: str) -> slice:
+        try:
+            return self._places[name]
+        except KeyError:
+            raise DimensionError("no such number", field=name, allowed=", ".join(self.sizes)) from None

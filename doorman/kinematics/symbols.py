@@ -1,0 +1,85 @@
+r"""Rotations and the arm in CasADi symbols; Pinocchio's numbers are the check of them.
+
+:math:`R = R_z(\psi)R_y(\theta)R_x(\phi)` maps body to world, :math:`\dot\Phi = W(\Phi)\,\Omega`. Of the arm, joint i lies at
+:math:`p_i = p_{i-1} + R_{i-1} l_i` with :math:`R_i = R_{i-1}\,\mathrm{Rot}(a_i, \eta_i)`, a point of parent i at
+:math:`p_i + R_i o`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from doorman.kinematics.arm_pattern import ArmPattern
+
+
+def rotation_body_to_world(attitude: Any) -> Any:
+    """R(Φ).
+
+    Args:
+        attitude: Φ = [φ, θ, ψ], (3, 1) [rad].
+
+    Returns:
+        (3, 3).
+    """
+    (sr, sp, sy), (cr, cp, cy) = ca.vertsplit(ca.sin(attitude)), ca.vertsplit(ca.cos(attitude))
+    return ca.vertcat(
+        ca.horzcat(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        ca.horzcat(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        ca.horzcat(-sp, cp * sr, cp * cr),
+    )
+
+
+def euler_rates(attitude: Any, body_rates: Any) -> Any:
+    """Φ̇ = W(Φ) Ω, (3, 1) [rad/s]; without a number at θ = ±π/2.
+
+    Args:
+        attitude: Φ, (3, 1) [rad].
+        body_rates: Ω, (3, 1), body frame [rad/s].
+    """
+    sr, cr, sp, cp = ca.sin(attitude[0]), ca.cos(attitude[0]), ca.sin(attitude[1]), ca.cos(attitude[1])
+    yaw = (sr * body_rates[1] + cr * body_rates[2]) / cp
+    return ca.vertcat(body_rates[0] + sp * yaw, cr * body_rates[1] - sr * body_rates[2], yaw)
+
+
+def body_rates(attitude: Any, rates: Any) -> Any:
+    """Ω = W⁻¹(Φ) Φ̇, (3, 1), body frame [rad/s].
+
+    Args:
+        attitude: Φ, (3, 1) [rad].
+        rates: Φ̇, (3, 1) [rad/s].
+    """
+    sr, cr, sp, cp = ca.sin(attitude[0]), ca.cos(attitude[0]), ca.sin(attitude[1]), ca.cos(attitude[1])
+    return ca.vertcat(rates[0] - sp * rates[2], cr * rates[1] + sr * cp * rates[2], -sr * rates[1] + cr * cp * rates[2])
+
+
+def rotation_about(axis: Any, angle: Any) -> Any:
+    """Rotation about a unit vector (Rodrigues), (3, 3)."""
+    cross, s, c = ca.skew(axis), ca.sin(angle), ca.cos(angle)
+    return c * ca.SX.eye(3) + s * cross + (1 - c) * (axis @ axis.T)
+
+
+def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
+    """Positions of the arm's constrained points in the body, the tip last.
+
+    Args:
+        pattern: Which of the arm's constants are symbols.
+        numbers: These symbols, (k, 1).
+        angles: H, (n, 1) [rad].
+
+    Returns:
+        Each (3, 1) [m].
+    """
+    axes, links, offsets = (
+        [ca.vertcat(*(numbers[entry] if isinstance(entry, int) else entry for entry in row)) for row in rows]
+        for rows in (pattern.axes, pattern.links, pattern.offsets)
+    )
+    rotations, places = [ca.SX.eye(3)], [ca.SX.zeros(3)]
+    for axis, link, angle in zip(axes, links, ca.vertsplit(angles), strict=True):
+        places.append(places[-1] + rotations[-1] @ link)
+        rotations.append(rotations[-1] @ rotation_about(axis, angle))
+    return [
+        places[parent + 1] + rotations[parent + 1] @ offset
+        for parent, offset in zip(pattern.parents, offsets, strict=True)
+    ]

@@ -1,0 +1,213 @@
+r"""A door task in symbols: what dynamics, constraints and costs are written with.
+
+The tip is tied to the contact point, :math:`P + R\,d = P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]`, hence
+:math:`\dot P = D_V\dot\alpha\,[-\sin\alpha,\ \cos\alpha,\ 0]^T - R(\Omega\times d + J_d\dot H)`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any, NoReturn
+
+import casadi as ca
+
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.symbols import arm_points, rotation_body_to_world
+from doorman.kinematics.vehicle import GRAVITY
+from doorman.ocp.symbolic_model import SymbolicModel
+
+CLOSED = 0.5 * math.pi
+"""α of the closed door: the world's y axis runs along it [rad]."""
+
+
+class Task:
+    """Named CasADi expressions of vehicle and door, SI units, world frame unless the name says another.
+
+    Subclasses say what the state and the inputs are, and from them `body_rates` and `normal_force`.
+
+    Args:
+        pattern: Of the arm's constants.
+        point_names: Of the arm's points, the tip last.
+        numbers: Their names and sizes become symbols; see `doorman.kinematics.task_numbers`.
+    """
+
+    state: Any
+    """Symbols of x, (nx, 1)."""
+    inputs: Any
+    """Symbols of u, (nu, 1)."""
+    body_rates: Any
+    """Ω, (3, 1), body frame [rad/s]."""
+    vehicle: Any
+    """Numbers of the vehicle: `mass`, `radius`, `max_thrust` [kg, m, N]."""
+    door: Any
+    """Numbers of the door: `width`, `height`, `inertia`, `hinge_position`, `damping`, `friction`, …, SI units."""
+    contact: Any
+    """Numbers of the contact point: `distance_from_hinge`, `height` [m]."""
+    limits: Any
+    """Numbers of the planner: `margin` [m], `least_cosine` of the tilt."""
+    push: Any
+    """Numbers of `[push]`, where the tip can only push."""
+
+    def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
+        self.time = ca.SX.sym("time")
+        """Of the node, since the plan's first one plus the planner's time [s]."""
+        self.attitude = _symbols("roll", "pitch", "yaw")
+        """Φ, (3, 1) [rad]."""
+        self.door_angle = ca.SX.sym("door_angle")
+        """α: π/2 is closed [rad]."""
+        self.door_rate = ca.SX.sym("door_rate")
+        """α̇ [rad/s]."""
+        self.arm_angles = ca.SX.sym("arm_angle", pattern.n_joints)
+        """H, (n, 1) [rad]."""
+        self.thrust = ca.SX.sym("thrust")
+        """f_t [N]."""
+        self.arm_rates = ca.SX.sym("arm_rate", pattern.n_joints)
+        """Ḣ_d, (n, 1) [rad/s]."""
+        named = {name: ca.SX.sym(name.replace(".", "_"), size) for name, size in numbers.sizes.items()}
+        self.parameters = ca.vertcat(ca.SX(0, 1), *named.values())
+        """Symbols of the numbers, (np, 1)."""
+        self._named = named
+        for group in sorted({name.partition(".")[0] for name in named if "." in name}):
+            setattr(self, group, _group(group, named))
+        names = point_names, arm_points(pattern, named["arm"], self.arm_angles)
+        self.points_in_body = dict(zip(*names, strict=True))
+        """Positions of the arm's points in the body by name, the tip last, each (3, 1) [m]."""
+        self.tip_in_body = list(self.points_in_body.values())[-1]
+        """d, (3, 1) [m]."""
+
+    def model_of(self, derivative: Any, timed: bool) -> SymbolicModel:
+        """RK4 of ẋ; no step leads through the poles of the Euler angles.
+
+        Args:
+            derivative: ẋ, (nx, 1).
+            timed: Whether `time` is a parameter of every node.
+        """
+        return SymbolicModel(
+            self.state, self.inputs, derivative, parameters=self.parameters,
+            node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),
+        )  # fmt: skip
+
+    def __getattr__(self, name: str) -> NoReturn:
+        names = {*vars(self), *(each for kind in type(self).__mro__ for each in vars(kind))}
+        known = ", ".join(sorted(each for each in names if not each.startswith("_")))
+        raise AttributeError(f"a task has no '{name}'; it has {known}", name=name, obj=self)
+
+    @cached_property
+    def rotation(self) -> Any:
+        """R, body to world, (3, 3)."""
+        return rotation_body_to_world(self.attitude)
+
+    @cached_property
+    def tilt_rotation(self) -> Any:
+        """Body to heading frame (z up, x along the vehicle's heading), (3, 3)."""
+        return rotation_body_to_world(ca.vertcat(self.attitude[:2], 0))
+
+    @cached_property
+    def normal_in_heading(self) -> Any:
+        """n_D in the heading frame, (3, 1): only α − ψ enters."""
+        turn = self.door_angle - self.attitude[2]
+        return ca.vertcat(ca.sin(turn), -ca.cos(turn), 0)
+
+    @cached_property
+    def leaf_in_heading(self) -> Any:
+        """`leaf_direction` in the heading frame, (3, 1)."""
+        turn = self.door_angle - self.attitude[2]
+        return ca.vertcat(ca.cos(turn), ca.sin(turn), 0)
+
+    @property
+    def opening(self) -> Any:
+        """How far the door is open [rad]."""
+        return CLOSED - self.door_angle
+
+    @property
+    def opening_rate(self) -> Any:
+        """Rate of `opening` [rad/s]."""
+        return -self.door_rate
+
+    @property
+    def leaf_direction(self) -> Any:
+        """From the hinge along the leaf, (3, 1)."""
+        return ca.vertcat(ca.cos(self.door_angle), ca.sin(self.door_angle), 0)
+
+    @property
+    def contact_normal(self) -> Any:
+        """n_D, the way the tip pushes, (3, 1)."""
+        return ca.vertcat(ca.sin(self.door_angle), -ca.cos(self.door_angle), 0)
+
+    @cached_property
+    def contact_from_hinge(self) -> Any:
+        """The contact point relative to P_h, (3, 1) [m]."""
+        return self.contact.distance_from_hinge * self.leaf_direction + ca.vertcat(0, 0, self.contact.height)
+
+    @property
+    def contact_point(self) -> Any:
+        """Where the tip touches the leaf, (3, 1) [m]."""
+        return self.door.hinge_position + self.contact_from_hinge
+
+    @property
+    def tip_position(self) -> Any:
+        """P_e, tied to the contact point, (3, 1) [m]."""
+        return self.contact_point
+
+    @cached_property
+    def position_from_hinge(self) -> Any:
+        """P − P_h of O_B, (3, 1) [m]."""
+        return self.contact_from_hinge - self.rotation @ self.tip_in_body
+
+    @property
+    def position(self) -> Any:
+        """P of O_B, (3, 1) [m]."""
+        return self.door.hinge_position + self.position_from_hinge
+
+    @cached_property
+    def velocity(self) -> Any:
+        """Ṗ of O_B, (3, 1) [m/s]."""
+        along = ca.vertcat(-ca.sin(self.door_angle), ca.cos(self.door_angle), 0)
+        moved = ca.jtimes(self.tip_in_body, self.arm_angles, self.arm_rates)
+        in_body = ca.cross(self.body_rates, self.tip_in_body) + moved
+        return self.contact.distance_from_hinge * self.door_rate * along - self.rotation @ in_body
+
+    @cached_property
+    def points(self) -> Mapping[str, Any]:
+        """Positions of the arm's points by name, each (3, 1) [m]."""
+        return {name: self.position + self.rotation @ point for name, point in self.points_in_body.items()}
+
+    @property
+    def weight(self) -> Any:
+        """m_A g [N]."""
+        return self.vehicle.mass * GRAVITY
+
+    @property
+    def thrust_along_normal(self) -> Any:
+        r"""The thrust's share along the normal, :math:`f_t\,n_D^T R e_3` [N]."""
+        return self.thrust * ca.dot(self.normal_in_heading, self.tilt_rotation[:, 2])
+
+    @property
+    def normal_force(self) -> Any:
+        """Of the tip on the door along its normal, positive where it presses [N]."""
+        return self.thrust_along_normal
+
+    @property
+    def hinge_torque(self) -> Any:
+        r"""τ in the sense of damping [N m].
+
+        .. math:: \tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d
+        """
+        door, rate = self.door, self.door_rate
+        friction = door.friction * ca.tanh(rate / door.friction_rate)
+        return door.damping * rate + friction + door.stiffness * (self.door_angle - door.rest_angle) + door.disturbance
+
+
+def _symbols(*names: str) -> Any:
+    return ca.vertcat(*(ca.SX.sym(name) for name in names))
+
+
+def _group(group: str, named: Mapping[str, Any]) -> SimpleNamespace:
+    """Symbols whose names begin with a group's."""
+    return SimpleNamespace(
+        **{name.partition(".")[2]: each for name, each in named.items() if name.startswith(f"{group}.")}
+    )

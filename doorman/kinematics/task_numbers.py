@@ -1,0 +1,43 @@
+"""Numbers of a door task: of vehicle, arm, contact and door."""
+
+from __future__ import annotations
+
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.door import Door
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicle import Vehicle
+
+
+def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, height: float) -> Numbers:
+    """What URDFs and contact say, SI units; a symbolic `Task` knows them by these names.
+
+    Args:
+        vehicle: The vehicle.
+        door: The door.
+        distance_from_hinge: D_V of the contact point [m].
+        height: D_H of the contact point above the lower end of the hinge line [m].
+
+    Returns:
+        The numbers; `door.moving_inertia` is that of the leaf, and no torque disturbs the hinge.
+    """
+    return Numbers(
+        {
+            "arm": ArmPattern.of(vehicle.arm)[1],
+            "vehicle.mass": vehicle.mass,
+            "vehicle.radius": vehicle.radius,
+            "vehicle.max_thrust": vehicle.max_thrust,
+            "contact.distance_from_hinge": distance_from_hinge,
+            "contact.height": height,
+            "door.hinge_position": door.hinge_position,
+            "door.width": door.width,
+            "door.height": door.height,
+            "door.inertia": door.inertia,
+            "door.moving_inertia": door.inertia,
+            "door.damping": door.damping,
+            "door.friction": door.friction,
+            "door.friction_rate": door.friction_rate,
+            "door.stiffness": door.stiffness,
+            "door.rest_angle": door.rest_angle,
+            "door.disturbance": 0.0,
+        }
+    )

@@ -1,0 +1,90 @@
+"""From lists of constraints and costs to the text of a problem: a door task's own, and the user's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from doorman.exceptions import SolverError
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.model import Model
+from doorman.ocp.kernels.printed_problem import kept_text
+from doorman.ocp.problem.columns import column
+from doorman.ocp.problem.terms import Constraint, Cost, Residual
+
+MakeTask = Callable[[ArmPattern, tuple[str, ...], Numbers], Any]
+"""Makes a symbolic task; it imports CasADi, and is called where the text is not on disk yet."""
+
+
+@dataclass(frozen=True)
+class Extras:
+    """What a user adds to a door problem."""
+
+    constraints: tuple[Constraint, ...] = ()
+    """Expressions, or functions of the task that return them."""
+    costs: tuple[Cost | Residual, ...] = ()
+    """Expressions, or functions of the task that return them."""
+
+    @classmethod
+    def of(cls, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Extras:
+        """Checked.
+
+        Raises:
+            SolverError: if an entry is of another type.
+        """
+        for field, given, kinds in (("constraints", constraints, (Constraint,)), ("costs", costs, (Cost, Residual))):
+            for each in given:
+                if not isinstance(each, kinds):
+                    allowed = " or ".join(f"doorman.{kind.__name__}" for kind in kinds)
+                    raise SolverError("not of this kind", field=field, given=type(each).__name__, allowed=allowed)
+        return cls(tuple(constraints), tuple(costs))
+
+
+NO_EXTRAS = Extras()
+
+
+def task_text(
+    name: str, make_task: MakeTask, model: Model, numbers: Numbers, list_rows: Callable[[Any], list[Constraint]],
+    extras: Extras,
+) -> str:  # fmt: skip
+    """Text of a door problem.
+
+    Args:
+        name: Of the problem; the kernels of a name, an arm's pattern and these numbers' names are the same.
+        make_task: Makes its symbols.
+        model: Model of the scenario.
+        numbers: Of the task.
+        list_rows: The problem's own constraints of a task.
+        extras: The user's.
+
+    Raises:
+        SolverError: if a user's expression is none, or two names are the same.
+    """
+    pattern, _ = ArmPattern.of(model.vehicle.arm)
+    points = model.vehicle.point_names
+
+    def text() -> str:
+        import casadi as ca
+
+        task = make_task(pattern, points, numbers)
+        constraints = [*list_rows(task), *(_resolved(each, task) for each in extras.constraints)]
+        costs = [_resolved(each, task) for each in extras.costs]
+        timed = any(ca.depends_on(ca.SX(each.expression), task.time) for each in (*constraints, *costs))
+        return str(task.symbolic_model(timed).text(constraints, costs))
+
+    if extras.constraints or extras.costs:
+        return text()
+    return kept_text(f"{name} {pattern} {points} {numbers.sizes}", text)
+
+
+def _resolved(term: Any, task: Any) -> Any:
+    """A term whose expression is one, and no function of the task any more."""
+    expression = term.expression
+    if callable(expression):
+        try:
+            expression = expression(task)
+        except AttributeError as error:
+            raise SolverError("an expression that cannot be written", field=term.name, given=str(error)) from error
+    return replace(term, expression=column(term.name, expression))
