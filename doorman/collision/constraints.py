@@ -13,7 +13,7 @@ from typing import Any
 from doorman.kinematics.task import Task
 from doorman.ocp.problem.terms import Constraint
 
-_LEAST_EXTENT = 1e-18
+_LEAST_EXTENT = 1e-24
 """Under the root: a disc parallel to the leaf has a slope, too."""
 
 

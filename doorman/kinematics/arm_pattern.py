@@ -15,7 +15,7 @@ Entry = int | float
 Rows = tuple[tuple[Entry, Entry, Entry], ...]
 
 _PLAIN = (0.0, 1.0, -1.0)
-_ROUNDING = 1e-12
+_ROUNDING = 1e-15
 
 
 @dataclass(frozen=True)

@@ -92,9 +92,13 @@ class Task:
         )  # fmt: skip
 
     def __getattr__(self, name: str) -> NoReturn:
-        names = {*vars(self), *(each for kind in type(self).__mro__ for each in vars(kind))}
-        known = ", ".join(sorted(each for each in names if not each.startswith("_")))
-        raise AttributeError(f"a task has no '{name}'; it has {known}", name=name, obj=self)
+        raise AttributeError(f"a task has no '{name}'; it has {', '.join(self.names())}", name=name, obj=self)
+
+    def names(self) -> list[str]:
+        """Everything that an expression may use."""
+        every = {*vars(self), *(each for kind in type(self).__mro__ for each in vars(kind))}
+        ours = {"names", "model_of", "symbolic_model", "evaluated", "derivative", "parameters", "state", "inputs"}
+        return sorted(each for each in every - ours if not each.startswith("_"))
 
     @cached_property
     def rotation(self) -> Any:

@@ -86,5 +86,6 @@ def _resolved(term: Any, task: Any) -> Any:
         try:
             expression = expression(task)
         except AttributeError as error:
-            raise SolverError("an expression that cannot be written", field=term.name, given=str(error)) from error
+            names = ", ".join(task.names()) if error.obj is task else None
+            raise SolverError("no such name in a task", field=term.name, given=error.name, allowed=names) from error
     return replace(term, expression=column(term.name, expression))

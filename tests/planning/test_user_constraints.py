@@ -52,8 +52,7 @@ def test_a_plan_keeps_to_it(model: doorman.Model, planner: Planner) -> None:
 
 def test_a_violation_names_it(model: doorman.Model, planner: Planner) -> None:
     high = model.start_state.copy()
-    high[5:] = [0.0, 0.3, -0.2, -0.1]
-    assert heights(model, high[None])[0] > HIGHEST + 0.05
+    high[5:] = [0.0, 0.5, -0.5, -1.0]  # too far for one step
     plan = planner.plan(high)
     assert not plan.usable
     assert plan.violated.startswith("ceiling [m] by 0.")
@@ -71,7 +70,7 @@ def test_a_copy_plans_as_the_original(planner: Planner, model: doorman.Model) ->
 
 
 def test_a_wrong_name_lists_the_right_ones(model: doorman.Model) -> None:
-    with pytest.raises(SolverError, match="ceiling.*a task has no 'hight'.*position"):
+    with pytest.raises(SolverError, match="ceiling: no such name in a task.*hight.*position, "):
         Planner(model, constraints=[doorman.Constraint("ceiling", lambda task: task.hight)])
     with pytest.raises(SolverError, match="names must differ.*tilt"):
         Planner(model, constraints=[doorman.Constraint("tilt", lambda task: task.attitude[0] - 0.2)])
