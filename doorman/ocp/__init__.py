@@ -21,10 +21,11 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.solvers.options import SolverOptions
     from doorman.ocp.solvers.solution import PlanStatus, Solution
     from doorman.ocp.solvers.solver import Solver
+    from doorman.ocp.solvers.telling import Iterate
     from doorman.ocp.symbolic_model import SymbolicModel
 
 __all__ = [
-    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "PlanStatus", "Problem", "PythonModel",
+    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "Iterate", "PlanStatus", "Problem", "PythonModel",
     "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "functions", "runge_kutta",
 ]  # fmt: skip
 
@@ -35,6 +36,7 @@ _MODULES = {
     "Constraint": "problem.terms",
     "Cost": "problem.terms",
     "Hybrid": "solvers.hybrid",
+    "Iterate": "solvers.telling",
     "PlanStatus": "solvers.solution",
     "Problem": "problem.problem",
     "PythonModel": "python_model",

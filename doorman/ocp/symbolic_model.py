@@ -84,19 +84,21 @@ class SymbolicModel:
     def problem(
         self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
-        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None,
+        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool = True,
     ) -> Problem:  # fmt: skip
         """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
 
         Args:
             horizon: N, number of steps.
             time_step: Δt [s].
-            cost: Diagonal quadratic cost.
+            cost: Quadratic cost.
             bounds: Of states and inputs.
-            constraints: Rows that must not be positive.
+            constraints: Rows that must not be positive, lie between two ends, or are zero.
             costs: Terms on top of the quadratic cost.
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
+            second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
+                Without it they compile sooner.
 
         Returns:
             The problem.
@@ -112,20 +114,27 @@ class SymbolicModel:
                 raise DimensionError("wrong length", field=name, given=found, allowed=str(size))
         shape = (horizon + 1, int(self.node_parameters.numel()))
         at_nodes = per_node(np.zeros(shape) if node_parameters is None else node_parameters, shape).copy()
-        return printed_problem(self.text(constraints, costs), horizon, time_step, cost, bounds, given, at_nodes)
+        text = self.text(constraints, costs, second_derivatives)
+        return printed_problem(text, horizon, time_step, cost, bounds, given, at_nodes)
 
-    def text(self, constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = ()) -> str:
+    def text(
+        self,
+        constraints: Sequence[Constraint] = (),
+        costs: Sequence[Cost | Residual] = (),
+        second_derivatives: bool = False,
+    ) -> str:
         """Python module that computes these expressions: all of a problem but its numbers; see `printed_problem`.
 
         Args:
-            constraints: Rows that must not be positive.
+            constraints: Rows that must not be positive, lie between two ends, or are zero.
             costs: Terms on top of the quadratic cost.
+            second_derivatives: Print the Hessian of the Lagrangian, too.
 
         Raises:
             SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.
             DimensionError: if a size does not fit.
         """
-        return module_text(self._expressions(constraints, costs))
+        return module_text(self._expressions(constraints, costs), second_derivatives)
 
     def _inside(self, domain: Any) -> Any:
         """x⁺ without a number in the rows that a violated domain depends on."""
@@ -141,12 +150,15 @@ class SymbolicModel:
         _check_names([*constraints, *costs])
         rows: dict[str, list[Any]] = {"rows": [], "input_rows": [], "end_rows": []}
         names: dict[str, list[str]] = {kind: [] for kind in rows}
+        equalities: dict[str, list[bool]] = {kind: [] for kind in rows}
         for constraint in constraints:
             at_end = constraint.at == "end"
             expression = self._expression(constraint.name, constraint.expression, inputs=not at_end)
             kind = "end_rows" if at_end else "input_rows" if ca.depends_on(expression, self.u) else "rows"
-            rows[kind].append(expression / constraint.scale)
-            names[kind] += _row_names(constraint, expression.numel())
+            for row in constraint.rows(expression, self._end):
+                rows[kind].append(row.expression / constraint.scale)
+                names[kind].append(row.name)
+                equalities[kind].append(row.equality)
         at: dict[str, list[tuple[Any, Any]]] = {"stages": [], "end": []}
         for term in costs:
             expression = self._expression(term.name, term.expression, inputs=term.at == "stages")
@@ -155,8 +167,18 @@ class SymbolicModel:
             self.x, self.u, self.time_step, self.parameters, self.node_parameters, self._rate, self.step,
             self._checked_step,
             {kind: ca.densify(ca.vertcat(ca.SX(0, 1), *each)) for kind, each in rows.items()},
-            tuple(name for kind in rows for name in names[kind]), at["stages"], at["end"],
+            tuple(name for kind in rows for name in names[kind]),
+            tuple(equality for kind in rows for equality in equalities[kind]), at["stages"], at["end"],
         )  # fmt: skip
+
+    def _end(self, name: str, given: Any) -> Any:
+        """A column of numbers, or of expressions of parameters."""
+        end = self._expression(
+            name, ca.DM(given) if isinstance(given, (list, tuple, np.ndarray)) else given, inputs=False
+        )
+        if ca.depends_on(end, self.x):
+            raise SolverError("an end of states", field=name, given=str(end), allowed="numbers, or parameters")
+        return end
 
     def _expression(self, name: str, expression: Any, inputs: bool) -> Any:
         """A column of SX, of known symbols."""
@@ -181,8 +203,3 @@ def _check_names(terms: Sequence[Any]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise SolverError("names must differ", field="constraints, costs", given=", ".join(twice))
-
-
-def _row_names(constraint: Constraint, count: int) -> list[str]:
-    unit = f" [{constraint.unit}]" if constraint.unit else ""
-    return [f"{constraint.name}{f' {i}' if count > 1 else ''}{unit}" for i in range(count)]

@@ -86,6 +86,6 @@ def _resolved(term: Any, task: Any) -> Any:
         try:
             expression = expression(task)
         except AttributeError as error:
-            names = ", ".join(task.names()) if error.obj is task else None
+            names = ", ".join(task.names())
             raise SolverError("no such name in a task", field=term.name, given=error.name, allowed=names) from error
     return replace(term, expression=column(term.name, expression))

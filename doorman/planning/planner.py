@@ -98,7 +98,9 @@ class Planner(CopiedWhole):
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
         self._problem = self.planning.problem(Extras.of(constraints, costs))
-        self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
+        self.solver = Hybrid(
+            self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE, hessian="gauss-newton")
+        )
         self._fitted = False
         self._numbers = self.planning.numbers
         self.update_time(0.0)

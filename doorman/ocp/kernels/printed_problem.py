@@ -47,7 +47,7 @@ def printed_problem(
         module.Model.of(time_step, np.array(parameters, dtype=np.float64), at_nodes),
         horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
         n_constraints=rows, n_input_constraints=input_rows, n_end_constraints=end_rows,
-        integrators=module.INTEGRATORS, constraint_names=module.NAMES,
+        integrators=module.INTEGRATORS, constraint_names=module.NAMES, equalities=module.EQUALITIES,
     )  # fmt: skip
 
 
