@@ -50,6 +50,7 @@ class _Answer:
     order: _Order
     plan: Plan
     normal_force: Array
+    user_rows: dict[str, float]
 
 
 @dataclass
@@ -158,7 +159,7 @@ class PlanSchedule:
         planner.update_margin(order.margin)
         make = planner.plan if order.cold else planner.replan
         plan = make(order.state, time_limit=order.time_limit)
-        return _Answer(order, plan, planner.normal_forces(plan))
+        return _Answer(order, plan, planner.normal_forces(plan), planner.user_rows())
 
     def _take(self, answer: _Answer, available_at: float) -> None:
         order, plan = answer.order, answer.plan
@@ -187,5 +188,7 @@ class PlanSchedule:
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
                 "normal_force": answer.normal_force,
+                **({"user_rows": list(answer.user_rows.values())} if answer.user_rows else {}),
+                **({"user_row_names": list(answer.user_rows)} if answer.user_rows else {}),
             },
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -40,6 +41,15 @@ class Extras:
                     allowed = " or ".join(f"doorman.{kind.__name__}" for kind in kinds)
                     raise SolverError("not of this kind", field=field, given=type(each).__name__, allowed=allowed)
         return cls(tuple(constraints), tuple(costs))
+
+    def rows_of(self, names: Sequence[str]) -> tuple[int, ...]:
+        """Which rows of a problem are the user's.
+
+        Args:
+            names: Of the problem's rows.
+        """
+        ours = "|".join(re.escape(each.name) for each in self.constraints) or "(?!)"
+        return tuple(i for i, name in enumerate(names) if re.fullmatch(rf"({ours})( \d+)?( \[.*\])?", name))
 
 
 NO_EXTRAS = Extras()

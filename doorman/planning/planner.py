@@ -97,7 +97,10 @@ class Planner(CopiedWhole):
         self.model = scenario if isinstance(scenario, Model) else Model(scenario)
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
-        self._problem = self.planning.problem(Extras.of(constraints, costs))
+        extras = Extras.of(constraints, costs)
+        self._problem = self.planning.problem(extras)
+        names, rows = self._problem.constraint_names, extras.rows_of(self._problem.constraint_names)
+        self._user_rows = {names[row]: row for row in rows}
         self.solver = Hybrid(
             self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE, hessian="gauss-newton")
         )
@@ -189,6 +192,13 @@ class Planner(CopiedWhole):
             λ_n, shape (N,) [N].
         """
         return self.planning.normal_forces(self._numbers, plan.states, plan.inputs)
+
+    def user_rows(self) -> dict[str, float]:
+        """Largest value along the last plan of every row that the user has added, by name; positive where it is violated."""
+        if not self._user_rows:
+            return {}
+        worst = self.solver.worst_rows()
+        return {name: float(worst[row]) for name, row in self._user_rows.items()}
 
     def _fit(self, state: Array) -> None:
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""

@@ -48,6 +48,7 @@ def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
     arm = len(model.vehicle.point_names)
     _draw_constraints(panels[0, 0], recording, model, range(arm), "h: arm below the body [m]")
     _draw_constraints(panels[0, 1], recording, model, range(arm, model.n_constraints), "h: disc clear of the door [m]")
+    _draw_user_rows(panels[0, 1], recording)
     _draw_tip_force(panels[1, 0], recording, model)
     _draw_thrust(panels[1, 1], recording, model)
     _draw_disturbance(panels[2, 0], recording)
@@ -85,6 +86,16 @@ def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: rang
         axes.axhspan(-margin, 0.0, color=ORANGE, alpha=0.25, linewidth=0, label=f"planner's margin {margin:g} m")
     axes.set_ylim(low, high)
     axes.grid(alpha=0.3)
+
+
+def _draw_user_rows(axes: Axes, recording: Recording) -> None:
+    """Rows that the user has added to the planner's problem, at their worst along each plan."""
+    if "plan" not in recording or "user_rows" not in recording["plan"]:
+        return
+    plan = recording["plan"]
+    for k, name in enumerate(plan["user_row_names"][0]):
+        axes.plot(plan.time, plan["user_rows"][:, k], color=BLACK, linestyle=("-", "--", "-.", ":")[k % 4], linewidth=0.9,
+                  label=f"{name} (planned)")  # fmt: skip
 
 
 def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:

@@ -229,6 +229,11 @@ class Replanner(Cddp):
         result = self._work.result
         return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
 
+    def worst_rows(self) -> Array:
+        """Largest value of every row along the last trajectory, in the order of `Problem.constraint_names`."""
+        nominal = self._work.nominal
+        return np.concatenate([nominal.rows.max(axis=0), nominal.input_rows.max(axis=0), nominal.end_rows])
+
     def trajectory(self) -> tuple[Array, Array]:
         """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
         return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
