@@ -314,26 +314,6 @@ def _tanh(typingctx: Any, x: Any) -> Any:
     return kind(x), build
 
 
-@builtin
-def _nan_beyond(typingctx: Any, x: Any, limit: Any) -> Any:
-    kind = _number(x)
-
-    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        value, end = (context.cast(builder, v, t, kind) for v, t in zip(args, sig.args, strict=True))
-        inside = builder.fcmp_ordered("<", _call(builder, "fabs", value), end)
-        return builder.select(inside, value, _constant(value.type, float("nan")))
-
-    return kind(x, limit), build
-
-
-@builtin
-def _replaced(typingctx: Any, lanes: Any, index: Any, value: Any) -> Any:
-    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.insert_element(args[0], args[2], builder.trunc(args[1], ir.IntType(32)))
-
-    return lanes(lanes, index, value), build
-
-
 def sincos(x: Any) -> tuple[Any, Any]:
     """Sine and cosine of a float or of lanes [rad], good to 1 ulp of 1 for |x| < 1e5.
 
@@ -350,11 +330,6 @@ def square_root(x: Any) -> Any:
 def larger(x: Any, y: Any) -> Any:
     """The larger of two, lane by lane; NaN in `x` stays."""
     return max(x, y)
-
-
-def nan_beyond(x: Any, limit: float) -> Any:
-    """`x` where |x| < `limit`, else NaN."""
-    return x if abs(x) < limit else np.nan
 
 
 def tanh(x: Any) -> Any:
@@ -390,11 +365,6 @@ def _compiled_square_root(x: Any) -> Any:
 @overload(larger, strict=False)
 def _compiled_larger(x: Any, y: Any) -> Any:
     return lambda x, y: _larger(x, y)
-
-
-@overload(nan_beyond, strict=False)
-def _compiled_nan_beyond(x: Any, limit: Any) -> Any:
-    return lambda x, limit: _nan_beyond(x, limit)
 
 
 @overload(zero, strict=False)

@@ -84,7 +84,7 @@ class SymbolicModel:
     def problem(
         self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
-        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool = True,
+        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool | None = None,
     ) -> Problem:  # fmt: skip
         """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
 
@@ -98,7 +98,8 @@ class SymbolicModel:
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
             second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
-                Without it they compile sooner.
+                Without it they compile sooner. If not given, they are printed unless they would take minutes to compile, as
+                with more than some fifteen states.
 
         Returns:
             The problem.
@@ -128,7 +129,7 @@ class SymbolicModel:
         Args:
             constraints: Rows that must not be positive, lie between two ends, or are zero.
             costs: Terms on top of the quadratic cost.
-            second_derivatives: Print the Hessian of the Lagrangian, too.
+            second_derivatives: Print the Hessian of the Lagrangian, too; None: where it is short enough.
 
         Raises:
             SolverError: if an expression contains an unknown symbol or an operation without translation, or a name twice.

@@ -90,6 +90,9 @@ def at_node(model, k):
     )
 '''
 
+_MOST_LINES = 10_000
+"""Longer kernels of second derivatives take minutes to compile."""
+
 _LINEARIZE_STEP = """def linearize_step(model, x, u, jacobian):
     spread(x, model.x_lanes)
     spread(u, model.u_lanes){spread}
@@ -154,12 +157,12 @@ def constrain_horizon(model, states, rows):
 """
 
 
-def module_text(expressions: Expressions, second_derivatives: bool = False) -> str:
+def module_text(expressions: Expressions, second_derivatives: bool | None = False) -> str:
     """The module's text: the same for the same expressions.
 
     Args:
         expressions: Of one problem.
-        second_derivatives: Print the Hessian of the Lagrangian, too.
+        second_derivatives: Print the Hessian of the Lagrangian, too; None: unless that takes very long to compile.
 
     Returns:
         Python.
@@ -167,7 +170,9 @@ def module_text(expressions: Expressions, second_derivatives: bool = False) -> s
     Raises:
         SolverError: if an operation has no translation.
     """
-    curvature, outputs = curvature_text(expressions) if second_derivatives else ("", 0)
+    curvature, outputs = ("", 0) if second_derivatives is False else curvature_text(expressions)
+    if second_derivatives is None and curvature.count("\n") > _MOST_LINES:
+        curvature, outputs = "", 0
     nodes = [_NODE] if _has_nodes(expressions) else []
     parts = [_head(expressions, outputs), *nodes, *_step(expressions), *_state_rows(expressions)]
     parts += _rows(expressions, "constrain_input", "linearize_input_constraints", expressions.input_rows, expressions.u)

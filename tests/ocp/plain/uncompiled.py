@@ -180,10 +180,6 @@ def larger(x: Any, y: Any) -> Any:
     return np.where(np.less(x, y), y, x).view(Row) if isinstance(x + y, Row) else (y if x < y else x)
 
 
-def nan_beyond(x: Any, limit: float) -> Any:
-    return x * np.where(np.abs(x) < limit, 1.0, np.nan)
-
-
 def clock() -> float:
     return time.monotonic()
 
@@ -199,7 +195,7 @@ def _builtin(generate: Callable[..., Any]) -> Any:
 _BODIES = {body.__name__: body for body in (call, _write, mark_rows, mark_bounds, eliminate_inputs)}
 compilation.kernel = _kernel  # type: ignore[assignment]
 lanes.builtin = _builtin
-for _body in (load, store, get, put, zero, larger, nan_beyond, multiply_rows, clock):
+for _body in (load, store, get, put, zero, larger, multiply_rows, clock):
     setattr(lanes, _body.__name__, _body)
 
 from doorman.numba_types import handles  # noqa: E402
