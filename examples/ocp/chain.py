@@ -1,8 +1,8 @@
 """Bring a chain of masses to rest beside a wall, by moving its end.
 
-State: positions of the masses after the first, which is fixed [m]; velocities of those in between [m/s]. Input: velocity of the
-last mass [m/s]. Problem and numbers are those of Wirsching, Bock and Diehl, "Fast NMPC of a chain of masses connected by springs",
-CCA 2006, as in acados' example "chain_mass", with a hard wall.
+State: positions of the masses after the first, which is fixed [m]; velocities of those in between [m/s].
+Input: velocity of the last mass [m/s]. Problem and numbers are those of Wirsching, Bock and Diehl, "Fast NMPC of a chain of
+masses connected by springs", CCA 2006, as in acados' example "chain_mass", with a hard wall.
 """
 
 import casadi as ca

@@ -43,7 +43,9 @@ class Judge:
             return Verdict(np.inf, np.inf, np.inf)
         x, u, q, last = states[:-1].T, inputs.T, case.node_parameters.T, states[-1]
         gaps = np.array(self._steps(x, u, q[:, :-1])).T - states[1:]
-        cost = 0.5 * (np.sum(np.array(self._stage(x, u, q[:, :-1])) ** 2) + np.sum(np.array(self._end(last, q[:, -1])) ** 2))
+        cost = 0.5 * (
+            np.sum(np.array(self._stage(x, u, q[:, :-1])) ** 2) + np.sum(np.array(self._end(last, q[:, -1])) ** 2)
+        )
         rows = [
             np.array(found)
             for found in (

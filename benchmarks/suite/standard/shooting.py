@@ -1,4 +1,4 @@
-"""A standard problem as a sparse nonlinear program by multiple shooting, in the order that structure-exploiting solvers expect."""
+"""A standard problem as a sparse nonlinear program by multiple shooting, in the order of the nodes."""
 
 from __future__ import annotations
 
@@ -28,11 +28,10 @@ class Shooting:
         states, inputs, last = nodes[:nx, :], nodes[nx:, :], variables[-nx:]
         at = ca.reshape(parameters[nx:], nq, n + 1)
         step, rows, state_rows, end_rows, stage, end = (
-            task.function(name)
-            for name in ("step", "rows", "state_rows", "end_rows", "stage_residual", "end_residual")
+            task.function(name) for name in ("step", "rows", "state_rows", "end_rows", "stage_residual", "end_residual")
         )
         after = ca.horzcat(states[:, 1:], last)
-        gaps = step.map(n)(states, inputs, at[:, :n]) - after
+        gaps = after - step.map(n)(states, inputs, at[:, :n])
         at_inputs = rows.map(n)(states, inputs, at[:, :n])
         at_states = state_rows.map(n)(after, at[:, 1:])
         residuals = stage.map(n)(states, inputs, at[:, :n])

@@ -20,6 +20,16 @@ NAMES = ("cart_pole", "unicycle", "two_link_arm", "race_car", "quadrotor", "chai
 
 
 @dataclass(frozen=True)
+class Case:
+    """A start, the node parameters (N + 1, nq) that belong to it, and the first guess that everybody gets."""
+
+    start: Array
+    node_parameters: Array
+    states: Array
+    inputs: Array
+
+
+@dataclass(frozen=True)
 class StandardTask:
     """One problem; functions are CasADi's, serialised."""
 
@@ -33,26 +43,20 @@ class StandardTask:
     nq: int
     """Number of a node's parameters."""
     functions: dict[str, str]
-    """step(x, u, q), rows(x, u, q) of nodes 0 … N − 1, state_rows(x, q) of nodes 1 … N, end_rows(x, q), stage_residual(x, u, q) and
-    end_residual(x, q), whose half squares are the cost."""
+    """rate(x, u, q), step(x, u, q), rows(x, u, q) of nodes 0 … N − 1, state_rows(x, q) of nodes 1 … N, end_rows(x, q),
+    stage_residual(x, u, q) and end_residual(x, q), whose half squares are the cost."""
+    integration_steps: int
+    """Of RK4 in a time step."""
     state_bounds: Array
     """Lower and upper at the nodes 1 … N, shape (2, nx)."""
     input_bounds: Array
     """Lower and upper, shape (2, nu)."""
+    start_state: Case
+    """The first case: what solvers are warmed up with."""
 
     def function(self, name: str) -> Any:
         """One of the functions."""
         return ca.Function.deserialize(self.functions[name])
-
-
-@dataclass(frozen=True)
-class Case:
-    """A start, the node parameters (N + 1, nq) that belong to it, and the first guess that everybody gets."""
-
-    start: Array
-    node_parameters: Array
-    states: Array
-    inputs: Array
 
 
 def example(name: str) -> Any:
@@ -81,6 +85,7 @@ def task_of(name: str) -> StandardTask:
         weighted = ca.sqrt(ca.DM(term.weights)) * ca.vec(ca.SX(term.expression))
         (end if term.at == "end" else stage).append(weighted if term.at == "end" else step * weighted)
     functions = {
+        "rate": _function([x, u, q], [this.rate]),
         "step": _function([x, u, q], [_step(this, x, u)]),
         "rows": _function([x, u, q], placed["rows"]),
         "state_rows": _function([x, q], placed["state_rows"]),
@@ -92,7 +97,8 @@ def task_of(name: str) -> StandardTask:
     bounds = this.bounds.of_sizes(nx, nu)
     return StandardTask(
         name, this.name, this.horizon, this.time_step, nx, nu, q.numel(), functions,
-        np.array([bounds.state_lower, bounds.state_upper]), np.array([bounds.input_lower, bounds.input_upper]),
+        this.model.steps, np.array([bounds.state_lower, bounds.state_upper]), np.array([bounds.input_lower, bounds.input_upper]),
+        cases_of(name, 1)[0],
     )  # fmt: skip
 
 
