@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from doorman.ocp.kernels import default_curvature as default_curvature
 from doorman.ocp.kernels import defaults as defaults
 from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.python_functions import runge_kutta

@@ -81,7 +81,7 @@ class SymbolicModel:
     def problem(
         self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
-        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None,
+        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool = True,
     ) -> Problem:  # fmt: skip
         """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
 
@@ -94,6 +94,8 @@ class SymbolicModel:
             costs: Terms on top of the quadratic cost.
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
+            second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
+                Without it they compile sooner.
 
         Returns:
             The problem.
@@ -111,7 +113,7 @@ class SymbolicModel:
         shape = (horizon + 1, int(self.node_parameters.numel()))
         at_nodes = per_node(np.zeros(shape) if node_parameters is None else node_parameters, shape).copy()
         return Problem(
-            load(module_text(expressions)).Model.of(time_step, given, at_nodes),
+            load(module_text(expressions, second_derivatives)).Model.of(time_step, given, at_nodes),
             horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
             n_constraints=expressions.rows.numel(), n_input_constraints=expressions.input_rows.numel(),
             n_end_constraints=expressions.end_rows.numel(), integrators=integrators_of(expressions),

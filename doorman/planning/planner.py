@@ -92,7 +92,9 @@ class Planner(CopiedWhole):
         self.settings = self.model.scenario.planner
         self.planning = planning_model(self.model)
         self._problem = self.planning.problem()
-        self.solver = Hybrid(self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE))
+        self.solver = Hybrid(
+            self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE, hessian="gauss-newton")
+        )
         self._fitted = False
         self._parameters = self._problem.model
         self._hinge = Hinge.of(self.model.door)

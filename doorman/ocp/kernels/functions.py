@@ -200,3 +200,23 @@ def linearize_horizon(
 def constrain_horizon(model: Any, states: Array, rows: Array) -> None:
     """Values of h at all nodes 1 … N at once, from X (N + 1, nx) into `rows` (N, nh)."""
     _kernel_of("constrain_horizon", _type_of(model))(model, states, rows)
+
+
+@_compiled
+def curve_horizon(
+    model: Any, states: Array, inputs: Array, costates: Array, prices: Array, counts: tuple[int, int, int],
+    gradients: Array, hessians: Array,
+) -> None:  # fmt: skip
+    """Second derivatives of the Lagrangian ℓ + pᵀf + yᵀ(h, h_N, g) at all nodes, without the quadratic cost.
+
+    Args:
+        model: The model.
+        states: X, (N + 1, nx).
+        inputs: U, (N, nu).
+        costates: p, (N, nx).
+        prices: y at nodes 0 … N, of h, then of h_N and of g, (N + 1, at least so many); zero where a row does not exist.
+        counts: Numbers of rows of h, h_N and g.
+        gradients: Of `stage_cost` and `end_cost` alone, (N + 1, nx + nu), written.
+        hessians: (N + 1, nx + nu, nx + nu), written.
+    """
+    _kernel_of("curve_horizon", _type_of(model))(model, states, inputs, costates, prices, counts, gradients, hessians)

@@ -7,6 +7,7 @@ from typing import Any
 
 import casadi as ca
 
+from doorman.ocp.kernels.curvature_text import curvature_text, prices_of
 from doorman.ocp.kernels.operations import IMPORTS
 from doorman.ocp.kernels.printing import printed
 from doorman.ocp.problem.expressions import Expansion, Expressions
@@ -28,6 +29,7 @@ from doorman.ocp.kernels.runtime import (
     WIDTH,
     gather,
     keep_positive,
+    scatter_curvature,
     scatter_rows,
     scatter_slopes,
     scatter_step,
@@ -45,13 +47,16 @@ class Model(NamedTuple):
     q: np.ndarray
     out: np.ndarray
     curvature: np.ndarray
+    costates: np.ndarray
+    prices: np.ndarray
 
     @classmethod
     def of(cls, time_step, parameters, node_parameters):
         """Numbers with fresh memory."""
         x, u, q = np.zeros(({nx}, LANES)), np.zeros(({nu}, LANES)), np.zeros(({nq}, LANES))
         out, curvature = np.zeros(({outputs}, LANES)), np.zeros(({bent}, {bent}))
-        return cls(float(time_step), parameters, node_parameters, x, u, q, out, curvature)
+        costates, prices = np.zeros(({nx}, LANES)), np.zeros(({prices}, LANES))
+        return cls(float(time_step), parameters, node_parameters, x, u, q, out, curvature, costates, prices)
 
     def __reduce__(self):
         return remade, (TEXT, self.time_step, self.parameters, self.node_parameters)
@@ -111,11 +116,12 @@ def constrain_horizon(model, states, rows):
 """
 
 
-def module_text(expressions: Expressions) -> str:
+def module_text(expressions: Expressions, second_derivatives: bool = False) -> str:
     """The module's text: the same for the same expressions.
 
     Args:
         expressions: Of one problem.
+        second_derivatives: Print the Hessian of the Lagrangian, too.
 
     Returns:
         Python.
@@ -123,26 +129,30 @@ def module_text(expressions: Expressions) -> str:
     Raises:
         SolverError: if an operation has no translation.
     """
-    parts = [_head(expressions), *_step(expressions)]
+    curvature, outputs = curvature_text(expressions) if second_derivatives else ("", 0)
+    parts = [_head(expressions, outputs), *_step(expressions)]
     parts += _rows(expressions, "constrain", "linearize_constraints", expressions.rows, ca.SX(0, 1))
     parts += _rows(expressions, "constrain_input", "linearize_input_constraints", expressions.input_rows, expressions.u)
     parts += _rows(expressions, "constrain_end", "linearize_end_constraints", expressions.end_rows, ca.SX(0, 1))
     if expressions.stage_cost is not None and expressions.end_cost is not None:
         parts += _cost(expressions, "stage_cost", expressions.stage_cost, "model, x, u")
         parts += _cost(expressions, "end_cost", expressions.end_cost, "model, x")
-    parts += _horizon(expressions)
+    parts += [*_horizon(expressions), *([curvature] if curvature else [])]
     return "\n\n\n".join(part.strip("\n") for part in parts) + "\n"
 
 
-def _head(expressions: Expressions) -> str:
+def _head(expressions: Expressions, outputs: int) -> str:
     x, u, p, q = expressions.x, expressions.u, expressions.parameters, expressions.node_parameters
     bent = 0 if expressions.stage_cost is None else x.numel() + u.numel()
-    largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x))
+    largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x), outputs)
     names = {
         name: ", ".join(str(symbol) for symbol in ca.symvar(symbols)) or "none"
         for name, symbols in (("x", x), ("u", u), ("p", p), ("q", q))
     }
-    return _HEAD.format(nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, imports=IMPORTS, **names)
+    return _HEAD.format(
+        nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, prices=prices_of(expressions),
+        imports=IMPORTS, **names,
+    )  # fmt: skip
 
 
 def _both(expressions: Expressions) -> Any:

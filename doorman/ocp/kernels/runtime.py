@@ -21,10 +21,13 @@ _SMALL = 1e-14
 
 @kernel
 def gather(rows: Array, first: int, stop: int, lanes: Array) -> None:
-    """Rows from `first` to before `stop` into lanes, as many as there are; the last one again where there are no more."""
+    """Rows from `first` to before `stop` into lanes, as many as there are; the last one again where there are no more.
+
+    Of longer rows, the first entries.
+    """
     for side in range(LANES):
         k = min(first + side, stop - 1)
-        for i in range(rows.shape[1]):
+        for i in range(lanes.shape[0]):
             lanes[i, side] = rows[k, i]
 
 
@@ -54,6 +57,24 @@ def scatter_slopes(out: Array, first: int, at: Indices, columns: Indices, rows: 
     for side in range(min(LANES, rows.shape[0] - first)):
         for i in range(at.shape[0]):
             slopes[first + side, at[i], columns[i]] = out[rows.shape[1] + i, side]
+
+
+@kernel
+def scatter_curvature(
+    out: Array, first: int, stop: int, rows: Indices, columns: Indices, gradients: Array, hessians: Array
+) -> None:
+    """Gradients, and behind them the nonzeros of symmetric Hessians' lower halves, from lanes."""
+    size = gradients.shape[1]
+    for side in range(min(LANES, stop - first)):
+        k = first + side
+        for i in range(size):
+            gradients[k, i] = out[i, side]
+            for j in range(size):
+                hessians[k, i, j] = 0.0
+        for i in range(rows.shape[0]):
+            value = out[size + i, side]
+            hessians[k, rows[i], columns[i]] = value
+            hessians[k, columns[i], rows[i]] = value
 
 
 @kernel

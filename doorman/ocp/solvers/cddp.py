@@ -107,6 +107,10 @@ class Cddp(Solver):
 
     def _compile(self) -> None:
         super()._compile()
+        self._compile_descent()
+
+    def _compile_descent(self) -> None:
+        """Run what `_descend` calls."""
         augmented_lagrangian.linearize(self._model, self._memory)
         terminal_value(self._model, self._memory)
         backward_pass.backward(self._model, self._memory, self._problem.horizon - 1, 0.0, True, False)

@@ -2,48 +2,28 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from doorman.checks import number, vector
-from doorman.exceptions import DimensionError
-from doorman.ocp.solvers.cddp import Cddp
+from doorman.ocp.kernels import functions
+from doorman.ocp.solvers.interior.searcher import Kept, Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
-from doorman.ocp.solvers.iterations import cold_start, guess, real_time, rollout
+from doorman.ocp.solvers.iterations import cold_start, guess, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
-from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS, follow
+from doorman.ocp.solvers.replanning import Replanner
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.ocp.solvers.solver import FAST_ITERATIONS, checked_budget, read_only
-from doorman.ocp.solvers.sweeps import sweep
-from doorman.ocp.solvers.workspace import RESULT, Multipliers
+from doorman.ocp.solvers.solver import FAST_ITERATIONS
+from doorman.ocp.solvers.workspace import RESULT
 
 Array = NDArray[np.float64]
-
-_NO_TIME = 1e-9
-"""A budget that is used up [s]."""
 
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
 
 
-JUMP = 1.0
-"""A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
-
-_DEARER = 1.2
-"""So does a trajectory that costs so many times what the previous one did: its last step was not one towards the optimum."""
-
-_LATEST_SHIFT = 2
-"""Steps of the previous trajectory in which the present state is looked for."""
-
-_RECOVERY_ITERATIONS = 40
-"""Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
-
-
-class Hybrid(Cddp):
+class Hybrid(Replanner):
     """Augmented Lagrangian iterations, then a rollout, then CDDP if need be.
 
     The fast iterations find the active set of the whole horizon at once and need not satisfy the dynamics; where they fail,
@@ -52,14 +32,91 @@ class Hybrid(Cddp):
     """
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        if self._searcher is None:
+            return self._solve_fast(state, max_iterations, deadline)
+        return self._solve_thoroughly(self._searcher, state, max_iterations, deadline)
+
+    def _solve_thoroughly(
+        self, searcher: Searcher, state: Array, max_iterations: int, deadline: float
+    ) -> tuple[PlanStatus, int]:
+        """Fast iterations, then the interior-point search: the cheaper of their results, both of which are local minima.
+
+        With multipliers the guess is an earlier solution: the search follows only where the fast iterations fail.
+        """
+        given, result, best = self._given, self._work.result, None
+        fast = self.options.hessian != "exact" or given[2]
+        code = self._attempt(state, min(max_iterations, FAST_ITERATIONS) if fast else 1, deadline)
+        if code == cold_start.INVALID_START:
+            return PlanStatus.INVALID_STATE, 0
+        iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
+        if fast:
+            best = self._found(code)
+        starts = () if best is not None and given[2] else ("given",) if given[0] or given[1] else ("held", "straight")
+        on_top = best
+        for start in starts:
+            if iterations >= max_iterations or time.monotonic() >= deadline:
+                break
+            on_top = None
+            self._put_guess(start, state)
+            code = searcher.search(self._model, self._memory, max_iterations - iterations, deadline)
+            iterations += int(result[RESULT.ITERATIONS])
+            on_top = self._polished(state, deadline) if code == kernels.CONVERGED else None
+            if on_top is not None:
+                best = on_top if best is None or on_top.cost < best.cost else best
+                break
+        if best is None or on_top is not best:
+            return self._go_on_from(best or resort, state), iterations
+        return PlanStatus.CONVERGED, iterations
+
+    def _polished(self, state: Array, deadline: float) -> Kept | None:
+        """Solution of fast iterations from the nominal trajectory and its multipliers, rolled out."""
+        self._given = True, True, True
+        return self._found(self._attempt(state, FAST_ITERATIONS, deadline))
+
+    def _go_on_from(self, kept: Kept, state: Array) -> PlanStatus:
+        """Fast iterations from what was kept, rolled out: there is their feedback again."""
+        kept.put_back(self._work)
+        self._given = True, True, True
+        code = self._attempt(state, FAST_ITERATIONS, np.inf)
+        if code == cold_start.NOT_CONVERGED:
+            return PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
+        if not self._rolled(code):
+            return PlanStatus.DIVERGED
+        return PlanStatus.CONVERGED if self._agrees() or self._returns() else PlanStatus.ITERATION_LIMIT
+
+    def _found(self, code: int) -> Kept | None:
+        """What `_attempt` has found, if it has converged, and its rollout agrees and is inside the constraints."""
+        result = self._work.result
+        if code == cold_start.NOT_CONVERGED or not (self._rolled(code) and self._agrees()):
+            return None
+        return Kept.of(self._work, float(result[RESULT.COST])) if self._feasible() else None
+
+    def _feasible(self) -> bool:
+        return bool(self._work.result[RESULT.VIOLATION] <= self.options.feasibility)
+
+    def _rolled(self, code: int) -> bool:
+        """Finish a rollout of `_attempt`; False if it is not finite."""
+        self._rollout_time += float(self._work.result[RESULT.ROLLOUT_TIME])
+        return code == rollout.DONE or self._take(code >= 0 and self._resume(code))
+
+    def _put_guess(self, start: str, state: Array) -> None:
+        """Nominal trajectory to begin with: the given one, the first state held, or the straight line to the goal."""
+        self._forget_multipliers()
+        if start == "given":
+            np.copyto(self._work.nominal.states, self._work.first.states)
+            np.copyto(self._work.nominal.inputs, self._work.first.inputs)
+        else:
+            self._draw_states(state, start, True)
+
+    def _solve_fast(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        """Fast iterations, and careful ones where they fail."""
         result, begun = self._work.result, time.monotonic()
         code = self._attempt(state, min(max_iterations, FAST_ITERATIONS), deadline)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
         iterations, converged = int(result[RESULT.ITERATIONS]), code != cold_start.NOT_CONVERGED
         if converged:
-            self._rollout_time += float(result[RESULT.ROLLOUT_TIME])
-            finite = code == rollout.DONE or self._take(code >= 0 and self._resume(code))
+            finite = self._rolled(code)
         else:
             iterations, converged = self._attempt_otherwise(iterations, max_iterations, deadline, begun)
             result[RESULT.EXPECTED] = kernels.nominal_cost(self._model, self._memory)
@@ -132,14 +189,6 @@ class Hybrid(Cddp):
         """Nominal trajectory back to the one that was kept, measured."""
         self._return_to(self._work.first.states, self._work.first.inputs)
 
-    def _return_to(self, states: Array, inputs: Array) -> None:
-        """Take an earlier trajectory for the nominal one, measured."""
-        np.copyto(self._work.nominal.states, states)
-        np.copyto(self._work.nominal.inputs, inputs)
-        kernels.linearize(self._model, self._memory)
-        kernels.measure_nominal(self._memory)
-        self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
-
     def _guess_otherwise(self) -> None:
         """Begin again: with a blind rollout after a straight line, else with a straight line."""
         self._forget_multipliers()
@@ -149,236 +198,25 @@ class Hybrid(Cddp):
         else:
             guess.aim_straight(self._memory)
 
-    def _returns(self) -> bool:
-        """Whether the nominal trajectory starts outside the constraints and ends inside."""
-        return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
-
-    def replan(
-        self,
-        state: ArrayLike,
-        elapsed: float | None = None,
-        *,
-        iterations: int = 1,
-        max_iterations: int | None = None,
-        time_limit: float = math.inf,
-    ) -> tuple[PlanStatus, int]:
-        """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
-
-        That is so after a jump of state, goal or parameters, where nothing usable comes of following, and where the trajectory
-        costs a fifth more than the last one. Without a trajectory to follow it is a solve from the input goal.
-
-        Args:
-            state: First state, shape (nx,).
-            elapsed: Time since the last trajectory's first state [s]; by default it is shifted to where it passes nearest to
-                `state` within its first two steps.
-            iterations: Of `follow`; up to two more follow where the step was large.
-            max_iterations: Largest number of all iterations, aiming anew included; then none follow beyond them.
-            time_limit: See `solve`. What is found by then stays, with a status that says what holds [s].
-
-        Returns:
-            How it ended, and the number of iterations; the trajectory is `trajectory()`.
-
-        Raises:
-            DimensionError: if the state has another shape, or state, time or budget is not finite.
-        """
-        started = time.monotonic()
-        first = vector(state, self._problem.nx, "state")
-        if elapsed is not None:
-            elapsed = number(elapsed, "elapsed", "a finite time [s]")
-        budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
-        if not self._started:
-            return self.run(first, max_iterations=budget, time_limit=time_limit)
-        before, horizon = self._last_cost, self._problem.horizon
-        shift = -1.0 if elapsed is None else min(max(elapsed / self._problem.time_step, 0.0), horizon)
-        most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
-        status = self.follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
-        done, left = self.iterations, time_limit - (time.monotonic() - started)
-        wild = self.change > JUMP or self.cost > _DEARER * before
-        if (not status.usable or wild) and done < budget and left > 0.0:
-            status, more = self.aim_anew(first, status, budget - done, left)
-            done += more
-        self._note(status)
-        return status, done
-
-    def _note(self, status: PlanStatus) -> None:
-        """Remember what the next `replan` begins with."""
-        self._started = status.flyable
-        self._last_cost = self.cost if status.flyable else math.inf
-
-    def _judged(self, status: PlanStatus) -> PlanStatus:
-        judged = super()._judged(status)
-        self._note(judged)
-        return judged
-
-    def aim_anew(
-        self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
-    ) -> tuple[PlanStatus, int]:
-        """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
-
-        The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
-
-        Args:
-            state: First state, shape (nx,), contiguous.
-            followed: What `follow` returned.
-            max_iterations: Largest number of iterations.
-            time_limit: See `solve` [s].
-
-        Returns:
-            How it ended, and the number of iterations that led there.
-        """
-        before, cost = (self.trajectory(), self.cost) if followed.usable else (None, math.inf)
-        status, iterations = self._aim(state, max_iterations, time_limit)
-        if before is None or (status.usable and self.cost <= cost):
-            return status, iterations
-        self._put_back(*before)
-        return followed, iterations
-
-    def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
-        """The same without a trajectory to fall back on."""
-        deadline = time.monotonic() + time_limit
-        share = max(max_iterations // 2, 1)
-        first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
-        left = deadline - time.monotonic()
-        if first.usable or iterations >= max_iterations or left <= 0.0:
-            return first, iterations
-        kept = self._work.nominal.inputs.copy()
-        second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
-        if second.usable or not first.flyable or second is first:
-            return second, more
-        return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
-
-    def _put_back(self, states: Array, inputs: Array) -> None:
-        """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
-        self._forget_multipliers()
-        self._work.policy.gains[:] = 0.0
-        self._return_to(states, inputs)
-
-    def follow(
-        self,
-        state: Array,
-        shift: float,
-        limit: int,
-        max_iterations: int = 1,
-        time_limit: float = math.inf,
-        extra_iterations: int = EXTRA_ITERATIONS,
-    ) -> PlanStatus:
-        """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
-
-        Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
-
-        Args:
-            state: First state, shape (nx,).
-            shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
-            limit: Steps within which that is looked for.
-            max_iterations: Iterations.
-            time_limit: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as
-                the longest so far. ProxQP is asked in its first half only: aiming anew mostly takes less time [s].
-            extra_iterations: Further ones where the step was large.
-
-        Returns:
-            How it ended; the trajectory is `trajectory()`, its other figures are the properties below. After DIVERGED the
-            trajectory before is there again.
-
-        Raises:
-            DimensionError: if the state has another shape or is not finite, or shift or budget is no number of them.
-        """
-        started = time.monotonic()
-        first, max_iterations = vector(state, self._problem.nx, "state"), checked_budget(max_iterations, time_limit)
-        if math.isnan(shift):
-            raise DimensionError("no shift", field="shift", given=shift, allowed="a number of steps")
-        work, options = self._work, self.options
-        deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
-        guessing = options.guess_active_sets
-        np.copyto(self._last_inputs, work.nominal.inputs)
-        np.copyto(self._last_state, work.nominal.states[0])
-        steps = float(min(shift, self._problem.horizon))
-        code = follow(
-            self._model, self._memory, first, steps, limit, max_iterations, extra_iterations, deadline, guessing
-        )
-        if code < rollout.DONE or (code >= 0 and not self._resume(code)):
-            self._go_back()
-            return PlanStatus.DIVERGED
-        self._raise_failure()
-        if code >= 0:
-            self._accept()
-        if work.result[RESULT.VIOLATION] <= options.feasibility:
-            return PlanStatus.ITERATION_LIMIT
-        return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
-
-    def _go_back(self) -> None:
-        """Trajectory before the last `follow`, without feedback and multipliers: what follows must not begin with its numbers."""
-        nominal = self._work.nominal
-        np.copyto(nominal.states[0], self._last_state)
-        np.copyto(nominal.inputs, self._last_inputs)
-        guess.roll_blindly(self._model, self._memory, 0)
-        cold_start.forget_policy(self._memory)
-        self._put_back(nominal.states, nominal.inputs)
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the last `follow`."""
-        return int(self._work.result[RESULT.ITERATIONS])
-
-    @property
-    def sweeps(self) -> int:
-        """Riccati sweeps of the last `follow`."""
-        return int(self._work.result[RESULT.SWEEPS])
-
-    @property
-    def change(self) -> float:
-        """Largest change of an input by the last sweep, weighted by its cost."""
-        return float(self._work.result[RESULT.CHANGE])
-
-    @property
-    def cost(self) -> float:
-        """J of the last trajectory."""
-        return float(self._work.result[RESULT.COST])
-
-    def worst(self) -> tuple[float, int, int]:
-        """Largest violation of the last trajectory, its node and its row."""
-        result = self._work.result
-        return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
-
-    def trajectory(self) -> tuple[Array, Array]:
-        """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
-        return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
-
-    def multipliers(self) -> Multipliers:
-        """Read-only copies of the last trajectory's multipliers, for a warm start."""
-        return Multipliers(*(read_only(array) for array in self._work.multipliers))
-
-    def parts(self, state: Array) -> dict[str, Callable[[], object]]:
-        """Kernels of one real-time iteration, each as a call of its own, for profiles; the last one is all of them.
-
-        To be called after `follow`, in any order and as often as one likes: they stay with its trajectory. Their first calls
-        compile.
-
-        Args:
-            state: First state of the last `follow`, shape (nx,), contiguous.
-
-        Returns:
-            By name, in the order in which they run.
-        """
-        model, work, penalty = self._model, self._memory, self.options.penalty
-        return {
-            "shift": lambda: guess.shift_guess(model, work, state, 0.0, 1),
-            "linearise": lambda: kernels.linearize(model, work),
-            "active set": lambda: real_time.mark_active(work, penalty),
-            "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
-            "forward": lambda: sweep.step_along(work),
-            "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
-            "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True),
-        }
-
     def _begin(self, state: Array) -> bool:
         """The same with one iteration: a kernel that begins and does nothing else is not needed."""
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:
-        self._started, self._last_cost = False, math.inf
-        self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
+        self._searcher = Searcher(self._work) if self._searches() else None
         super()._compile()
-        self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
-        kernels.iterate(self._model, self._memory, 1, 0.0)
-        follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
-        self._go_back()
+        if self._searcher is not None:
+            self._searcher.search(self._model, self._memory, 1, 0.0)
+        self._compile_follow()
+
+    def _compile_descent(self) -> None:
+        if self._searcher is None:
+            super()._compile_descent()
+            self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
+            kernels.iterate(self._model, self._memory, 1, 0.0)
+
+    def _searches(self) -> bool:
+        """Whether the interior-point search takes part."""
+        if self.options.hessian == "both":
+            return functions.is_implemented(functions.curve_horizon, type(self._problem.model))
+        return self.options.hessian == "exact"

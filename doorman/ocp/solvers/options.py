@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Literal
 
 from doorman.exceptions import SolverError
+
+Hessian = Literal["both", "exact", "gauss-newton"]
+HESSIANS: tuple[Hessian, ...] = ("both", "exact", "gauss-newton")
 
 
 @dataclass(frozen=True)
 class SolverOptions:
     """Settings of a solver; what one of them does not use, it passes over."""
 
+    hessian: Hessian = "both"
+    """How `Hybrid` searches. "gauss-newton": fast iterations, whose Hessian leaves out the curvature of dynamics and
+    constraints. "exact": an interior-point search with the Hessian of the Lagrangian. "both": one after the other, and the
+    cheaper result, where the model has second derivatives of its own, as symbolic ones have; else as "gauss-newton"."""
     tolerance: float = 3e-8
     """Converged when the predicted decrease of the cost is below this, relative to 1 + |cost|."""
     feasibility: float = 1e-6
@@ -33,7 +41,9 @@ class SolverOptions:
     largest_regularization: float = 1e6
 
     def __post_init__(self) -> None:
+        if self.hessian not in HESSIANS:
+            raise SolverError("unknown", field="options.hessian", given=self.hessian, allowed=", ".join(HESSIANS))
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name != "guess_active_sets" and not value > 0.0:
+            if field.name not in ("guess_active_sets", "hessian") and not value > 0.0:
                 raise SolverError("not a setting", field=f"options.{field.name}", given=value, allowed="> 0")

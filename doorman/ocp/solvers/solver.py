@@ -6,7 +6,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,9 @@ from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
 from doorman.ocp.solvers.workspace import RESULT, Multipliers, Workspace
 
 Array = NDArray[np.float64]
+
+StateGuess = Literal["held", "straight"]
+STATE_GUESSES: tuple[StateGuess, ...] = ("held", "straight")
 
 DEFAULT_ITERATIONS = 200
 
@@ -82,7 +85,7 @@ class Solver(CopiedWhole, ABC):
         state: ArrayLike,
         inputs: ArrayLike | None = None,
         *,
-        states: ArrayLike | None = None,
+        states: ArrayLike | StateGuess | None = None,
         multipliers: Multipliers | None = None,
         max_iterations: int = DEFAULT_ITERATIONS,
         time_limit: float = math.inf,
@@ -92,7 +95,8 @@ class Solver(CopiedWhole, ABC):
         Args:
             state: First state, shape (nx,).
             inputs: Guess, shape (N, nu); the cost's input goal if not given.
-            states: Guess, shape (N + 1, nx), which need not satisfy the dynamics; if not given, the inputs are rolled out.
+            states: Guess, shape (N + 1, nx), which need not satisfy the dynamics; "held" is the first state at all nodes,
+                "straight" the line from there to the goal. If not given, the solver chooses, or rolls given inputs out.
             multipliers: Guess, as of an earlier solution; zero if not given.
             max_iterations: Largest number of iterations; one linearises and sweeps.
             time_limit: No iteration begins that would not be over by then, if it takes as long as the longest so far; then
@@ -116,7 +120,7 @@ class Solver(CopiedWhole, ABC):
         state: Array,
         inputs: ArrayLike | None = None,
         *,
-        states: ArrayLike | None = None,
+        states: ArrayLike | StateGuess | None = None,
         multipliers: Multipliers | None = None,
         max_iterations: int = DEFAULT_ITERATIONS,
         time_limit: float = math.inf,
@@ -130,7 +134,7 @@ class Solver(CopiedWhole, ABC):
         self._deadline = deadline = time.monotonic() + time_limit
         self._rollout_time, self._gave_up = 0.0, False
         self._forget_failures()
-        self._set_guess(inputs, states, multipliers)
+        self._set_guess(state, inputs, states, multipliers)
         status, iterations = self._solve(state, max_iterations, deadline)
         self._raise_failure()
         return self._judged(status), iterations
@@ -199,16 +203,35 @@ class Solver(CopiedWhole, ABC):
             model.node_parameters[:] = per_node(node_parameters, model.node_parameters.shape)
         self._numbers_are_new = True
 
-    def _set_guess(self, inputs: ArrayLike | None, states: ArrayLike | None, multipliers: Multipliers | None) -> None:
+    def _set_guess(
+        self, state: Array, inputs: ArrayLike | None, states: ArrayLike | StateGuess | None,
+        multipliers: Multipliers | None,
+    ) -> None:  # fmt: skip
         """Put what is given of a first guess into the workspace."""
         work = self._work
         self._given = inputs is not None, states is not None, multipliers is not None
         if inputs is not None:
             _copy_checked("inputs", inputs, work.nominal.inputs)
-        if states is not None:
+        if isinstance(states, str):
+            self._draw_states(state, states, inputs is None)
+        elif states is not None:
             _copy_checked("states", states, work.nominal.states)
         for name in Multipliers._fields if multipliers is not None else ():
             _copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
+
+    def _draw_states(self, state: Array, how: str, goal_inputs: bool) -> None:
+        """Nominal states that a word describes, with the input goal where no inputs are given."""
+        if how not in STATE_GUESSES:
+            raise DimensionError(
+                "no such guess", field="states", given=how, allowed="an array, " + ", ".join(STATE_GUESSES)
+            )
+        nominal = self._work.nominal
+        nominal.states[:] = state
+        if goal_inputs:
+            nominal.inputs[:] = self._work.weights.input_goal
+        if how == "straight":
+            guess.aim_straight(self._memory)
+        self._given = True, True, self._given[2]
 
     def _begin(self, state: Array) -> bool:
         """Start anew from the guess in the workspace; whether dynamics and constraints are finite there."""
@@ -305,8 +328,9 @@ class Solver(CopiedWhole, ABC):
 
     def _compile(self) -> None:
         """Run every kernel once."""
-        self._set_guess(None, None, None)
-        self._begin(self._problem.cost.state_goal.copy())
+        goal = self._problem.cost.state_goal.copy()
+        self._set_guess(goal, None, None, None)
+        self._begin(goal)
         guess.aim_straight(self._memory)
         guess.last_violation(self._memory, 0.0)
         augmented_lagrangian.linearize(self._model, self._memory)

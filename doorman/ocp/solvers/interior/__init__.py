@@ -1,0 +1,1 @@
+"""Interior-point search with exact Hessians: memory, Newton sweep, line search and the iterations."""

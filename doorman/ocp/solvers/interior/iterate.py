@@ -1,0 +1,232 @@
+r"""Interior-point iterations on the multiple-shooting form, with exact Hessians and a filter line search.
+
+Where dynamics bend much, the curvature of the dynamics decides which minimum a path leads to, and Gauss and Newton's Hessian
+has none of it. The barrier problems
+
+.. math:: \min\ J - \tau \textstyle\sum_i \ln s_i\quad\text{s.t.}\quad e = 0,\ c + s = 0
+
+are solved for a falling τ. A step is accepted where it lowers the infeasibility θ = Σ|e| + Σ|c + s| or the barrier function φ,
+compared with all pairs that the search has left behind. Methods: Wächter and Biegler 2006 (barrier, filter, regularisation);
+Vanroye et al. 2023 (the same by Riccati sweeps).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import clock
+from doorman.ocp.solvers.interior import newton, rows
+from doorman.ocp.solvers.interior.memory import FILTER_SIZE, NUMBER, Interior
+from doorman.ocp.solvers.iterations.augmented_lagrangian import (
+    CONVERGED,
+    FAILED,
+    OUT_OF_ITERATIONS,
+    STALLED,
+    linearize,
+    save,
+)
+from doorman.ocp.solvers.iterations.guess import settle_integrators
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.workspace import RESULT, Workspace
+
+_TOLERANCE = 1e-7
+"""Largest residual of a solution, in units of the scaled cost."""
+_CENTRED = 10.0
+"""A barrier problem is solved up to so many τ."""
+_MARGIN = 1e-5
+_MARGIN_COST = 1e-8
+_HALVINGS = 20
+_FIRST_REGULARIZATION = 1e-4
+_LARGEST_REGULARIZATION = 1e12
+
+
+@kernel
+def search(model: object, work: Workspace, interior: Interior, max_iterations: int, deadline: float) -> int:
+    """Iterate from the nominal trajectory; multipliers of a solution are in `work`.
+
+    Args:
+        model: The problem's model.
+        work: Workspace; its nominal trajectory need not satisfy the dynamics.
+        interior: Memory.
+        max_iterations: Largest number of iterations.
+        deadline: See `augmented_lagrangian.iterate` [s].
+
+    Returns:
+        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED.
+    """
+    numbers, result = interior.numbers, work.result
+    begin(model, work, interior)
+    result[RESULT.ITERATIONS] = 0.0
+    regularization, begun, slowest = 0.0, clock(), 0.0
+    for iteration in range(max_iterations):
+        now = clock()
+        begun, slowest = now, max(slowest, now - begun)
+        if iteration > 0 and now + slowest > deadline:
+            return OUT_OF_ITERATIONS
+        if not abs(numbers[NUMBER.INFEASIBILITY] + numbers[NUMBER.BARRIER_COST]) < np.inf:
+            return FAILED
+        newton.expand(model, work, interior)
+        if iteration == 0:
+            rows.first_slacks(work, interior)
+            rows.measure(model, work, interior)
+            numbers[NUMBER.FIRST] = numbers[NUMBER.INFEASIBILITY]
+        elif rows.error(work, interior, 0.0) <= _TOLERANCE:
+            rows.export_multipliers(work, interior)
+            return CONVERGED
+        else:
+            lower_barrier(model, work, interior)
+        result[RESULT.ITERATIONS] = iteration + 1.0
+        regularization = descend(model, work, interior, regularization, iteration == 0)
+        if regularization < 0.0:
+            return STALLED
+    return OUT_OF_ITERATIONS
+
+
+@kernel
+def begin(model: object, work: Workspace, interior: Interior) -> None:
+    """Inputs inside their bounds, nothing known of the costates."""
+    rows.push_inside(work)
+    settle_integrators(work)
+    linearize(model, work)
+    rows.fill_values(work, interior)
+    interior.costates[:, :] = 0.0
+    interior.duals[:, :] = 0.0
+    interior.numbers[:] = 0.0
+
+
+@kernel
+def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
+    """Go on to the next barrier problem where this one is solved."""
+    numbers, least = interior.numbers, 0.1 * _TOLERANCE
+    while True:
+        barrier = numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]
+        if barrier <= least or rows.error(work, interior, numbers[NUMBER.BARRIER]) > _CENTRED * barrier:
+            return
+        numbers[NUMBER.BARRIER] = numbers[NUMBER.SCALE] * max(least, min(0.2 * barrier, barrier**1.5))
+        numbers[NUMBER.ENTRIES] = 0.0
+        rows.measure(model, work, interior)
+
+
+@kernel
+def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool) -> float:
+    """One step, with as much regularisation as it takes: how much that was, or −1 if no step helps.
+
+    Args:
+        model: The problem's model.
+        work: Workspace.
+        interior: Memory.
+        last: Regularisation that was needed last.
+        first: This is the first step: its costates are taken as a whole.
+    """
+    scale = interior.numbers[NUMBER.SCALE]
+    regularization, kept = 0.0, last
+    while True:
+        if newton.sweep(work, interior, regularization):
+            newton.step_along(work, interior)
+            if search_line(model, work, interior, first):
+                return kept if regularization == 0.0 else regularization
+        if regularization == 0.0:
+            regularization = _FIRST_REGULARIZATION * scale if last == 0.0 else max(last / 3.0, 1e-12 * scale)
+        else:
+            regularization *= 8.0 if last > 0.0 else 100.0
+        if regularization > _LARGEST_REGULARIZATION * scale:
+            return -1.0
+
+
+@kernel
+def search_line(model: object, work: Workspace, interior: Interior, first: bool) -> bool:
+    """Shorten the Newton step until the filter accepts it; False with everything as it was."""
+    numbers = interior.numbers
+    infeasibility, merit = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
+    save(work)
+    length = numbers[NUMBER.PRIMAL]
+    part = length
+    for _ in range(_HALVINGS):
+        move(work, interior, part)
+        linearize(model, work)
+        rows.fill_values(work, interior)
+        move_slacks(interior, part)
+        rows.measure(model, work, interior)
+        if is_better(interior, infeasibility, merit, part):
+            take_multipliers(interior, 1.0 if first else part)
+            return True
+        move_slacks(interior, -part)
+        part *= 0.5
+    copy_rows(work.saved.states, work.nominal.states)
+    copy_rows(work.saved.inputs, work.nominal.inputs)
+    linearize(model, work)
+    rows.fill_values(work, interior)
+    numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST] = infeasibility, merit
+    return False
+
+
+@kernel
+def move(work: Workspace, interior: Interior, part: float) -> None:
+    """Nominal trajectory a part of the step from `saved`."""
+    nominal, saved = work.nominal, work.saved
+    for k in range(nominal.inputs.shape[0]):
+        for i in range(len(work.sizes.inputs)):
+            nominal.inputs[k, i] = saved.inputs[k, i] + part * interior.input_steps[k, i]
+        for i in range(len(work.sizes.states)):
+            nominal.states[k + 1, i] = saved.states[k + 1, i] + part * interior.state_steps[k + 1, i]
+
+
+@kernel
+def move_slacks(interior: Interior, part: float) -> None:
+    """Slacks a part of their step."""
+    for k in range(interior.slacks.shape[0]):
+        for i in range(interior.slacks.shape[1]):
+            if interior.applies[k, i]:
+                interior.slacks[k, i] += part * interior.slack_steps[k, i]
+
+
+@kernel
+def take_multipliers(interior: Interior, part: float) -> None:
+    """Costates a part of the way, multipliers as far as they stay positive, and not too far from the centre."""
+    barrier, reach = interior.numbers[NUMBER.BARRIER], interior.numbers[NUMBER.DUAL]
+    for k in range(interior.costates.shape[0]):
+        for i in range(interior.costates.shape[1]):
+            interior.costates[k, i] += part * (interior.next_costates[k, i] - interior.costates[k, i])
+    for k in range(interior.duals.shape[0]):
+        for i in range(interior.duals.shape[1]):
+            if interior.applies[k, i]:
+                centre = barrier / interior.slacks[k, i]
+                dual = interior.duals[k, i] + reach * interior.dual_steps[k, i]
+                interior.duals[k, i] = min(max(dual, 1e-10 * centre), 1e10 * centre)
+
+
+@kernel
+def is_better(interior: Interior, infeasibility: float, merit: float, part: float) -> bool:
+    """Whether the nominal trajectory is acceptable to the filter and better than (θ, φ); the filter learns of these."""
+    numbers = interior.numbers
+    scale, slope, first = numbers[NUMBER.SCALE], numbers[NUMBER.SLOPE], max(1.0, numbers[NUMBER.FIRST])
+    now, cost = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
+    if not (abs(now) < np.inf and abs(cost) < np.inf and now <= 1e4 * first):
+        return False
+    entries = int(numbers[NUMBER.ENTRIES])
+    for i in range(entries):
+        if now > (1.0 - _MARGIN) * interior.filter[i, 0] and cost > interior.filter[i, 1]:
+            return False
+    descends = slope < 0.0 and part * (-slope / scale) ** 2.3 > infeasibility**1.1
+    armijo = cost <= merit + _MARGIN_COST * part * slope + 1e-10 * abs(merit)
+    if descends and infeasibility <= 1e-4 * first:
+        return bool(armijo)
+    if not (now <= (1.0 - _MARGIN) * infeasibility or cost <= merit - _MARGIN_COST * infeasibility * scale):
+        return False
+    if not (descends and armijo):
+        remember(interior, infeasibility, merit)
+    return True
+
+
+@kernel
+def remember(interior: Interior, infeasibility: float, merit: float) -> None:
+    """Add a pair to the filter; the oldest goes where it is full."""
+    entries = int(interior.numbers[NUMBER.ENTRIES])
+    if entries == FILTER_SIZE:
+        for i in range(FILTER_SIZE - 1):
+            interior.filter[i, 0], interior.filter[i, 1] = interior.filter[i + 1, 0], interior.filter[i + 1, 1]
+        entries -= 1
+    interior.filter[entries, 0] = (1.0 - _MARGIN) * infeasibility
+    interior.filter[entries, 1] = merit - _MARGIN_COST * infeasibility * interior.numbers[NUMBER.SCALE]
+    interior.numbers[NUMBER.ENTRIES] = entries + 1

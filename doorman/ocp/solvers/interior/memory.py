@@ -1,0 +1,108 @@
+"""Memory of the interior-point search, beside the workspace: problems that are solved without it have none."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.ocp.solvers.workspace import Workspace
+
+Array = NDArray[np.float64]
+
+FILTER_SIZE = 64
+"""Pairs of infeasibility and barrier function that a line search remembers."""
+
+
+class Interior(NamedTuple):
+    """Slacks and multipliers of all rows by node, and what a Newton step is made of.
+
+    Rows of a node are numbered as in `Program`: h, h_N, g, then one for every finite bound. Rows and bounds of a state stand at
+    its own node here.
+    """
+
+    applies: NDArray[np.bool_]
+    """Whether a row exists at a node, (N + 1, rows)."""
+    values: Array
+    """c, (N + 1, rows)."""
+    slacks: Array
+    """s > 0, with c + s = 0 in the end."""
+    duals: Array
+    """z > 0."""
+    slack_steps: Array
+    dual_steps: Array
+    costates: Array
+    """Multipliers p of the defects f(x_k, u_k) − x_{k+1}, (N, nx)."""
+    next_costates: Array
+    """Those that the last Newton step proposes."""
+    gradients: Array
+    """Of the cost by state and input, (N + 1, nx + nu)."""
+    hessians: Array
+    """Of the Lagrangian, (N + 1, nx + nu, nx + nu)."""
+    behind: Array
+    """[V_xx | V_x] of state k + 1 with its rows, (N, nx, narrow)."""
+    state_steps: Array
+    """(N + 1, nx)."""
+    input_steps: Array
+    """(N, nu)."""
+    residual: Array
+    """Gradient of the Lagrangian at one node, (nx + nu,)."""
+    filter: Array
+    """(FILTER_SIZE, 2)."""
+    numbers: Array
+    """Scalars, see `Number`."""
+
+    @classmethod
+    def of(cls, work: Workspace) -> Interior:
+        """Memory for a workspace's sizes."""
+        n, nu = work.nominal.inputs.shape
+        nx, narrow, rows = len(work.sizes.states), len(work.sizes.narrow), work.program.active.shape[1]
+        values, slacks, duals, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(5))
+        return cls(
+            applies=_applies(work), values=values, slacks=slacks, duals=duals, slack_steps=slack_steps,
+            dual_steps=dual_steps, costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
+            gradients=np.zeros((n + 1, nx + nu)), hessians=np.zeros((n + 1, nx + nu, nx + nu)),
+            behind=np.zeros((n, nx, narrow)), state_steps=np.zeros((n + 1, nx)), input_steps=np.zeros((n, nu)),
+            residual=np.zeros(nx + nu), filter=np.zeros((FILTER_SIZE, 2)), numbers=np.zeros(len(Number._fields)),
+        )  # fmt: skip
+
+
+class Number(NamedTuple):
+    """Positions in `Interior.numbers`."""
+
+    BARRIER: int = 0
+    """τ: s z at the centre."""
+    SCALE: int = 1
+    """What counts as 1 of the cost."""
+    INFEASIBILITY: int = 2
+    """θ: sum of defects and of |c + s|."""
+    BARRIER_COST: int = 3
+    """φ: J − τ Σ ln s."""
+    SLOPE: int = 4
+    """Slope of φ along the last Newton step."""
+    PRIMAL: int = 5
+    """Longest step along which slacks stay positive."""
+    DUAL: int = 6
+    """The same of multipliers."""
+    ENTRIES: int = 7
+    """Pairs in the filter."""
+    FIRST: int = 8
+    """θ at the start."""
+
+
+NUMBER = Number()
+
+
+def _applies(work: Workspace) -> NDArray[np.bool_]:
+    """Which rows exist at which node."""
+    nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    found = np.zeros((n + 1, work.program.active.shape[1]), dtype=np.bool_)
+    found[1:, :nh] = True
+    found[n, nh : nh + nt] = True
+    found[:n, nh + nt : nh + nt + ng] = True
+    of_state = work.program.bounded < nx
+    found[1:, nh + nt + ng :] |= of_state
+    found[:n, nh + nt + ng :] |= ~of_state
+    return found

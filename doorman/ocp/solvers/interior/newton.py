@@ -1,0 +1,197 @@
+r"""Newton step of the interior-point search, by one Riccati sweep.
+
+With slacks, c + s = 0, and multipliers z, s z = τ, eliminated, every row adds
+
+.. math:: w\,c_z^T c_z\ \text{to the Hessian},\quad \big(\tau/s + w (c + s)\big)\,c_z^T\ \text{to the gradient},\quad w = z/s
+
+The Hessian is that of the Lagrangian. Where it is not convex enough for a minimum, a multiple of the identity is added, as in
+IPOPT (Wächter and Biegler 2006).
+"""
+
+from __future__ import annotations
+
+from doorman.compilation import kernel
+from doorman.numba_types.lanes import load, multiply_rows, store
+from doorman.ocp.kernels.functions import curve_horizon
+from doorman.ocp.solvers.interior.memory import NUMBER, Interior
+from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
+from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
+from doorman.ocp.solvers.workspace import Workspace
+
+
+@kernel
+def expand(model: object, work: Workspace, interior: Interior) -> None:
+    """Gradients of the cost and Hessians of the Lagrangian at all nodes."""
+    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
+    states, inputs, weights = work.nominal.states, work.nominal.inputs, work.weights
+    counts = (len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows))
+    curve_horizon(
+        model, states, inputs, interior.costates, interior.duals, counts, interior.gradients, interior.hessians
+    )
+    for k in range(n + 1):
+        for i in range(nx):
+            weight = weights.state[i] if k < n else weights.terminal[i]
+            interior.gradients[k, i] += weight * (states[k, i] - weights.state_goal[i])
+            interior.hessians[k, i, i] += weight
+        for i in range(nu if k < n else 0):
+            interior.gradients[k, nx + i] += weights.input[i] * (inputs[k, i] - weights.input_goal[i])
+            interior.hessians[k, nx + i, nx + i] += weights.input[i]
+
+
+@kernel
+def force(interior: Interior, k: int, i: int) -> float:
+    """What a row adds to the gradient, by its own slope and weight."""
+    slack = interior.slacks[k, i]
+    return float(interior.numbers[NUMBER.BARRIER] / interior.duals[k, i] + interior.values[k, i] + slack)
+
+
+@kernel
+def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
+    """Rows and bounds of state k to its value function."""
+    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    value, linear, program, n = work.node.value, work.linear, work.program, work.nominal.inputs.shape[0]
+    for i in range(nh + nt if k == n else nh):
+        row = linear.row_jacobians[k - 1, i] if i < nh else linear.end_row_jacobians[i - nh]
+        row[nx] = force(interior, k, i)
+        weight = interior.duals[k, i] / interior.slacks[k, i]
+        for a in range(nx):
+            scale = weight * row[a]
+            store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
+        row[nx] = 0.0
+    for i in range(program.bounded.shape[0]):
+        a, at = program.bounded[i], nh + nt + ng + i
+        if a < nx:
+            weight = interior.duals[k, at] / interior.slacks[k, at]
+            value[a, a] += weight
+            value[a, nx] += weight * program.side[i] * force(interior, k, at)
+
+
+@kernel
+def set_base(work: Workspace, interior: Interior, k: int, regularization: float) -> None:
+    """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`."""
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    base_x, base_u, program = work.node.base_x, work.node.base_u, work.program
+    hessian, gradient = interior.hessians[k], interior.gradients[k]
+    for i in range(nx):
+        for j in range(nx):
+            base_x[i, j] = hessian[i, j]
+        base_x[i, i] += regularization
+        base_x[i, nx] = gradient[i]
+    for i in range(nu):
+        for j in range(nx):
+            base_u[i, j] = hessian[nx + i, j]
+        base_u[i, nx] = gradient[nx + i]
+        for j in range(nu):
+            base_u[i, nx + 1 + j] = hessian[nx + i, nx + j]
+        base_u[i, nx + 1 + i] += regularization
+    for i in range(ng):
+        row, at = work.linear.input_row_jacobians[k, i], nh + nt + i
+        row[nx] = force(interior, k, at)
+        weight = interior.duals[k, at] / interior.slacks[k, at]
+        for a in range(nx):
+            scale = weight * row[a]
+            for b in range(nx + 1):
+                base_x[a, b] += scale * row[b]
+        for a in range(nu):
+            scale = weight * row[nx + 1 + a]
+            for b in range(nx + 1 + nu):
+                base_u[a, b] += scale * row[b]
+        row[nx] = 0.0
+    for i in range(program.bounded.shape[0]):
+        a, at = program.bounded[i] - nx, nh + nt + ng + i
+        if a >= 0:
+            weight = interior.duals[k, at] / interior.slacks[k, at]
+            base_u[a, nx + 1 + a] += weight
+            base_u[a, nx] += weight * program.side[i] * force(interior, k, at)
+
+
+@kernel
+def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
+    """Policy of all nodes; False if a Q_uu is not positive definite."""
+    nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
+    node, policy, value = work.node, work.policy, work.node.value
+    value[:, :] = 0.0
+    node.base_x[:, :] = 0.0
+    node.base_u[:, :] = 0.0
+    for i in range(nx):
+        for j in range(nx):
+            value[i, j] = interior.hessians[n, i, j]
+        value[i, i] += regularization
+        value[i, nx] = interior.gradients[n, i]
+    for k in range(n - 1, -1, -1):
+        add_state_rows(work, interior, k + 1)
+        copy_rows(value, interior.behind[k])
+        set_base(work, interior, k, regularization)
+        if not eliminate_inputs(
+            work.sizes, k, work.weights.time_step, work.linear.jacobians, value, node.base_x, node.base_u,
+            policy.gains, policy.factors, policy.values, node.rows, node.scaled,
+        ):  # fmt: skip
+            return False
+    return True
+
+
+@kernel
+def step_along(work: Workspace, interior: Interior) -> None:
+    """Newton step of the last sweep: states, inputs, costates, slacks and multipliers, and how far one may go along it."""
+    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
+    step, slope = work.node.step, 0.0
+    step[:] = 0.0
+    interior.numbers[NUMBER.PRIMAL] = 1.0
+    interior.numbers[NUMBER.DUAL] = 1.0
+    for k in range(n):
+        step[nx] = 1.0
+        for i in range(nu):
+            step[nx + 1 + i] = 0.0
+        multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
+        for i in range(nu):
+            interior.input_steps[k, i] = step[nx + 1 + i]
+            slope += interior.gradients[k, nx + i] * step[nx + 1 + i]
+        for i in range(nx):
+            slope += interior.gradients[k, i] * step[i]
+        slope += step_rows(work, interior, k)
+        multiply_rows(work.linear.jacobians, k, work.sizes.states, work.sizes.wide, step, step, 0)
+        for i in range(nx):
+            interior.state_steps[k + 1, i] = step[i]
+            total = interior.behind[k, i, nx]
+            for j in range(nx):
+                total += interior.behind[k, i, j] * step[j]
+            interior.next_costates[k, i] = total
+    for i in range(nx):
+        slope += interior.gradients[n, i] * step[i]
+    interior.numbers[NUMBER.SLOPE] = slope + step_rows(work, interior, n)
+
+
+@kernel
+def step_rows(work: Workspace, interior: Interior, k: int) -> float:
+    """Steps of node k's slacks and multipliers, from `node.step`; their share of the slope of φ."""
+    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
+    barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))
+    for i in range(interior.values.shape[1]):
+        if interior.applies[k, i]:
+            change = 0.0
+            if i < nh + nt:
+                row = work.linear.row_jacobians[k - 1, i] if i < nh else work.linear.end_row_jacobians[i - nh]
+                for j in range(nx):
+                    change += row[j] * step[j]
+            elif i < nh + nt + ng:
+                row = work.linear.input_row_jacobians[k, i - nh - nt]
+                for j in range(nx):
+                    change += row[j] * step[j]
+                for j in range(nx + 1, nx + 1 + len(work.sizes.inputs)):
+                    change += row[j] * step[j]
+            else:
+                index = program.bounded[i - nh - nt - ng]
+                change = program.side[i - nh - nt - ng] * step[index if index < nx else index + 1]
+            slack, dual = interior.slacks[k, i], interior.duals[k, i]
+            slack_step = -interior.values[k, i] - slack - change
+            dual_step = (barrier - dual * slack_step) / slack - dual
+            interior.slack_steps[k, i] = slack_step
+            interior.dual_steps[k, i] = dual_step
+            slope -= barrier * slack_step / slack
+            if slack_step < 0.0:
+                numbers[NUMBER.PRIMAL] = min(numbers[NUMBER.PRIMAL], -reach * slack / slack_step)
+            if dual_step < 0.0:
+                numbers[NUMBER.DUAL] = min(numbers[NUMBER.DUAL], -reach * dual / dual_step)
+    return slope

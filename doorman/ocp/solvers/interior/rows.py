@@ -1,0 +1,156 @@
+"""Rows of the interior-point search: their values, first slacks, the barrier function, and the residual of the KKT conditions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.compilation import kernel
+from doorman.ocp.solvers.interior.memory import NUMBER, Interior
+from doorman.ocp.solvers.iterations.augmented_lagrangian import total_cost
+from doorman.ocp.solvers.workspace import RESULT, Workspace
+
+_PUSH = 0.01
+"""First slacks and distances of inputs from their bounds are no smaller: share of the room between bounds, at most 1."""
+_RELAXED = 1e-8
+"""Rows may be violated by so much, so that there is an inside."""
+
+
+@kernel
+def fill_values(work: Workspace, interior: Interior) -> None:
+    """Values of all rows along the nominal trajectory, after its linearisation."""
+    nominal, program, values, n = work.nominal, work.program, interior.values, work.nominal.inputs.shape[0]
+    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    for k in range(n + 1):
+        for i in range(nh if k > 0 else 0):
+            values[k, i] = nominal.rows[k - 1, i] - _RELAXED
+        for i in range(nt if k == n else 0):
+            values[k, nh + i] = nominal.end_rows[i] - _RELAXED
+        for i in range(ng if k < n else 0):
+            values[k, nh + nt + i] = nominal.input_rows[k, i] - _RELAXED
+        for i in range(program.bounded.shape[0]):
+            a, at = program.bounded[i], nh + nt + ng + i
+            if interior.applies[k, at]:
+                value = nominal.states[k, a] if a < nx else nominal.inputs[k, a - nx]
+                values[k, at] = program.side[i] * (value - program.limit[i]) - _RELAXED
+
+
+@kernel
+def push_inside(work: Workspace) -> None:
+    """Nominal inputs away from their bounds."""
+    limits, inputs = work.limits, work.nominal.inputs
+    for i in range(len(work.sizes.input_bounds)):
+        low, high = limits.input_lower[i], limits.input_upper[i]
+        room = _PUSH * min(
+            high - low, 1.0 + max(abs(low) if low > -np.inf else 0.0, abs(high) if high < np.inf else 0.0)
+        )
+        for k in range(inputs.shape[0]):
+            inputs[k, i] = min(max(inputs[k, i], low + room), high - room)
+
+
+@kernel
+def first_slacks(work: Workspace, interior: Interior) -> None:
+    """Slacks and multipliers to begin with, and the scale of the cost."""
+    numbers, steepest = interior.numbers, 0.0
+    for k in range(interior.gradients.shape[0]):
+        for i in range(interior.gradients.shape[1]):
+            steepest = max(steepest, abs(interior.gradients[k, i]))
+    scale = max(1.0, 0.01 * steepest)
+    numbers[NUMBER.SCALE] = scale
+    numbers[NUMBER.BARRIER] = 0.1 * scale
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
+            interior.duals[k, i] = scale if interior.applies[k, i] else 0.0
+
+
+@kernel
+def measure(model: object, work: Workspace, interior: Interior) -> None:
+    """θ and φ of the nominal trajectory, after its linearisation and `fill_values`."""
+    infeasibility, logarithms = 0.0, 0.0
+    nx = len(work.sizes.states)
+    for k in range(work.nominal.inputs.shape[0]):
+        for i in range(nx):
+            infeasibility += abs(work.linear.jacobians[k, i, nx])
+    for k in range(interior.values.shape[0]):
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i]:
+                infeasibility += abs(interior.values[k, i] + interior.slacks[k, i])
+                logarithms += np.log(interior.slacks[k, i])
+    cost = total_cost(model, work, work.nominal)
+    work.result[RESULT.COST] = cost
+    interior.numbers[NUMBER.INFEASIBILITY] = infeasibility
+    interior.numbers[NUMBER.BARRIER_COST] = cost - interior.numbers[NUMBER.BARRIER] * logarithms
+
+
+@kernel
+def error(work: Workspace, interior: Interior, barrier: float) -> float:
+    """Largest residual of the conditions of the barrier problem, in units of the scaled cost."""
+    nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
+    r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
+    for k in range(n + 1):
+        for i in range(nx + nu):
+            r[i] = interior.gradients[k, i]
+        add_rows(work, interior, k)
+        for i in range(nx if k > 0 else 0):
+            r[i] -= interior.costates[k - 1, i]
+        if k < n:
+            for i in range(nx):
+                jacobian, costate = work.linear.jacobians[k, i], interior.costates[k, i]
+                for j in range(nx):
+                    r[j] += jacobian[j] * costate
+                for j in range(nu):
+                    r[nx + j] += jacobian[nx + 1 + j] * costate
+                worst = max(worst, scale * abs(jacobian[nx]))
+        for i in range(nx if k > 0 else 0):
+            worst = max(worst, abs(r[i]))
+        for i in range(nx, nx + nu if k < n else nx):
+            worst = max(worst, abs(r[i]))
+        for i in range(interior.values.shape[1]):
+            if interior.applies[k, i]:
+                slack = interior.slacks[k, i]
+                worst = max(worst, abs(slack * interior.duals[k, i] - barrier))
+                worst = max(worst, scale * abs(interior.values[k, i] + slack))
+    return float(worst / scale)
+
+
+@kernel
+def add_rows(work: Workspace, interior: Interior, k: int) -> None:
+    """Node k's rows times their multipliers to the residual."""
+    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    r, program, n = interior.residual, work.program, work.nominal.inputs.shape[0]
+    for i in range(0 if k == 0 else nh + nt if k == n else nh):
+        row = work.linear.row_jacobians[k - 1, i] if i < nh else work.linear.end_row_jacobians[i - nh]
+        for j in range(nx):
+            r[j] += row[j] * interior.duals[k, i]
+    for i in range(ng if k < n else 0):
+        row, dual = work.linear.input_row_jacobians[k, i], interior.duals[k, nh + nt + i]
+        for j in range(nx):
+            r[j] += row[j] * dual
+        for j in range(len(work.sizes.inputs)):
+            r[nx + j] += row[nx + 1 + j] * dual
+    for i in range(program.bounded.shape[0]):
+        if interior.applies[k, nh + nt + ng + i]:
+            r[program.bounded[i]] += program.side[i] * interior.duals[k, nh + nt + ng + i]
+
+
+@kernel
+def export_multipliers(work: Workspace, interior: Interior) -> None:
+    """Multipliers to where the other solvers have them."""
+    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    program, out, n = work.program, work.multipliers, work.nominal.inputs.shape[0]
+    out.states[:, :] = 0.0
+    out.inputs[:, :] = 0.0
+    for k in range(n + 1):
+        for i in range(nh if k > 0 else 0):
+            out.rows[k - 1, i] = interior.duals[k, i]
+        for i in range(nt if k == n else 0):
+            out.end_rows[i] = interior.duals[k, nh + i]
+        for i in range(ng if k < n else 0):
+            out.input_rows[k, i] = interior.duals[k, nh + nt + i]
+        for i in range(program.bounded.shape[0]):
+            if interior.applies[k, nh + nt + ng + i]:
+                a, price = program.bounded[i], program.side[i] * interior.duals[k, nh + nt + ng + i]
+                if a < nx:
+                    out.states[k - 1, a] += price
+                else:
+                    out.inputs[k, a - nx] += price

@@ -1,0 +1,57 @@
+"""The interior-point search as solvers call it: its memory, and trajectories to return to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.numba_types.handles import held
+from doorman.ocp.solvers.interior.iterate import search
+from doorman.ocp.solvers.interior.memory import Interior
+from doorman.ocp.solvers.workspace import Multipliers, Workspace
+
+Array = NDArray[np.float64]
+
+
+class Searcher:
+    """Interior-point search in the memory of a solver.
+
+    Args:
+        work: The solver's workspace.
+    """
+
+    def __init__(self, work: Workspace) -> None:
+        self.memory = Interior.of(work)
+        self._held = held(self.memory)
+
+    def search(self, model: Any, work: Any, max_iterations: int, deadline: float) -> int:
+        """See `iterate.search`; from the nominal trajectory in the workspace."""
+        return int(search(model, work, self._held, max_iterations, deadline))
+
+
+@dataclass(frozen=True, eq=False)
+class Kept:
+    """A trajectory with its multipliers, to go on from later."""
+
+    cost: float
+    states: Array
+    inputs: Array
+    multipliers: Multipliers
+
+    @classmethod
+    def of(cls, work: Workspace, cost: float) -> Kept:
+        """The nominal one."""
+        return cls(
+            cost, work.nominal.states.copy(), work.nominal.inputs.copy(),
+            Multipliers(*(array.copy() for array in work.multipliers)),
+        )  # fmt: skip
+
+    def put_back(self, work: Workspace) -> None:
+        """Make it the nominal one."""
+        np.copyto(work.nominal.states, self.states)
+        np.copyto(work.nominal.inputs, self.inputs)
+        for source, target in zip(self.multipliers, work.multipliers, strict=True):
+            np.copyto(target, source)

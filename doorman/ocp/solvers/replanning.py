@@ -1,0 +1,280 @@
+"""What controllers call again and again: real-time iterations from the last trajectory, aiming anew where that is no guess."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import number, vector
+from doorman.exceptions import DimensionError
+from doorman.ocp.solvers.cddp import Cddp
+from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
+from doorman.ocp.solvers.iterations import cold_start, guess, real_time, rollout
+from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS, follow
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.ocp.solvers.solver import checked_budget, read_only
+from doorman.ocp.solvers.sweeps import sweep
+from doorman.ocp.solvers.workspace import RESULT, Multipliers
+
+Array = NDArray[np.float64]
+
+_NO_TIME = 1e-9
+"""A budget that is used up [s]."""
+
+JUMP = 1.0
+"""A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
+
+_DEARER = 1.2
+"""So does a trajectory that costs so many times what the previous one did: its last step was not one towards the optimum."""
+
+_LATEST_SHIFT = 2
+"""Steps of the previous trajectory in which the present state is looked for."""
+
+_RECOVERY_ITERATIONS = 40
+"""Largest number of iterations of a replan that has to aim anew, where the caller gives no budget."""
+
+
+class Replanner(Cddp):
+    """A solver that goes on from its last trajectory."""
+
+    def replan(
+        self,
+        state: ArrayLike,
+        elapsed: float | None = None,
+        *,
+        iterations: int = 1,
+        max_iterations: int | None = None,
+        time_limit: float = math.inf,
+    ) -> tuple[PlanStatus, int]:
+        """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
+
+        That is so after a jump of state, goal or parameters, where nothing usable comes of following, and where the trajectory
+        costs a fifth more than the last one. Without a trajectory to follow it is a solve from the input goal.
+
+        Args:
+            state: First state, shape (nx,).
+            elapsed: Time since the last trajectory's first state [s]; by default it is shifted to where it passes nearest to
+                `state` within its first two steps.
+            iterations: Of `follow`; up to two more follow where the step was large.
+            max_iterations: Largest number of all iterations, aiming anew included; then none follow beyond them.
+            time_limit: See `solve`. What is found by then stays, with a status that says what holds [s].
+
+        Returns:
+            How it ended, and the number of iterations; the trajectory is `trajectory()`.
+
+        Raises:
+            DimensionError: if the state has another shape, or state, time or budget is not finite.
+        """
+        started = time.monotonic()
+        first = vector(state, self._problem.nx, "state")
+        if elapsed is not None:
+            elapsed = number(elapsed, "elapsed", "a finite time [s]")
+        budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
+        if not self._started:
+            return self.run(first, max_iterations=budget, time_limit=time_limit)
+        before, horizon = self._last_cost, self._problem.horizon
+        shift = -1.0 if elapsed is None else min(max(elapsed / self._problem.time_step, 0.0), horizon)
+        most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
+        status = self.follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
+        done, left = self.iterations, time_limit - (time.monotonic() - started)
+        wild = self.change > JUMP or self.cost > _DEARER * before
+        if (not status.usable or wild) and done < budget and left > 0.0:
+            status, more = self.aim_anew(first, status, budget - done, left)
+            done += more
+        self._note(status)
+        return status, done
+
+    def _note(self, status: PlanStatus) -> None:
+        """Remember what the next `replan` begins with."""
+        self._started = status.flyable
+        self._last_cost = self.cost if status.flyable else math.inf
+
+    def _judged(self, status: PlanStatus) -> PlanStatus:
+        judged = super()._judged(status)
+        self._note(judged)
+        return judged
+
+    def aim_anew(
+        self, state: Array, followed: PlanStatus, max_iterations: int, time_limit: float
+    ) -> tuple[PlanStatus, int]:
+        """Solve from the trajectory before the last `follow`, and from the input goal where nothing comes of that.
+
+        The trajectory that costs less stays in the solver's memory, if both are usable; or that of `follow`, if neither is.
+
+        Args:
+            state: First state, shape (nx,), contiguous.
+            followed: What `follow` returned.
+            max_iterations: Largest number of iterations.
+            time_limit: See `solve` [s].
+
+        Returns:
+            How it ended, and the number of iterations that led there.
+        """
+        before, cost = (self.trajectory(), self.cost) if followed.usable else (None, math.inf)
+        status, iterations = self._aim(state, max_iterations, time_limit)
+        if before is None or (status.usable and self.cost <= cost):
+            return status, iterations
+        self._put_back(*before)
+        return followed, iterations
+
+    def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
+        """The same without a trajectory to fall back on."""
+        deadline = time.monotonic() + time_limit
+        share = max(max_iterations // 2, 1)
+        first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
+        left = deadline - time.monotonic()
+        if first.usable or iterations >= max_iterations or left <= 0.0:
+            return first, iterations
+        kept = self._work.nominal.inputs.copy()
+        second, more = self.run(state, max_iterations=max_iterations - iterations, time_limit=left)
+        if second.usable or not first.flyable or second is first:
+            return second, more
+        return self.run(state, kept, max_iterations=1, time_limit=max(deadline - time.monotonic(), _NO_TIME))
+
+    def _put_back(self, states: Array, inputs: Array) -> None:
+        """Take an earlier trajectory, without feedback and multipliers, for the nominal one, measured."""
+        self._forget_multipliers()
+        self._work.policy.gains[:] = 0.0
+        self._return_to(states, inputs)
+
+    def follow(
+        self,
+        state: Array,
+        shift: float,
+        limit: int,
+        max_iterations: int = 1,
+        time_limit: float = math.inf,
+        extra_iterations: int = EXTRA_ITERATIONS,
+    ) -> PlanStatus:
+        """Real-time iteration: shift the last trajectory and its multipliers to `state`, iterate, roll out.
+
+        Full steps, no line search: after a jump of state or goal, `solve` or `aim_anew` finds what this may not.
+
+        Args:
+            state: First state, shape (nx,).
+            shift: Steps to shift by; negative: to where the trajectory passes nearest to `state`.
+            limit: Steps within which that is looked for.
+            max_iterations: Iterations.
+            time_limit: No iteration but the first begins that would not be over and rolled out by then, if it takes as long as
+                the longest so far. ProxQP is asked in its first half only: aiming anew mostly takes less time [s].
+            extra_iterations: Further ones where the step was large.
+
+        Returns:
+            How it ended; the trajectory is `trajectory()`, its other figures are the properties below. After DIVERGED the
+            trajectory before is there again.
+
+        Raises:
+            DimensionError: if the state has another shape or is not finite, or shift or budget is no number of them.
+        """
+        started = time.monotonic()
+        first, max_iterations = vector(state, self._problem.nx, "state"), checked_budget(max_iterations, time_limit)
+        if math.isnan(shift):
+            raise DimensionError("no shift", field="shift", given=shift, allowed="a number of steps")
+        work, options = self._work, self.options
+        deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
+        guessing = options.guess_active_sets
+        np.copyto(self._last_inputs, work.nominal.inputs)
+        np.copyto(self._last_state, work.nominal.states[0])
+        steps = float(min(shift, self._problem.horizon))
+        code = follow(
+            self._model, self._memory, first, steps, limit, max_iterations, extra_iterations, deadline, guessing
+        )
+        if code < rollout.DONE or (code >= 0 and not self._resume(code)):
+            self._go_back()
+            return PlanStatus.DIVERGED
+        self._raise_failure()
+        if code >= 0:
+            self._accept()
+        if work.result[RESULT.VIOLATION] <= options.feasibility:
+            return PlanStatus.ITERATION_LIMIT
+        return PlanStatus.RECOVERING if self._returns() else PlanStatus.INFEASIBLE
+
+    def _go_back(self) -> None:
+        """Trajectory before the last `follow`, without feedback and multipliers: what follows must not begin with its numbers."""
+        nominal = self._work.nominal
+        np.copyto(nominal.states[0], self._last_state)
+        np.copyto(nominal.inputs, self._last_inputs)
+        guess.roll_blindly(self._model, self._memory, 0)
+        cold_start.forget_policy(self._memory)
+        self._put_back(nominal.states, nominal.inputs)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the last `follow`."""
+        return int(self._work.result[RESULT.ITERATIONS])
+
+    @property
+    def sweeps(self) -> int:
+        """Riccati sweeps of the last `follow`."""
+        return int(self._work.result[RESULT.SWEEPS])
+
+    @property
+    def change(self) -> float:
+        """Largest change of an input by the last sweep, weighted by its cost."""
+        return float(self._work.result[RESULT.CHANGE])
+
+    @property
+    def cost(self) -> float:
+        """J of the last trajectory."""
+        return float(self._work.result[RESULT.COST])
+
+    def worst(self) -> tuple[float, int, int]:
+        """Largest violation of the last trajectory, its node and its row."""
+        result = self._work.result
+        return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
+
+    def trajectory(self) -> tuple[Array, Array]:
+        """Read-only copies of the last trajectory's states (N + 1, nx) and inputs (N, nu)."""
+        return read_only(self._work.nominal.states), read_only(self._work.nominal.inputs)
+
+    def multipliers(self) -> Multipliers:
+        """Read-only copies of the last trajectory's multipliers, for a warm start."""
+        return Multipliers(*(read_only(array) for array in self._work.multipliers))
+
+    def parts(self, state: Array) -> dict[str, Callable[[], object]]:
+        """Kernels of one real-time iteration, each as a call of its own, for profiles; the last one is all of them.
+
+        To be called after `follow`, in any order and as often as one likes: they stay with its trajectory. Their first calls
+        compile.
+
+        Args:
+            state: First state of the last `follow`, shape (nx,), contiguous.
+
+        Returns:
+            By name, in the order in which they run.
+        """
+        model, work, penalty = self._model, self._memory, self.options.penalty
+        return {
+            "shift": lambda: guess.shift_guess(model, work, state, 0.0, 1),
+            "linearise": lambda: kernels.linearize(model, work),
+            "active set": lambda: real_time.mark_active(work, penalty),
+            "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
+            "forward": lambda: sweep.step_along(work),
+            "rollout": lambda: rollout.roll_out(model, work, -1, 0.0, True, 0),
+            "all kernels in one call": lambda: follow(model, work, state, 0.0, 1, 1, 0, math.inf, True),
+        }
+
+    def _returns(self) -> bool:
+        """Whether the nominal trajectory starts outside the constraints and ends inside."""
+        return not self._gave_up and 0 <= self._last_violated() < self._problem.horizon
+
+    def _return_to(self, states: Array, inputs: Array) -> None:
+        """Take an earlier trajectory for the nominal one, measured."""
+        np.copyto(self._work.nominal.states, states)
+        np.copyto(self._work.nominal.inputs, inputs)
+        kernels.linearize(self._model, self._memory)
+        kernels.measure_nominal(self._memory)
+        self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
+
+    def _compile(self) -> None:
+        self._started, self._last_cost = False, math.inf
+        self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
+        super()._compile()
+
+    def _compile_follow(self) -> None:
+        follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
+        self._go_back()
