@@ -47,6 +47,6 @@ ENTRIES = {
     "nlp_fatrop": _standard("CasADi + fatrop, interpreted", "casadi_programs", "Fatrop"),
     "nlp_fatrop_c": _standard("CasADi + fatrop, C", "casadi_programs", "CompiledFatrop"),
     "nlp_hpipm": _standard("CasADi sqpmethod + HPIPM, tuned, C", "casadi_programs", "SqpHpipm"),
-    "acados": _standard("acados SQP, line search, C", "acados_sqp", "AcadosSqp"),
-    "acados_full": _standard("acados SQP, full steps, C", "acados_sqp", "FullStepAcadosSqp"),
+    "acados": _standard("acados SQP, full steps, C", "acados_sqp", "AcadosSqp"),
+    "acados_slack": _standard("acados SQP, slacks and line search, C", "acados_sqp", "SlackAcadosSqp"),
 }

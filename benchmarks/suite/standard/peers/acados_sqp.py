@@ -34,9 +34,11 @@ FAR = 1e3
 
 
 class AcadosSqp(StandardPeer):
-    """Gauss-Newton Hessian, merit line search, tolerance 1e-6; replans are one iteration of the kind SQP_RTI."""
+    """Gauss-Newton Hessian, full steps, tolerance 1e-6; replans are one iteration of the kind SQP_RTI."""
 
-    globalization = "MERIT_BACKTRACKING"
+    globalization = "FIXED_STEP"
+    slack_price = 0.0
+    """Of a row's violation, by its unit; 0 for hard rows."""
 
     def __init__(self, task: StandardTask) -> None:
         super().__init__(task)
@@ -82,7 +84,7 @@ class AcadosSqp(StandardPeer):
                 solver.set(k, "p", case.node_parameters[k])
 
     def _solver(self, kind: str) -> Any:
-        name = f"{self.task.name}_{kind.lower()}_{self.globalization.lower()}"
+        name = f"{self.task.name}_{kind.lower()}_{self.globalization.lower()}_{self.slack_price:.0f}"
         folder = Path("acados", name).absolute()
         folder.mkdir(parents=True, exist_ok=True)
         ocp = self._program(name, kind)
@@ -116,6 +118,8 @@ class AcadosSqp(StandardPeer):
                 setattr(model, f"con_h_expr{suffix}", expression)
                 setattr(ocp.constraints, f"lh{suffix}", -FAR * np.ones(expression.numel()))
                 setattr(ocp.constraints, f"uh{suffix}", np.zeros(expression.numel()))
+                if self.slack_price:
+                    self._soften(ocp, expression.numel(), suffix)
         ocp.model = model
         ocp.dims.N = task.horizon
         ocp.constraints.x0 = task.start_state.start
@@ -124,6 +128,11 @@ class AcadosSqp(StandardPeer):
             _bound(ocp.constraints, suffix, task.state_bounds)
         self._settings(ocp.solver_options, kind)
         return ocp
+
+    def _soften(self, ocp: Any, count: int, suffix: str) -> None:
+        setattr(ocp.constraints, f"idxsh{suffix}", np.arange(count))
+        for name, price in (("zl", self.slack_price), ("zu", self.slack_price), ("Zl", 0.0), ("Zu", 0.0)):
+            setattr(ocp.cost, f"{name}{suffix}", price * np.ones(count))
 
     def _settings(self, options: Any, kind: str) -> None:
         options.tf = self.task.horizon * self.task.time_step
@@ -139,10 +148,11 @@ class AcadosSqp(StandardPeer):
             options.globalization = self.globalization
 
 
-class FullStepAcadosSqp(AcadosSqp):
-    """The same with full steps."""
+class SlackAcadosSqp(AcadosSqp):
+    """Merit line search, and slacks with an exact linear price, so that every quadratic program has a solution."""
 
-    globalization = "FIXED_STEP"
+    globalization = "MERIT_BACKTRACKING"
+    slack_price = 1e2
 
 
 def _bound(constraints: Any, suffix: str, bounds: Array) -> None:
