@@ -18,9 +18,10 @@ from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus, Solution
 from doorman.ocp.solvers.solver import Solver
+from doorman.ocp.solvers.telling import Iterate
 
 __all__ = [
-    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "PlanStatus", "Problem", "PythonModel",
+    "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "Iterate", "PlanStatus", "Problem", "PythonModel",
     "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "functions", "runge_kutta",
 ]  # fmt: skip
 

@@ -53,6 +53,7 @@ class PythonModel:
         time_step: float,
         bounds: Bounds | None = None,
         constraint_names: Sequence[str] = (),
+        equalities: Sequence[bool] = (),
     ) -> Problem:
         """Problem of these functions, which are called at the goal.
 
@@ -62,6 +63,7 @@ class PythonModel:
             time_step: Δt [s].
             bounds: Of states and inputs.
             constraint_names: Of the rows of h, g and h_N.
+            equalities: Which of these rows are to be 0 instead of ≤ 0.
 
         Returns:
             The problem.
@@ -91,4 +93,5 @@ class PythonModel:
             horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
             n_constraints=rows["constraints"], n_input_constraints=rows["input_constraints"],
             n_end_constraints=rows["end_constraints"], constraint_names=tuple(constraint_names),
+            equalities=tuple(equalities),
         )  # fmt: skip

@@ -18,7 +18,7 @@ from doorman.ocp.problem.expressions import Expressions, integrators_of
 from doorman.ocp.problem.integrators import INTEGRATORS, Integrator, discretized
 from doorman.ocp.problem.problem import Bounds, Problem
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
-from doorman.ocp.solvers.solver import per_node
+from doorman.ocp.solvers.arguments import per_node
 
 
 class SymbolicModel:
@@ -88,9 +88,9 @@ class SymbolicModel:
         Args:
             horizon: N, number of steps.
             time_step: Δt [s].
-            cost: Diagonal quadratic cost.
+            cost: Quadratic cost.
             bounds: Of states and inputs.
-            constraints: Rows that must not be positive.
+            constraints: Rows that must not be positive, lie between two ends, or are zero.
             costs: Terms on top of the quadratic cost.
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
@@ -117,19 +117,22 @@ class SymbolicModel:
             horizon=horizon, time_step=time_step, cost=cost, bounds=bounds or Bounds(),
             n_constraints=expressions.rows.numel(), n_input_constraints=expressions.input_rows.numel(),
             n_end_constraints=expressions.end_rows.numel(), integrators=integrators_of(expressions),
-            constraint_names=expressions.names,
+            constraint_names=expressions.names, equalities=expressions.equalities,
         )  # fmt: skip
 
     def _expressions(self, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Expressions:
         _check_names([*constraints, *costs])
         rows: dict[str, list[Any]] = {"rows": [], "input_rows": [], "end_rows": []}
         names: dict[str, list[str]] = {kind: [] for kind in rows}
+        equalities: dict[str, list[bool]] = {kind: [] for kind in rows}
         for constraint in constraints:
             at_end = constraint.at == "end"
             expression = self._expression(constraint.name, constraint.expression, inputs=not at_end)
             kind = "end_rows" if at_end else "input_rows" if ca.depends_on(expression, self.u) else "rows"
-            rows[kind].append(expression / constraint.scale)
-            names[kind] += _row_names(constraint, expression.numel())
+            for row in constraint.rows(expression, self._end):
+                rows[kind].append(row.expression / constraint.scale)
+                names[kind].append(row.name)
+                equalities[kind].append(row.equality)
         at: dict[str, list[tuple[Any, Any]]] = {"stages": [], "end": []}
         for term in costs:
             expression = self._expression(term.name, term.expression, inputs=term.at == "stages")
@@ -137,8 +140,18 @@ class SymbolicModel:
         return Expressions.of(
             self.x, self.u, self._time_step, self.parameters, self.node_parameters, self._step,
             {kind: ca.densify(ca.vertcat(ca.SX(0, 1), *each)) for kind, each in rows.items()},
-            tuple(name for kind in rows for name in names[kind]), at["stages"], at["end"],
+            tuple(name for kind in rows for name in names[kind]),
+            tuple(equality for kind in rows for equality in equalities[kind]), at["stages"], at["end"],
         )  # fmt: skip
+
+    def _end(self, name: str, given: Any) -> Any:
+        """A column of numbers, or of expressions of parameters."""
+        end = self._expression(
+            name, ca.DM(given) if isinstance(given, (list, tuple, np.ndarray)) else given, inputs=False
+        )
+        if ca.depends_on(end, self.x):
+            raise SolverError("an end of states", field=name, given=str(end), allowed="numbers, or parameters")
+        return end
 
     def _expression(self, name: str, expression: Any, inputs: bool) -> Any:
         """A column of SX, of known symbols."""
@@ -169,8 +182,3 @@ def _check_names(terms: Sequence[Any]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise SolverError("names must differ", field="constraints, costs", given=", ".join(twice))
-
-
-def _row_names(constraint: Constraint, count: int) -> list[str]:
-    unit = f" [{constraint.unit}]" if constraint.unit else ""
-    return [f"{constraint.name}{f' {i}' if count > 1 else ''}{unit}" for i in range(count)]

@@ -17,9 +17,10 @@ SCALE = 3.0
 
 @kernel
 def _rows(
-    k: int, count: tuple[int, ...], rows: Array, multipliers: Array, active: Sides, proposal: Array
-) -> tuple[int, bool]:
-    return mark_rows(k, count, rows, multipliers, SCALE, active, proposal)  # type: ignore[no-any-return]
+    k: int, count: tuple[int, ...], rows: Array, multipliers: Array, active: Sides, proposal: Array,
+    equal: tuple[int, ...], floors: Array,
+) -> tuple[int, bool]:  # fmt: skip
+    return mark_rows(k, count, rows, multipliers, SCALE, active, proposal, equal, floors)  # type: ignore[no-any-return]
 
 
 @kernel
@@ -34,14 +35,18 @@ def test_rows_and_bounds_are_marked_as_one_by_one(n: int, rng: np.random.Generat
     rows, multipliers = rng.normal(size=(3, n)), rng.normal(size=(3, n))
     values, ends = rng.normal(size=(4, n)), np.sort(rng.normal(size=(2, n)), axis=0)
     ends[1, ::3] = np.inf
-    for kind in ("rows", "bounds"):
+    floors = np.where(np.arange(n) % 2, -np.inf, 0.0)
+    for kind in ("rows", "equalities", "bounds"):
         active, proposal = np.full((3, n), 5, dtype=np.int8), np.full((3, n), np.nan)
-        if kind == "rows":
+        if kind != "bounds":
+            equal, least = ((0,), floors) if kind == "equalities" else ((), np.zeros(n))
             force = multipliers[1] + SCALE * rows[1]
-            sides, expected = (force > 0.0).astype(int), np.maximum(force, 0.0)
+            sides, expected = (force > least).astype(int), np.maximum(force, least)
 
-            def mark(active: Sides = active, proposal: Array = proposal) -> tuple[int, bool]:
-                return _rows(1, (0,) * n, rows, multipliers, active, proposal)
+            def mark(
+                active: Sides = active, proposal: Array = proposal, equal: tuple[int, ...] = equal, least: Array = least
+            ) -> tuple[int, bool]:
+                return _rows(1, (0,) * n, rows, multipliers, active, proposal, equal, least)
 
         else:
             above, below = (multipliers[1] + SCALE * (values[2] - end) for end in (ends[1], ends[0]))

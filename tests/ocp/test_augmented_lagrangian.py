@@ -13,19 +13,19 @@ from random_horizon import N, activate, cart, door, random_horizon
 from doorman.numba_types.handles import Handle, held
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.iterations.augmented_lagrangian import (
-    acceptable,
+from doorman.ocp.solvers.iterations.augmented_lagrangian import acceptable, remember
+from doorman.ocp.solvers.iterations.careful import merit
+from doorman.ocp.solvers.iterations.nominal import (
     linearize,
     measure,
     measure_nominal,
     move,
-    remember,
     save,
     take_multipliers,
     total_cost,
 )
-from doorman.ocp.solvers.iterations.careful import merit
-from doorman.ocp.solvers.workspace import FILTER_SIZE, RESULT, Workspace
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.workspace import FILTER_SIZE, Workspace
 
 Array = NDArray[np.float64]
 PENALTY = 40.0

@@ -8,8 +8,8 @@ from door_tasks import model_of
 
 import doorman
 from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.ocp.solvers.workspace import RESULT
 
 SPREAD = np.array([0.01, 0.01, 0.01, 0.01, 0.03, 0.01, 0.01, 0.01, 0.01])
 

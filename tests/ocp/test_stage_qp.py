@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from double_integrator import Variant
 
+from doorman.ocp.solvers.parts import Program
 from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
-from doorman.ocp.solvers.workspace import Program, Workspace
+from doorman.ocp.solvers.workspace import Workspace
 
 
 @pytest.fixture

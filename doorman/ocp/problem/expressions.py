@@ -61,6 +61,8 @@ class Expressions:
     """h_N, (nt, 1)."""
     names: tuple[str, ...]
     """Of the rows of h, g and h_N."""
+    equalities: tuple[bool, ...]
+    """Which of these rows are zero."""
     stage_cost: Expansion | None
     """Of [x; u], times Δt; None if there is neither cost."""
     end_cost: Expansion | None
@@ -69,14 +71,15 @@ class Expressions:
     @classmethod
     def of(
         cls, x: Any, u: Any, time_step: Any, parameters: Any, node_parameters: Any, step: Any,
-        rows: Mapping[str, Any], names: tuple[str, ...], stage_terms: Sequence[tuple[Cost | Residual, Any]],
+        rows: Mapping[str, Any], names: tuple[str, ...], equalities: tuple[bool, ...],
+        stage_terms: Sequence[tuple[Cost | Residual, Any]],
         end_terms: Sequence[tuple[Cost | Residual, Any]],
     ) -> Expressions:  # fmt: skip
         """Expressions with the sums of their cost terms."""
         own = bool(stage_terms or end_terms)
         return cls(
             x, u, time_step, parameters, node_parameters, ca.densify(step), rows["rows"], rows["input_rows"],
-            rows["end_rows"], names,
+            rows["end_rows"], names, equalities,
             Expansion.of(stage_terms, ca.vertcat(x, u), time_step) if own else None,
             Expansion.of(end_terms, x, ca.SX(1)) if own else None,
         )  # fmt: skip

@@ -84,6 +84,8 @@ class Problem(OneLine):
     saves time, nothing more."""
     constraint_names: tuple[str, ...] = ()
     """Names for messages, of the rows of h, g and h_N in this order; numbered where none are given."""
+    equalities: tuple[bool, ...] = ()
+    """Which of these rows are zero instead of not positive; none if not given."""
 
     def __post_init__(self) -> None:
         for name, least in (
@@ -103,6 +105,11 @@ class Problem(OneLine):
             raise DimensionError(
                 "wrong number of names", field="constraint_names", given=len(self.constraint_names), allowed=str(rows)
             )
+        if self.equalities and len(self.equalities) != rows:
+            raise DimensionError(
+                "wrong number of flags", field="equalities", given=len(self.equalities), allowed=str(rows)
+            )
+        object.__setattr__(self, "equalities", tuple(map(bool, self.equalities)) or (False,) * rows)
         object.__setattr__(self, "bounds", self.bounds.of_sizes(self.nx, self.nu))
 
     @property

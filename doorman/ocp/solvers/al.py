@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 
+from doorman.ocp.solvers.engine import FAST_ITERATIONS
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
+from doorman.ocp.solvers.iterations import nominal
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.ocp.solvers.solver import FAST_ITERATIONS, Array, Solver
-from doorman.ocp.solvers.workspace import RESULT
+from doorman.ocp.solvers.solver import Array, Solver
 
 _STATUS = {
     kernels.CONVERGED: PlanStatus.CONVERGED,
@@ -29,7 +31,11 @@ class AugmentedLagrangian(Solver):
         if not self._begin(state):
             return PlanStatus.INVALID_STATE, 0
         result = self._work.result
-        code = kernels.iterate(self._model, self._memory, min(max_iterations, FAST_ITERATIONS), deadline)
+        code = self._teller.run(
+            "fast",
+            lambda: int(kernels.iterate(self._model, self._memory, min(max_iterations, FAST_ITERATIONS), deadline)),
+            kernels.PAUSED,
+        )
         iterations, penalty = int(result[RESULT.ITERATIONS]), float(result[RESULT.PENALTY])
         self._measure()
         if (code != kernels.CONVERGED or self._rough()) and iterations < max_iterations and time.monotonic() < deadline:
@@ -39,7 +45,7 @@ class AugmentedLagrangian(Solver):
             code = self._iterate_carefully(penalty, max_iterations - iterations, deadline)
             iterations += int(result[RESULT.ITERATIONS])
             self._measure()
-        result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
+        result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
         return _STATUS[code], iterations
 
     def _judged(self, status: PlanStatus) -> PlanStatus:
@@ -49,8 +55,8 @@ class AugmentedLagrangian(Solver):
         return PlanStatus.INFEASIBLE if unknown else judged
 
     def _measure(self) -> None:
-        kernels.linearize(self._model, self._memory)
-        kernels.measure_nominal(self._memory)
+        nominal.linearize(self._model, self._memory)
+        nominal.measure_nominal(self._memory)
 
     def _rough(self) -> bool:
         """Whether the last step has left more than counts as feasible."""

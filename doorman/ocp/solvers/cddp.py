@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import time
 
-from doorman.ocp.solvers.iterations import augmented_lagrangian, guess
+from doorman.exceptions import SolverError
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.iterations import guess, nominal
+from doorman.ocp.solvers.options import SolverOptions
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.ocp.solvers.solver import Array, Solver
 from doorman.ocp.solvers.sweeps import backward as backward_pass
 from doorman.ocp.solvers.sweeps.sweep import terminal_value
-from doorman.ocp.solvers.workspace import RESULT
 
 _LARGEST_RISE = -1e-6
 """Rows that a rollout leaves violated by its tolerance may cost this much to restore, relative to 1 + |cost|."""
@@ -19,7 +22,18 @@ class Cddp(Solver):
     """CDDP with ProxQP in its backward and forward passes, after Xie, Liu and Hauser 2017.
 
     The first guess is rolled out inside the constraints; from then on every iterate is feasible, so that any may be the last.
+    It takes no equalities: those of the end need the inputs of many nodes.
     """
+
+    _takes_equalities = False
+
+    def __init__(self, problem: Problem, options: SolverOptions | None = None) -> None:
+        if any(problem.equalities) and not self._takes_equalities:
+            raise SolverError(
+                "this solver takes no equalities", field="problem.equalities", given=sum(problem.equalities),
+                allowed="0, or Hybrid and AugmentedLagrangian, which do",
+            )  # fmt: skip
+        super().__init__(problem, options)
 
     def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
         if not self._begin(state):
@@ -35,8 +49,8 @@ class Cddp(Solver):
     def _take(self, finite: bool) -> bool:
         """Take a rollout for the nominal trajectory, unless it is not finite."""
         if not finite:
-            augmented_lagrangian.linearize(self._model, self._memory)
-            augmented_lagrangian.measure_nominal(self._memory)
+            nominal.linearize(self._model, self._memory)
+            nominal.measure_nominal(self._memory)
             return False
         self._accept()
         return True
@@ -48,7 +62,7 @@ class Cddp(Solver):
         while iterations < max_iterations and time.monotonic() < deadline:
             iterations += 1
             regularization, stepped, settled, converged, late = 0.0, False, False, False, False
-            augmented_lagrangian.linearize(self._model, self._memory)
+            nominal.linearize(self._model, self._memory)
             while not (stepped or settled or late) and regularization <= options.largest_regularization:
                 if self._backward(regularization):
                     decrease = float(result[RESULT.DECREASE])
@@ -60,6 +74,7 @@ class Cddp(Solver):
             if stepped:
                 self._accept()
                 cost = float(result[RESULT.COST])
+                self._teller.tell("descent", iterations)
             if late:
                 break
             if settled or not stepped:
@@ -111,7 +126,7 @@ class Cddp(Solver):
 
     def _compile_descent(self) -> None:
         """Run what `_descend` calls."""
-        augmented_lagrangian.linearize(self._model, self._memory)
+        nominal.linearize(self._model, self._memory)
         terminal_value(self._model, self._memory)
         backward_pass.backward(self._model, self._memory, self._problem.horizon - 1, 0.0, True, False)
         guess.measure_again(self._memory)

@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp.kernels import functions
+from doorman.ocp.solvers.engine import FAST_ITERATIONS
 from doorman.ocp.solvers.interior.searcher import Kept, Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
-from doorman.ocp.solvers.iterations import cold_start, guess, rollout
+from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
 from doorman.ocp.solvers.replanning import Replanner
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.ocp.solvers.solver import FAST_ITERATIONS
-from doorman.ocp.solvers.workspace import RESULT
+from doorman.ocp.solvers.telling import Stopped
 
 Array = NDArray[np.float64]
 
@@ -58,7 +59,13 @@ class Hybrid(Replanner):
                 break
             on_top = None
             self._put_guess(start, state)
-            code = searcher.search(self._model, self._memory, max_iterations - iterations, deadline)
+            try:
+                code = self._search(searcher, max_iterations - iterations, deadline)
+            except Stopped:
+                if best is None:
+                    raise
+                self._teller.callback = None
+                break
             iterations += int(result[RESULT.ITERATIONS])
             on_top = self._polished(state, deadline) if code == kernels.CONVERGED else None
             if on_top is not None:
@@ -67,6 +74,14 @@ class Hybrid(Replanner):
         if best is None or on_top is not best:
             return self._go_on_from(best or resort, state), iterations
         return PlanStatus.CONVERGED, iterations
+
+    def _search(self, searcher: Searcher, max_iterations: int, deadline: float) -> int:
+        """Interior-point search from the nominal trajectory; its code."""
+        return self._teller.run(
+            "interior",
+            lambda: searcher.search(self._model, self._memory, max_iterations, deadline),
+            kernels.PAUSED,
+        )
 
     def _polished(self, state: Array, deadline: float) -> Kept | None:
         """Solution of fast iterations from the nominal trajectory and its multipliers, rolled out."""
@@ -119,13 +134,13 @@ class Hybrid(Replanner):
             finite = self._rolled(code)
         else:
             iterations, converged = self._attempt_otherwise(iterations, max_iterations, deadline, begun)
-            result[RESULT.EXPECTED] = kernels.nominal_cost(self._model, self._memory)
+            result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
             finite = self._start()
         if not finite:
             return PlanStatus.DIVERGED, iterations
         if converged and (self._agrees() or self._returns()):
             return PlanStatus.CONVERGED, iterations
-        if iterations >= max_iterations or time.monotonic() >= deadline:
+        if iterations >= max_iterations or time.monotonic() >= deadline or any(self._problem.equalities):
             return PlanStatus.ITERATION_LIMIT, iterations
         status, more = self._descend(max_iterations - iterations, deadline)
         iterations += more
@@ -139,7 +154,13 @@ class Hybrid(Replanner):
     def _attempt(self, state: Array, max_iterations: int, deadline: float) -> int:
         """Begin, fast iterations from the first guess, and where they converge the rollout: the code of `cold_start.solve`."""
         guessing = self.options.guess_active_sets
-        return int(cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline, guessing))
+        return self._teller.run(
+            "fast",
+            lambda: int(
+                cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline, guessing)
+            ),
+            cold_start.TO_RESUME,
+        )
 
     def _attempt_otherwise(
         self, iterations: int, max_iterations: int, deadline: float, begun: float
@@ -155,7 +176,9 @@ class Hybrid(Replanner):
         if iterations < max_iterations and time.monotonic() < deadline:
             self._guess_otherwise()
             most = min(max_iterations - iterations, FAST_ITERATIONS)
-            code = int(kernels.iterate(self._model, self._memory, most, deadline))
+            code = self._teller.run(
+                "fast", lambda: int(kernels.iterate(self._model, self._memory, most, deadline)), kernels.PAUSED
+            )
             iterations += int(result[RESULT.ITERATIONS])
         if code != kernels.CONVERGED and iterations < max_iterations and time.monotonic() < deadline:
             self._guess_again()
@@ -179,7 +202,7 @@ class Hybrid(Replanner):
         np.copyto(work.first.inputs, work.nominal.inputs)
         code = self._iterate_carefully(float(result[RESULT.PENALTY]), max_iterations, deadline)
         iterations = int(result[RESULT.ITERATIONS])
-        result[RESULT.EXPECTED] = kernels.nominal_cost(self._model, self._memory)
+        result[RESULT.EXPECTED] = nominal.nominal_cost(self._model, self._memory)
         if self._start() and code == kernels.CONVERGED and (self._agrees() or self._returns()):
             return PlanStatus.CONVERGED, iterations
         self._restore()

@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, vector
 from doorman.exceptions import DimensionError
+from doorman.ocp.solvers.arguments import checked_budget, read_only
 from doorman.ocp.solvers.cddp import Cddp
-from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
-from doorman.ocp.solvers.iterations import cold_start, guess, real_time, rollout
+from doorman.ocp.solvers.iterations import cold_start, guess, nominal, real_time, rollout
 from doorman.ocp.solvers.iterations.real_time import EXTRA_ITERATIONS, follow
+from doorman.ocp.solvers.parts import Multipliers
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.ocp.solvers.solver import checked_budget, read_only
 from doorman.ocp.solvers.sweeps import sweep
-from doorman.ocp.solvers.workspace import RESULT, Multipliers
 
 Array = NDArray[np.float64]
 
@@ -40,6 +40,8 @@ _RECOVERY_ITERATIONS = 40
 
 class Replanner(Cddp):
     """A solver that goes on from its last trajectory."""
+
+    _takes_equalities = True
 
     def replan(
         self,
@@ -250,7 +252,7 @@ class Replanner(Cddp):
         model, work, penalty = self._model, self._memory, self.options.penalty
         return {
             "shift": lambda: guess.shift_guess(model, work, state, 0.0, 1),
-            "linearise": lambda: kernels.linearize(model, work),
+            "linearise": lambda: nominal.linearize(model, work),
             "active set": lambda: real_time.mark_active(work, penalty),
             "backward": lambda: sweep.sweep(model, work, penalty, 0.0, self.problem.horizon - 1),
             "forward": lambda: sweep.step_along(work),
@@ -266,9 +268,9 @@ class Replanner(Cddp):
         """Take an earlier trajectory for the nominal one, measured."""
         np.copyto(self._work.nominal.states, states)
         np.copyto(self._work.nominal.inputs, inputs)
-        kernels.linearize(self._model, self._memory)
-        kernels.measure_nominal(self._memory)
-        self._work.result[RESULT.COST] = kernels.nominal_cost(self._model, self._memory)
+        nominal.linearize(self._model, self._memory)
+        nominal.measure_nominal(self._memory)
+        self._work.result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
 
     def _compile(self) -> None:
         self._started, self._last_cost = False, math.inf

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.sweeps.kkt import kkt_residual
-from doorman.ocp.solvers.workspace import Multipliers
+from doorman.ocp.solvers.parts import Multipliers
+from doorman.ocp.solvers.sweeps.kkt import conditions
 from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]
@@ -125,7 +125,15 @@ class Solution(OneLine):
     @cached_property
     def kkt_residual(self) -> float:
         """Largest gradient of the Lagrangian by an input, with costates from the multipliers; computed when first asked for."""
-        return kkt_residual(self.problem, self.states, self.inputs, self.multipliers)
+        return conditions(self.problem, self.states, self.inputs, self.multipliers)[0]
+
+    @cached_property
+    def costates(self) -> Array:
+        """Multipliers p of the dynamics, from the others; computed when first asked for, shape (N, nx).
+
+        The Lagrangian has p_kᵀ (f(x_k, u_k) − x_{k+1}) in it: a push d on state k + 1 changes J by p_kᵀ d.
+        """
+        return conditions(self.problem, self.states, self.inputs, self.multipliers)[1]
 
     def message(self) -> str:
         """One sentence on how the solve ended; where constraints are violated, which, where and by how much."""

@@ -9,13 +9,28 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.compilation import kernel
 from doorman.ocp.kernels import functions
+from doorman.ocp.problem.costs import diagonal
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
+from doorman.ocp.solvers.parts import (
+    ActiveSet,
+    Floors,
+    Limits,
+    Linearization,
+    Multipliers,
+    Node,
+    Policy,
+    Program,
+    Settings,
+    Sizes,
+    Trajectory,
+    Weights,
+)
+from doorman.ocp.solvers.result import Result
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import factors_width
 
 Array = NDArray[np.float64]
-Sides = NDArray[np.int8]
 
 VECTOR_WIDTH = 8
 """Doubles in the widest vector register; rows are padded to a multiple of it."""
@@ -31,189 +46,6 @@ FILTER_SIZE = 32
 """Pairs of cost and infeasibility that a line search remembers."""
 
 
-class Sizes(NamedTuple):
-    """Dimensions as lengths of tuples: part of the type, so that kernels are compiled for them and unroll their loops."""
-
-    states: tuple[int, ...]
-    inputs: tuple[int, ...]
-    integrators: tuple[int, ...]
-    rows: tuple[int, ...]
-    """Rows of h."""
-    input_rows: tuple[int, ...]
-    """Rows of g."""
-    end_rows: tuple[int, ...]
-    """Rows of h_N."""
-    state_bounds: tuple[int, ...]
-    """nx if any state is bounded, else 0."""
-    input_bounds: tuple[int, ...]
-    """nu if any input is bounded, else 0."""
-    extra_cost: tuple[int, ...]
-    """1 if the model has a cost of its own, else 0."""
-    narrow: tuple[int, ...]
-    """nx + 1, padded."""
-    wide: tuple[int, ...]
-    """nx + 1 + nu, padded."""
-
-
-class Weights(NamedTuple):
-    """The quadratic cost for kernels; stage weights already times Δt."""
-
-    time_step: float
-    state: Array
-    terminal: Array
-    input: Array
-    state_goal: Array
-    input_goal: Array
-
-
-class Settings(NamedTuple):
-    """Settings of the augmented Lagrangian's kernels, see `SolverOptions`."""
-
-    tolerance: float
-    penalty: float
-    largest_multiplier: float
-    sweeps: int
-
-
-class Limits(NamedTuple):
-    """Bounds for kernels, as in `Bounds`."""
-
-    state_lower: Array
-    state_upper: Array
-    input_lower: Array
-    input_upper: Array
-
-
-class Trajectory(NamedTuple):
-    """States, inputs and the values of the constraints along them."""
-
-    states: Array
-    """(N + 1, nx)."""
-    inputs: Array
-    """(N, nu)."""
-    rows: Array
-    """h at nodes 1 … N, (N, nh)."""
-    input_rows: Array
-    """g at nodes 0 … N − 1, (N, ng)."""
-    end_rows: Array
-    """h_N, (nt,)."""
-
-
-class Multipliers(NamedTuple):
-    """Of the constraints, not negative; those of bounds are negative at the lower end."""
-
-    rows: Array
-    input_rows: Array
-    end_rows: Array
-    states: Array
-    """Of the bounds at nodes 1 … N, (N, nx)."""
-    inputs: Array
-    """(N, nu)."""
-
-
-class ActiveSet(NamedTuple):
-    """What the present sweep takes for active: 1, or −1 at a lower bound."""
-
-    rows: Sides
-    input_rows: Sides
-    end_rows: Sides
-    states: Sides
-    inputs: Sides
-    state_count: NDArray[np.int64]
-    """Active rows and bounds of state k + 1, (N,)."""
-    input_count: NDArray[np.int64]
-    """Active rows and bounds of input k, (N,)."""
-
-
-class Linearization(NamedTuple):
-    """Derivatives along the nominal trajectory, rows padded."""
-
-    jacobians: Array
-    """[A | e | B], (N, nx, wide)."""
-    row_jacobians: Array
-    """[h_x | ·], (N, nh, narrow)."""
-    input_row_jacobians: Array
-    """[g_x | · | g_u], (N, ng, wide)."""
-    end_row_jacobians: Array
-    """[h_x | ·], (nt, narrow)."""
-
-
-class Policy(NamedTuple):
-    """What a sweep leaves behind for every node."""
-
-    gains: Array
-    """[K | k], (N, nu, narrow): δu = K δx + k."""
-    factors: Array
-    """U of Q_uu = Uᵀ D U with D on the diagonal, (N, nu, padded nu)."""
-    values: Array
-    """[V_xx | V_x] without the penalties of state k, (N, nx, narrow)."""
-    sums: Array
-    """Of the nodes from k on: twice the predicted decrease of the cost, and the largest |V_x|, (N + 1, 2)."""
-
-
-class Node(NamedTuple):
-    """Intermediate results of one node."""
-
-    value: Array
-    """[V_xx | V_x], (nx, narrow)."""
-    base_x: Array
-    """[Q_xx | Q_x] of the cost, (nx, narrow)."""
-    base_u: Array
-    """[Q_ux | Q_u | Q_uu] of the cost, (nu, wide)."""
-    rows: Array
-    """R of the elimination, (nu, wide)."""
-    scaled: Array
-    """L of the elimination, (nu, wide)."""
-    step: Array
-    """[δx | 1 | δu], (wide + padding,)."""
-    plain: Array
-    """A Jacobian before it is padded, (max(nx, nh, ng, nt), nx + nu)."""
-    gradient: Array
-    """(nx + nu,)."""
-    hessian: Array
-    """(nx + nu, nx + nu)."""
-
-
-class Program(NamedTuple):
-    """One node's quadratic program min ½ vᵀHv + gᵀv subject to c + D v ≤ 0, and its solution.
-
-    Its rows: h of the next state, h_N where it is the last, g, then one for every finite bound of states and inputs.
-    """
-
-    hessian: Array
-    gradient: Array
-    jacobian: Array
-    """D, (rows, nu)."""
-    constraints: Array
-    """c, (rows,)."""
-    step: Array
-    multipliers: Array
-    bounded: NDArray[np.int64]
-    """Index of the state, or nx + index of the input, of every bound's row."""
-    side: Array
-    """1 for an upper bound's row, −1 for a lower one's."""
-    limit: Array
-    """The bound of the row."""
-    active: NDArray[np.bool_]
-    """Active rows of all nodes, (N, rows)."""
-    eliminated: Array
-    """[C A | c | C B] of every row, its input part eliminated, (rows, wide)."""
-    projected: Array
-    """T with D = T U, (rows, nu)."""
-    gathered: Array
-    """Factor of the active rows' Schur complement, (nu + 1, nu + 1)."""
-    indices: NDArray[np.int64]
-    """Rows of the active set, (rows,)."""
-    proposal: NDArray[np.bool_]
-    """(rows,)."""
-    residuals: Array
-    """(rows,)."""
-    dual: Array
-    """(nu + 1, wide)."""
-    scratch: Array
-    """Jacobians of rows, ((nh + nt) nx,)."""
-
-
 class Workspace(NamedTuple):
     """Everything that the solvers' kernels read and write."""
 
@@ -221,6 +53,7 @@ class Workspace(NamedTuple):
     weights: Weights
     settings: Settings
     limits: Limits
+    floors: Floors
     nominal: Trajectory
     trial: Trajectory
     saved: Trajectory
@@ -261,6 +94,7 @@ class Workspace(NamedTuple):
             weights=weights_of(problem),
             settings=Settings(chosen.tolerance, chosen.penalty, chosen.largest_multiplier, chosen.sweeps),
             limits=Limits(*(np.array(each) for each in vars(problem.bounds).values())),
+            floors=floors_of(problem),
             nominal=trajectory(),
             trial=trajectory(),
             saved=trajectory(),
@@ -287,57 +121,6 @@ class Workspace(NamedTuple):
         )  # fmt: skip
 
 
-class Result(NamedTuple):
-    """Positions in `Workspace.result`."""
-
-    COST: int = 0
-    """J of the trajectory that was evaluated last."""
-    ITERATIONS: int = 1
-    DECREASE: int = 2
-    """Decrease of the cost that the last sweep predicts."""
-    CHANGE: int = 3
-    """Largest change of an input by the last sweep, weighted by its cost."""
-    DEFECT: int = 4
-    """Largest |e|."""
-    VIOLATION: int = 5
-    """Largest violated row or bound."""
-    INFEASIBILITY: int = 6
-    """Sum of defects and violations."""
-    NODE: int = 7
-    """Node at which a kernel stopped, or where the worst violation is."""
-    ROW: int = 8
-    """Row of the worst violation, numbered as in `Program`."""
-    ENTRIES: int = 9
-    """Number of pairs in the filter."""
-    PENALTY: int = 10
-    """1/μ with which the fast iterations ended."""
-    RELAXED: int = 11
-    """Nodes at which no input was good enough for all rows."""
-    CORRECTIONS: int = 12
-    """Corrections that the node had had where a rollout stopped."""
-    PRICED_OUT: int = 13
-    """1 if a multiplier has reached its largest value."""
-    SETTLED: int = 14
-    """1 if the last step fits the active set that it was found with."""
-    COSTATE: int = 15
-    """Largest entry of V_x in the last sweep."""
-    SWEEPS: int = 16
-    """Riccati sweeps since this was last set to zero."""
-    PRICE: int = 17
-    """What the last change of the multipliers was worth, in units of the cost."""
-    NEAR: int = 18
-    """1 while derivatives along the nominal trajectory are good enough for a rollout's first corrections."""
-    STRAIGHT: int = 19
-    """1 if the first guess was the straight line."""
-    EXPECTED: int = 20
-    """J of what the iterations ended with, before it was rolled out."""
-    ROLLOUT_TIME: int = 21
-    """Duration of the last rollout [s]."""
-
-
-RESULT = Result()
-
-
 def padded(length: int) -> int:
     """A length rounded up to whole vectors."""
     return -(-length // VECTOR_WIDTH) * VECTOR_WIDTH
@@ -359,6 +142,8 @@ def sizes_of(problem: Problem) -> Sizes:
         "state_bounds": nx * _binds(bounds.state_lower, bounds.state_upper),
         "input_bounds": nu * _binds(bounds.input_lower, bounds.input_upper),
         "extra_cost": int(own_cost),
+        "full_cost": int(problem.cost.is_full),
+        "equalities": int(any(problem.equalities)),
         "narrow": padded(nx + 1),
         "wide": padded(nx + 1 + nu),
     }
@@ -371,15 +156,23 @@ def _binds(*ends: ArrayLike | None) -> bool:
 
 def weights_of(problem: Problem) -> Weights:
     """Copy of a problem's cost."""
-    cost = problem.cost
+    cost, dt = problem.cost, problem.time_step
+    full = [np.zeros((0, 0))] * 4
+    if cost.is_full:
+        state, terminal, inputs, cross = cost.matrices()
+        off = [matrix - np.diag(np.diag(matrix)) for matrix in (dt * state, terminal, dt * inputs)]
+        full = [np.ascontiguousarray(matrix) for matrix in (*off, dt * cross)]
     return Weights(
-        time_step=problem.time_step,
-        state=cost.state_weights * problem.time_step,
-        terminal=cost.terminal_weights.copy(),
-        input=cost.input_weights * problem.time_step,
-        state_goal=cost.state_goal.copy(),
-        input_goal=cost.input_goal.copy(),
-    )
+        dt, dt * diagonal(cost.state_weights), diagonal(cost.terminal_weights).copy(),
+        dt * diagonal(cost.input_weights), cost.state_goal.copy(), cost.input_goal.copy(), *(each.copy() for each in full),
+    )  # fmt: skip
+
+
+def floors_of(problem: Problem) -> Floors:
+    """Least multipliers of a problem's rows."""
+    nh, ng = problem.n_constraints, problem.n_input_constraints
+    floors = np.where(np.array(problem.equalities, dtype=bool), -np.inf, 0.0)
+    return Floors(floors[:nh].copy(), floors[nh : nh + ng].copy(), floors[nh + ng :].copy())
 
 
 def program_of(problem: Problem, wide: int) -> Program:

@@ -121,10 +121,15 @@ class Handle:
 
 
 def mark_rows(
-    node: int, count: tuple[int, ...], rows: Array, multipliers: Array, scale: float, active: Array, proposal: Array
-) -> tuple[int, bool]:
+    node: int, count: tuple[int, ...], rows: Array, multipliers: Array, scale: float, active: Array, proposal: Array,
+    equalities: tuple[int, ...], floors: Array,
+) -> tuple[int, bool]:  # fmt: skip
     place = node if rows.ndim == 2 else slice(None)
-    return _mark(multipliers[place] + scale * rows[place], np.zeros(len(count)), active[place], proposal[place])
+    force, least = multipliers[place] + scale * rows[place], floors if equalities else np.zeros(len(count))
+    sides = (force > least).astype(np.int8)
+    changed = bool((sides != active[place]).any())
+    active[place], proposal[place] = sides, np.maximum(force, least)
+    return int(sides.sum()), changed
 
 
 def mark_bounds(

@@ -23,6 +23,12 @@ class Found:
     cost: float
     states: Array
     inputs: Array
+    prices: Array
+    """Of the rows of all terms."""
+    bound_prices: Array
+    """Of the inputs' bounds, (N, nu)."""
+    costates: Array
+    """Of f(x_k, u_k) − x_{k+1}, (N, nx)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +80,7 @@ class System:
         X, U = ca.SX.sym("X", nx, n + 1), ca.SX.sym("U", nu, n)
         rows: list[tuple[Any, float, float]] = [(X[:, 0] - start, 0.0, 0.0)]
         for k in range(n):
-            rows.append((X[:, k + 1] - self.step(X[:, k], U[:, k]), 0.0, 0.0))
+            rows.append((self.step(X[:, k], U[:, k]) - X[:, k + 1], 0.0, 0.0))
         for term in self.constraints:
             rows += [(value, *_ends(term)) for value in self._values(term, X, U)]
         limits = self.bounds.of_sizes(nx, nu)
@@ -90,18 +96,23 @@ class System:
             lbg=np.concatenate([np.full(row.numel(), low) for row, low, _ in rows]),
             ubg=np.concatenate([np.full(row.numel(), high) for row, _, high in rows]),
         )  # fmt: skip
-        z = np.array(found["x"]).ravel()
+        z, prices = np.array(found["x"]).ravel(), np.array(found["lam_g"]).ravel()
         return Found(
             bool(solver.stats()["success"]), float(found["f"]),
             z[: (n + 1) * nx].reshape(n + 1, nx), z[(n + 1) * nx :].reshape(n, nu),
+            prices[(n + 1) * nx :], np.array(found["lam_x"]).ravel()[(n + 1) * nx :].reshape(n, nu),
+            prices[nx : (n + 1) * nx].reshape(n, nx),
         )  # fmt: skip
 
     def total(self, X: Any, U: Any) -> Any:
         """J of columns of states and inputs."""
         cost, n, total = self.cost, self.horizon, ca.SX(0)
         for k in range(n):
-            total += 0.5 * self.time_step * _weighed(cost.state_weights, X[:, k] - cost.state_goal)
-            total += 0.5 * self.time_step * _weighed(cost.input_weights, U[:, k] - cost.input_goal)
+            state_error, input_error = X[:, k] - cost.state_goal, U[:, k] - cost.input_goal
+            total += 0.5 * self.time_step * _weighed(cost.state_weights, state_error)
+            total += 0.5 * self.time_step * _weighed(cost.input_weights, input_error)
+            if cost.cross_weights is not None:
+                total += self.time_step * ca.bilin(ca.DM(cost.cross_weights), input_error, state_error)
         total += 0.5 * _weighed(cost.terminal_weights, X[:, n] - cost.state_goal)
         for term in self.costs:
             for value in self._values(term, X, U):
@@ -116,7 +127,7 @@ class System:
         function = ca.Function("term", [self.x, self.u], [expression])
         n = self.horizon
         if term.at == "end":
-            return [function(X[:, n], ca.DM.zeros(self.u.numel()))]
+            return [function(X[:, n], ca.SX.zeros(self.u.numel()))]
         if isinstance(term, ocp.Constraint) and not ca.depends_on(expression, self.u):
             return [function(X[:, k + 1], U[:, k]) for k in range(n)]
         return [function(X[:, k], U[:, k]) for k in range(n)]
@@ -128,5 +139,11 @@ def _weighed(weights: Array, error: Any) -> Any:
 
 
 def _ends(term: ocp.Constraint) -> tuple[float, float]:
-    """Lower and upper end of a constraint's rows."""
-    return -np.inf, 0.0
+    """Lower and upper end of a constraint's rows, which have one for all."""
+    if term.equals is not None:
+        return float(term.equals) / term.scale, float(term.equals) / term.scale
+    upper = 0.0 if term.upper is None and term.lower is None else term.upper
+    return (
+        -np.inf if term.lower is None else float(term.lower) / term.scale,
+        np.inf if upper is None else float(upper) / term.scale,
+    )

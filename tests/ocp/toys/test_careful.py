@@ -13,16 +13,12 @@ from quadrotor import quadrotor
 from toy import Toy
 
 from doorman.numba_types.handles import Handle, held
-from doorman.ocp.solvers.iterations.augmented_lagrangian import (
-    CONVERGED,
-    OUT_OF_ITERATIONS,
-    linearize,
-    measure_nominal,
-    nominal_cost,
-)
+from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, OUT_OF_ITERATIONS
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY, iterate_carefully, squared
 from doorman.ocp.solvers.iterations.guess import roll_blindly
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, nominal_cost
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.workspace import Workspace
 
 FEASIBILITY = 1e-6
 
@@ -98,6 +94,7 @@ def test_no_iteration_begins_after_the_deadline() -> None:
 
 
 def test_a_row_without_a_value_shows_in_the_merit() -> None:
-    assert np.isnan(squared(0.0, np.nan, 10.0)) and np.isnan(squared(1.0, np.nan, 10.0))
-    assert squared(1.0, -1.0, 10.0) == -1.0
-    assert squared(1.0, 0.1, 10.0) == pytest.approx(3.0)
+    assert np.isnan(squared(0.0, np.nan, 10.0, 0.0)) and np.isnan(squared(1.0, np.nan, 10.0, 0.0))
+    assert squared(1.0, -1.0, 10.0, 0.0) == -1.0
+    assert squared(1.0, 0.1, 10.0, 0.0) == pytest.approx(3.0)
+    assert squared(1.0, -1.0, 10.0, -np.inf) == pytest.approx(80.0)  # an equality's multiplier has either sign

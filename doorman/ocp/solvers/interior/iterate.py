@@ -18,17 +18,12 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp.solvers.interior import newton, rows
 from doorman.ocp.solvers.interior.memory import FILTER_SIZE, NUMBER, Interior
-from doorman.ocp.solvers.iterations.augmented_lagrangian import (
-    CONVERGED,
-    FAILED,
-    OUT_OF_ITERATIONS,
-    STALLED,
-    linearize,
-    save,
-)
+from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED
 from doorman.ocp.solvers.iterations.guess import settle_integrators
+from doorman.ocp.solvers.iterations.nominal import linearize, measure_nominal, save
+from doorman.ocp.solvers.result import RESULT, RESUMING
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.workspace import Workspace
 
 _TOLERANCE = 1e-7
 """Largest residual of a solution, in units of the scaled cost."""
@@ -53,13 +48,20 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
         deadline: See `augmented_lagrangian.iterate` [s].
 
     Returns:
-        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED.
+        CONVERGED, OUT_OF_ITERATIONS, PAUSED, STALLED or FAILED; PAUSED where `result` asks for pauses, to be called again.
     """
     numbers, result = interior.numbers, work.result
-    begin(model, work, interior)
-    result[RESULT.ITERATIONS] = 0.0
-    regularization, begun, slowest = 0.0, clock(), 0.0
-    for iteration in range(max_iterations):
+    regularization, begun, slowest, first = 0.0, clock(), 0.0, 0
+    if result[RESULT.PAUSE] == RESUMING:
+        regularization, first = result[RESULT.REGULARIZATION], int(result[RESULT.ITERATIONS])
+    else:
+        begin(model, work, interior)
+        result[RESULT.ITERATIONS] = 0.0
+    for iteration in range(first, max_iterations):
+        if iteration > first and result[RESULT.PAUSE] > 0.0:
+            result[RESULT.REGULARIZATION] = regularization
+            measure_nominal(work)
+            return PAUSED
         now = clock()
         begun, slowest = now, max(slowest, now - begun)
         if iteration > 0 and now + slowest > deadline:
@@ -177,7 +179,7 @@ def move_slacks(interior: Interior, part: float) -> None:
     """Slacks a part of their step."""
     for k in range(interior.slacks.shape[0]):
         for i in range(interior.slacks.shape[1]):
-            if interior.applies[k, i]:
+            if interior.applies[k, i] and not interior.equal[i]:
                 interior.slacks[k, i] += part * interior.slack_steps[k, i]
 
 
@@ -190,7 +192,9 @@ def take_multipliers(interior: Interior, part: float) -> None:
             interior.costates[k, i] += part * (interior.next_costates[k, i] - interior.costates[k, i])
     for k in range(interior.duals.shape[0]):
         for i in range(interior.duals.shape[1]):
-            if interior.applies[k, i]:
+            if interior.applies[k, i] and interior.equal[i]:
+                interior.duals[k, i] += part * interior.dual_steps[k, i]
+            elif interior.applies[k, i]:
                 centre = barrier / interior.slacks[k, i]
                 dual = interior.duals[k, i] + reach * interior.dual_steps[k, i]
                 interior.duals[k, i] = min(max(dual, 1e-10 * centre), 1e10 * centre)

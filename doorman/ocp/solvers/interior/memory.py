@@ -24,12 +24,14 @@ class Interior(NamedTuple):
 
     applies: NDArray[np.bool_]
     """Whether a row exists at a node, (N + 1, rows)."""
+    equal: NDArray[np.bool_]
+    """Which rows are equalities, (rows,)."""
     values: Array
     """c, (N + 1, rows)."""
     slacks: Array
     """s > 0, with c + s = 0 in the end."""
     duals: Array
-    """z > 0."""
+    """z > 0; of equalities of either sign."""
     slack_steps: Array
     dual_steps: Array
     costates: Array
@@ -60,7 +62,7 @@ class Interior(NamedTuple):
         nx, narrow, rows = len(work.sizes.states), len(work.sizes.narrow), work.program.active.shape[1]
         values, slacks, duals, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(5))
         return cls(
-            applies=_applies(work), values=values, slacks=slacks, duals=duals, slack_steps=slack_steps,
+            applies=_applies(work), equal=_equalities(work), values=values, slacks=slacks, duals=duals, slack_steps=slack_steps,
             dual_steps=dual_steps, costates=np.zeros((n, nx)), next_costates=np.zeros((n, nx)),
             gradients=np.zeros((n + 1, nx + nu)), hessians=np.zeros((n + 1, nx + nu, nx + nu)),
             behind=np.zeros((n, nx, narrow)), state_steps=np.zeros((n + 1, nx)), input_steps=np.zeros((n, nu)),
@@ -106,3 +108,9 @@ def _applies(work: Workspace) -> NDArray[np.bool_]:
     found[1:, nh + nt + ng :] |= of_state
     found[:n, nh + nt + ng :] |= ~of_state
     return found
+
+
+def _equalities(work: Workspace) -> NDArray[np.bool_]:
+    """Which rows are equalities, in the order of `Program`."""
+    floors = np.concatenate([work.floors.rows, work.floors.end_rows, work.floors.input_rows])
+    return np.concatenate([floors < 0.0, np.zeros(len(work.program.bounded), dtype=np.bool_)])

@@ -4,7 +4,8 @@ With slacks, c + s = 0, and multipliers z, s z = τ, eliminated, every row adds
 
 .. math:: w\,c_z^T c_z\ \text{to the Hessian},\quad \big(\tau/s + w (c + s)\big)\,c_z^T\ \text{to the gradient},\quad w = z/s
 
-The Hessian is that of the Lagrangian. Where it is not convex enough for a minimum, a multiple of the identity is added, as in
+Equalities have no slack, and multipliers y of either sign: w is large, and w c + y takes the place of the gradient's factor. The
+Hessian is that of the Lagrangian. Where it is not convex enough for a minimum, a multiple of the identity is added, as in
 IPOPT (Wächter and Biegler 2006).
 """
 
@@ -14,9 +15,15 @@ from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, multiply_rows, store
 from doorman.ocp.kernels.functions import curve_horizon
 from doorman.ocp.solvers.interior.memory import NUMBER, Interior
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
 from doorman.ocp.solvers.workspace import Workspace
+
+PENALTY = 1e7
+"""Weight of equalities, in units of the scaled cost: their multipliers follow the method of multipliers, which with so much takes
+one step more than Newton's."""
 
 
 @kernel
@@ -30,19 +37,33 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
     )
     for k in range(n + 1):
         for i in range(nx):
-            weight = weights.state[i] if k < n else weights.terminal[i]
-            interior.gradients[k, i] += weight * (states[k, i] - weights.state_goal[i])
-            interior.hessians[k, i, i] += weight
+            share = weights.state[i] if k < n else weights.terminal[i]
+            interior.gradients[k, i] += share * (states[k, i] - weights.state_goal[i])
+            interior.hessians[k, i, i] += share
         for i in range(nu if k < n else 0):
             interior.gradients[k, nx + i] += weights.input[i] * (inputs[k, i] - weights.input_goal[i])
             interior.hessians[k, nx + i, nx + i] += weights.input[i]
+        if len(work.sizes.full_cost) > 0:
+            off_diagonal_slope(work, work.nominal, k, interior.gradients[k])
+            off_diagonal_curvature(work, k, interior.hessians[k])
+
+
+@kernel
+def weight(interior: Interior, k: int, i: int) -> float:
+    """W of a row: z/s, and of an equality the penalty."""
+    if interior.equal[i]:
+        return float(PENALTY * interior.numbers[NUMBER.SCALE])
+    return float(interior.duals[k, i] / interior.slacks[k, i])
 
 
 @kernel
 def force(interior: Interior, k: int, i: int) -> float:
     """What a row adds to the gradient, by its own slope and weight."""
-    slack = interior.slacks[k, i]
-    return float(interior.numbers[NUMBER.BARRIER] / interior.duals[k, i] + interior.values[k, i] + slack)
+    if interior.equal[i]:
+        return float(interior.values[k, i] + interior.duals[k, i] / weight(interior, k, i))
+    return float(
+        interior.numbers[NUMBER.BARRIER] / interior.duals[k, i] + interior.values[k, i] + interior.slacks[k, i]
+    )
 
 
 @kernel
@@ -53,17 +74,17 @@ def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
     for i in range(nh + nt if k == n else nh):
         row = linear.row_jacobians[k - 1, i] if i < nh else linear.end_row_jacobians[i - nh]
         row[nx] = force(interior, k, i)
-        weight = interior.duals[k, i] / interior.slacks[k, i]
+        stiff = weight(interior, k, i)
         for a in range(nx):
-            scale = weight * row[a]
+            scale = stiff * row[a]
             store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
         row[nx] = 0.0
     for i in range(program.bounded.shape[0]):
         a, at = program.bounded[i], nh + nt + ng + i
         if a < nx:
-            weight = interior.duals[k, at] / interior.slacks[k, at]
-            value[a, a] += weight
-            value[a, nx] += weight * program.side[i] * force(interior, k, at)
+            stiff = weight(interior, k, at)
+            value[a, a] += stiff
+            value[a, nx] += stiff * program.side[i] * force(interior, k, at)
 
 
 @kernel
@@ -88,22 +109,22 @@ def set_base(work: Workspace, interior: Interior, k: int, regularization: float)
     for i in range(ng):
         row, at = work.linear.input_row_jacobians[k, i], nh + nt + i
         row[nx] = force(interior, k, at)
-        weight = interior.duals[k, at] / interior.slacks[k, at]
+        stiff = weight(interior, k, at)
         for a in range(nx):
-            scale = weight * row[a]
+            scale = stiff * row[a]
             for b in range(nx + 1):
                 base_x[a, b] += scale * row[b]
         for a in range(nu):
-            scale = weight * row[nx + 1 + a]
+            scale = stiff * row[nx + 1 + a]
             for b in range(nx + 1 + nu):
                 base_u[a, b] += scale * row[b]
         row[nx] = 0.0
     for i in range(program.bounded.shape[0]):
         a, at = program.bounded[i] - nx, nh + nt + ng + i
         if a >= 0:
-            weight = interior.duals[k, at] / interior.slacks[k, at]
-            base_u[a, nx + 1 + a] += weight
-            base_u[a, nx] += weight * program.side[i] * force(interior, k, at)
+            stiff = weight(interior, k, at)
+            base_u[a, nx + 1 + a] += stiff
+            base_u[a, nx] += stiff * program.side[i] * force(interior, k, at)
 
 
 @kernel
@@ -135,7 +156,7 @@ def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
 def step_along(work: Workspace, interior: Interior) -> None:
     """Newton step of the last sweep: states, inputs, costates, slacks and multipliers, and how far one may go along it."""
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
-    step, slope = work.node.step, 0.0
+    step, slope, largest = work.node.step, 0.0, 0.0
     step[:] = 0.0
     interior.numbers[NUMBER.PRIMAL] = 1.0
     interior.numbers[NUMBER.DUAL] = 1.0
@@ -146,6 +167,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
         multiply_rows(work.policy.gains, k, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
         for i in range(nu):
             interior.input_steps[k, i] = step[nx + 1 + i]
+            largest = max(largest, work.weights.input[i] * abs(step[nx + 1 + i]))
             slope += interior.gradients[k, nx + i] * step[nx + 1 + i]
         for i in range(nx):
             slope += interior.gradients[k, i] * step[i]
@@ -157,6 +179,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
             for j in range(nx):
                 total += interior.behind[k, i, j] * step[j]
             interior.next_costates[k, i] = total
+    work.result[RESULT.CHANGE] = largest
     for i in range(nx):
         slope += interior.gradients[n, i] * step[i]
     interior.numbers[NUMBER.SLOPE] = slope + step_rows(work, interior, n)
@@ -184,6 +207,9 @@ def step_rows(work: Workspace, interior: Interior, k: int) -> float:
             else:
                 index = program.bounded[i - nh - nt - ng]
                 change = program.side[i - nh - nt - ng] * step[index if index < nx else index + 1]
+            if interior.equal[i]:
+                interior.dual_steps[k, i] = weight(interior, k, i) * (interior.values[k, i] + change)
+                continue
             slack, dual = interior.slacks[k, i], interior.duals[k, i]
             slack_step = -interior.values[k, i] - slack - change
             dual_step = (barrier - dual * slack_step) / slack - dual

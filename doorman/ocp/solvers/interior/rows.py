@@ -6,8 +6,9 @@ import numpy as np
 
 from doorman.compilation import kernel
 from doorman.ocp.solvers.interior.memory import NUMBER, Interior
-from doorman.ocp.solvers.iterations.augmented_lagrangian import total_cost
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.iterations.nominal import total_cost
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.workspace import Workspace
 
 _PUSH = 0.01
 """First slacks and distances of inputs from their bounds are no smaller: share of the room between bounds, at most 1."""
@@ -22,16 +23,19 @@ def fill_values(work: Workspace, interior: Interior) -> None:
     nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
     for k in range(n + 1):
         for i in range(nh if k > 0 else 0):
-            values[k, i] = nominal.rows[k - 1, i] - _RELAXED
+            values[k, i] = nominal.rows[k - 1, i]
         for i in range(nt if k == n else 0):
-            values[k, nh + i] = nominal.end_rows[i] - _RELAXED
+            values[k, nh + i] = nominal.end_rows[i]
         for i in range(ng if k < n else 0):
-            values[k, nh + nt + i] = nominal.input_rows[k, i] - _RELAXED
+            values[k, nh + nt + i] = nominal.input_rows[k, i]
         for i in range(program.bounded.shape[0]):
             a, at = program.bounded[i], nh + nt + ng + i
             if interior.applies[k, at]:
                 value = nominal.states[k, a] if a < nx else nominal.inputs[k, a - nx]
-                values[k, at] = program.side[i] * (value - program.limit[i]) - _RELAXED
+                values[k, at] = program.side[i] * (value - program.limit[i])
+        for i in range(values.shape[1]):
+            if not interior.equal[i]:
+                values[k, i] -= _RELAXED
 
 
 @kernel
@@ -60,7 +64,7 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
             interior.slacks[k, i] = max(-interior.values[k, i], _PUSH)
-            interior.duals[k, i] = scale if interior.applies[k, i] else 0.0
+            interior.duals[k, i] = scale if interior.applies[k, i] and not interior.equal[i] else 0.0
 
 
 @kernel
@@ -73,7 +77,9 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
             infeasibility += abs(work.linear.jacobians[k, i, nx])
     for k in range(interior.values.shape[0]):
         for i in range(interior.values.shape[1]):
-            if interior.applies[k, i]:
+            if interior.applies[k, i] and interior.equal[i]:
+                infeasibility += abs(interior.values[k, i])
+            elif interior.applies[k, i]:
                 infeasibility += abs(interior.values[k, i] + interior.slacks[k, i])
                 logarithms += np.log(interior.slacks[k, i])
     cost = total_cost(model, work, work.nominal)
@@ -106,7 +112,9 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
         for i in range(nx, nx + nu if k < n else nx):
             worst = max(worst, abs(r[i]))
         for i in range(interior.values.shape[1]):
-            if interior.applies[k, i]:
+            if interior.applies[k, i] and interior.equal[i]:
+                worst = max(worst, scale * abs(interior.values[k, i]))
+            elif interior.applies[k, i]:
                 slack = interior.slacks[k, i]
                 worst = max(worst, abs(slack * interior.duals[k, i] - barrier))
                 worst = max(worst, scale * abs(interior.values[k, i] + slack))

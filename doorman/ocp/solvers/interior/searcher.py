@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from doorman.numba_types.handles import held
 from doorman.ocp.solvers.interior.iterate import search
 from doorman.ocp.solvers.interior.memory import Interior
-from doorman.ocp.solvers.workspace import Multipliers, Workspace
+from doorman.ocp.solvers.parts import Multipliers
+from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

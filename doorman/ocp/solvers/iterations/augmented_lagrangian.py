@@ -11,30 +11,29 @@ Fletcher and Leyffer 2002 (filter).
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
-from doorman.ocp.kernels.functions import (
-    at_node,
-    end_cost,
-    linearize_end_constraints,
-    linearize_horizon,
-    linearize_input_constraints,
-    stage_cost,
+from doorman.ocp.solvers.iterations.nominal import (
+    linearize,
+    measure_nominal,
+    move,
+    save,
+    take_multipliers,
+    total_cost,
 )
+from doorman.ocp.solvers.result import RESULT, RESUMING
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.inner_search import best_part, shorten
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.sweep import step_along, sweep
-from doorman.ocp.solvers.workspace import FILTER_SIZE, RESULT, Trajectory, Workspace, copy_trajectory
-
-Array = NDArray[np.float64]
+from doorman.ocp.solvers.workspace import FILTER_SIZE, Workspace, copy_trajectory
 
 CONVERGED = 0
 OUT_OF_ITERATIONS = 1
 FAILED = 2
 STALLED = 3
+PAUSED = 4
 
 _MARGIN = 1e-5
 """A step counts as progress if it lowers infeasibility by this share, or the cost by this share of the infeasibility."""
@@ -48,165 +47,6 @@ _FLIPS = 8
 """Sweeps after which the active set does not flip as a whole any more."""
 _FIRST_REGULARIZATION = 1e-2
 _LARGEST_REGULARIZATION = 1e8
-
-
-@kernel
-def linearize(model: object, work: Workspace) -> None:
-    """Dynamics with defects and all rows along the nominal trajectory."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nominal, linear, plain = work.nominal, work.linear, work.node.plain
-    linearize_horizon(model, nominal.states, nominal.inputs, linear.jacobians, nominal.rows, linear.row_jacobians)
-    ng, nt, n = len(work.sizes.input_rows), len(work.sizes.end_rows), nominal.inputs.shape[0]
-    if ng > 0:
-        for k in range(n):
-            linearize_input_constraints(
-                at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k], plain[:ng]
-            )
-            for i in range(ng):
-                for j in range(nx):
-                    linear.input_row_jacobians[k, i, j] = plain[i, j]
-                for j in range(nu):
-                    linear.input_row_jacobians[k, i, nx + 1 + j] = plain[i, nx + j]
-    if nt > 0:
-        slopes = work.program.scratch[: nt * nx].reshape((nt, nx))
-        linearize_end_constraints(at_node(model, n), nominal.states[n], nominal.end_rows, slopes)
-        for i in range(nt):
-            for j in range(nx):
-                linear.end_row_jacobians[i, j] = slopes[i, j]
-
-
-@kernel
-def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
-    """J of a trajectory."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    weights, states, inputs = work.weights, trajectory.states, trajectory.inputs
-    n, total = inputs.shape[0], 0.0
-    for k in range(n):
-        for i in range(nx):
-            error = states[k, i] - weights.state_goal[i]
-            total += weights.state[i] * error * error
-        for i in range(nu):
-            error = inputs[k, i] - weights.input_goal[i]
-            total += weights.input[i] * error * error
-    for i in range(nx):
-        error = states[n, i] - weights.state_goal[i]
-        total += weights.terminal[i] * error * error
-    total *= 0.5
-    if len(work.sizes.extra_cost) > 0:
-        for k in range(n):
-            total += stage_cost(at_node(model, k), states[k], inputs[k])
-        total += end_cost(at_node(model, n), states[n])
-    return total
-
-
-@kernel
-def nominal_cost(model: object, work: Workspace) -> float:
-    """J of the nominal trajectory."""
-    return total_cost(model, work, work.nominal)
-
-
-@kernel
-def measure(work: Workspace, trajectory: Trajectory) -> None:
-    """Largest violation of a trajectory whose rows are there already, its place, and the sum, into `result`."""
-    nx, n = len(work.sizes.states), trajectory.inputs.shape[0]
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
-    worst, total, node, row = 0.0, 0.0, 0, 0
-    finite = 0.0
-    for k in range(n):
-        for i in range(nh):
-            value = trajectory.rows[k, i]
-            finite += value
-            total += max(value, 0.0)
-            if value > worst:
-                worst, node, row = value, k + 1, i
-        for i in range(ng):
-            value = trajectory.input_rows[k, i]
-            finite += value
-            total += max(value, 0.0)
-            if value > worst:
-                worst, node, row = value, k, nh + nt + i
-    for i in range(nt):
-        value = trajectory.end_rows[i]
-        finite += value
-        total += max(value, 0.0)
-        if value > worst:
-            worst, node, row = value, n, nh + i
-    for i in range(work.program.bounded.shape[0]):
-        index, side, limit = work.program.bounded[i], work.program.side[i], work.program.limit[i]
-        for k in range(n):
-            number = trajectory.states[k + 1, index] if index < nx else trajectory.inputs[k, index - nx]
-            value = side * (number - limit)
-            total += max(value, 0.0)
-            if value > worst:
-                worst, node, row = value, k + 1 if index < nx else k, nh + nt + ng + i
-    work.result[RESULT.DEFECT] = 0.0
-    work.result[RESULT.VIOLATION] = worst
-    work.result[RESULT.INFEASIBILITY] = total if abs(finite) < np.inf else np.inf
-    work.result[RESULT.NODE] = node
-    work.result[RESULT.ROW] = row
-
-
-@kernel
-def measure_nominal(work: Workspace) -> None:
-    """The same of the nominal trajectory after its linearisation, with its largest defect and their sum."""
-    measure(work, work.nominal)
-    total, defect = 0.0, 0.0
-    for k in range(work.nominal.inputs.shape[0]):
-        for i in range(len(work.sizes.states)):
-            value = abs(work.linear.jacobians[k, i, len(work.sizes.states)])
-            total += value
-            defect = max(defect, value)
-    work.result[RESULT.DEFECT] = defect
-    work.result[RESULT.INFEASIBILITY] += total
-
-
-@kernel
-def move(work: Workspace, scale: float) -> None:
-    """Nominal trajectory a part of the way from `saved` to `trial`."""
-    nominal, trial, saved = work.nominal, work.trial, work.saved
-    for k in range(nominal.inputs.shape[0]):
-        for i in range(len(work.sizes.inputs)):
-            nominal.inputs[k, i] = saved.inputs[k, i] + scale * (trial.inputs[k, i] - saved.inputs[k, i])
-        for i in range(len(work.sizes.states)):
-            nominal.states[k + 1, i] = saved.states[k + 1, i] + scale * (
-                trial.states[k + 1, i] - saved.states[k + 1, i]
-            )
-
-
-@kernel
-def save(work: Workspace) -> None:
-    """Keep the nominal trajectory in `saved`."""
-    copy_rows(work.nominal.states, work.saved.states)
-    copy_rows(work.nominal.inputs, work.saved.inputs)
-
-
-@kernel
-def approach(now: Array, new: Array, scale: float, largest: float) -> bool:
-    """Numbers a part of the way to others, cut off at ± `largest`; whether any got there."""
-    reached = False
-    for k in range(now.shape[0]):
-        for i in range(now.shape[1]):
-            value = now[k, i] + scale * (new[k, i] - now[k, i])
-            reached |= abs(value) >= largest
-            now[k, i] = max(min(value, largest), -largest)
-    return reached
-
-
-@kernel
-def take_multipliers(work: Workspace, scale: float) -> None:
-    """Multipliers a part of the way to `proposal`; `result` says whether one reached its largest value."""
-    now, new, largest = work.multipliers, work.proposal, work.settings.largest_multiplier
-    reached = approach(now.rows, new.rows, scale, largest)
-    reached |= approach(now.input_rows, new.input_rows, scale, largest)
-    if len(work.sizes.state_bounds) > 0:
-        reached |= approach(now.states, new.states, scale, largest)
-    if len(work.sizes.input_bounds) > 0:
-        approach(now.inputs, new.inputs, scale, np.inf)
-    for i in range(len(work.sizes.end_rows)):
-        value = now.end_rows[i] + scale * (new.end_rows[i] - now.end_rows[i])
-        reached |= value >= largest
-        now.end_rows[i] = min(value, largest)
-    work.result[RESULT.PRICED_OUT] = 1.0 if reached else 0.0
 
 
 @kernel
@@ -303,23 +143,31 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
             by then, if it takes as long as the longest so far [s].
 
     Returns:
-        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The policy is that around the last step.
+        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED; PAUSED where `result` asks for pauses, to be called again. The policy is
+        that around the last step.
     """
     result, regularization, penalty = work.result, 0.0, work.settings.penalty
     tolerance, sweeps = work.settings.tolerance, work.settings.sweeps
-    before, slowest = clock(), 0.0
-    result[RESULT.ITERATIONS] = 0.0
-    result[RESULT.ENTRIES] = 0.0
-    result[RESULT.PRICED_OUT] = 0.0
-    result[RESULT.PENALTY] = penalty
-    linearize(model, work)
-    classify(work, work.nominal, penalty)
-    if max_iterations > 1:
-        measure_nominal(work)
-        result[RESULT.COST] = total_cost(model, work, work.nominal)
-        if not abs(result[RESULT.INFEASIBILITY] + result[RESULT.COST]) < np.inf:
-            return FAILED
-    for iteration in range(max_iterations):
+    before, slowest, first = clock(), 0.0, 0
+    if result[RESULT.PAUSE] == RESUMING:
+        first, sweeps = int(result[RESULT.ITERATIONS]), int(result[RESULT.SWEEP_LIMIT])
+        regularization, penalty = result[RESULT.REGULARIZATION], result[RESULT.PENALTY]
+    else:
+        result[RESULT.ITERATIONS] = 0.0
+        result[RESULT.ENTRIES] = 0.0
+        result[RESULT.PRICED_OUT] = 0.0
+        result[RESULT.PENALTY] = penalty
+        linearize(model, work)
+        classify(work, work.nominal, penalty)
+        if max_iterations > 1:
+            measure_nominal(work)
+            result[RESULT.COST] = total_cost(model, work, work.nominal)
+            if not abs(result[RESULT.INFEASIBILITY] + result[RESULT.COST]) < np.inf:
+                return FAILED
+    for iteration in range(first, max_iterations):
+        if iteration > first and result[RESULT.PAUSE] > 0.0:
+            result[RESULT.REGULARIZATION], result[RESULT.SWEEP_LIMIT] = regularization, sweeps
+            return PAUSED
         result[RESULT.ITERATIONS] = iteration + 1.0
         settled = direction(model, work, penalty, sweeps, regularization)
         result[RESULT.SETTLED] = settled
@@ -369,12 +217,12 @@ def is_small(work: Workspace, tolerance: float) -> bool:
 @kernel
 def slack(work: Workspace) -> float:
     """Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a price."""
-    trial, price, limits, total = work.trial, work.proposal, work.limits, 0.0
+    trial, price, limits, floors, total = work.trial, work.proposal, work.limits, work.floors, 0.0
     for k in range(trial.inputs.shape[0]):
         for i in range(len(work.sizes.rows)):
-            total += price.rows[k, i] * max(0.0, -trial.rows[k, i])
+            total += slack_of_row(price.rows[k, i], trial.rows[k, i], floors.rows[i])
         for i in range(len(work.sizes.input_rows)):
-            total += price.input_rows[k, i] * max(0.0, -trial.input_rows[k, i])
+            total += slack_of_row(price.input_rows[k, i], trial.input_rows[k, i], floors.input_rows[i])
         for i in range(len(work.sizes.state_bounds)):
             total += slack_of_bound(
                 price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
@@ -384,8 +232,14 @@ def slack(work: Workspace) -> float:
                 price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
             )
     for i in range(len(work.sizes.end_rows)):
-        total += price.end_rows[i] * max(0.0, -trial.end_rows[i])
+        total += slack_of_row(price.end_rows[i], trial.end_rows[i], floors.end_rows[i])
     return float(total)
+
+
+@kernel
+def slack_of_row(price: float, value: float, floor: float) -> float:
+    """λ max(0, −r) of one row; |λ r| of an equality."""
+    return price * max(0.0, -value) if floor == 0.0 else abs(price * value)
 
 
 @kernel

@@ -22,8 +22,11 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import (
     CONVERGED,
     FAILED,
     OUT_OF_ITERATIONS,
+    PAUSED,
     STALLED,
     direction,
+)
+from doorman.ocp.solvers.iterations.nominal import (
     linearize,
     measure_nominal,
     move,
@@ -31,9 +34,10 @@ from doorman.ocp.solvers.iterations.augmented_lagrangian import (
     take_multipliers,
     total_cost,
 )
+from doorman.ocp.solvers.result import RESULT, RESUMING
 from doorman.ocp.solvers.sweeps.active_set import classify
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import LARGEST_STATE, RESULT, Workspace
+from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace
 
 FIRST_PENALTY = 30.0
 """1/μ to begin with where nothing is known yet."""
@@ -56,14 +60,14 @@ _LARGEST_REGULARIZATION = 1e8
 @kernel
 def merit(model: object, work: Workspace, penalty: float, weight: float) -> float:
     """Merit of the nominal trajectory after its linearisation; its cost into `result`. Without a weight defects do not count."""
-    nominal, multipliers, limits = work.nominal, work.multipliers, work.limits
+    nominal, multipliers, limits, floors = work.nominal, work.multipliers, work.limits, work.floors
     nx, total, defects = len(work.sizes.states), 0.0, 0.0
     for k in range(nominal.inputs.shape[0]):
         stiff, of_state = penalty * work.stiffness[k], 0.0
         for i in range(len(work.sizes.rows)):
-            of_state += squared(multipliers.rows[k, i], nominal.rows[k, i], stiff)
+            of_state += squared(multipliers.rows[k, i], nominal.rows[k, i], stiff, floors.rows[i])
         for i in range(len(work.sizes.input_rows)):
-            total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty)
+            total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty, floors.input_rows[i])
         for i in range(len(work.sizes.state_bounds)):
             x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
             of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
@@ -75,17 +79,17 @@ def merit(model: object, work: Workspace, penalty: float, weight: float) -> floa
             for i in range(nx):
                 defects += abs(work.linear.jacobians[k, i, nx])
     for i in range(len(work.sizes.end_rows)):
-        total += squared(multipliers.end_rows[i], nominal.end_rows[i], penalty)
+        total += squared(multipliers.end_rows[i], nominal.end_rows[i], penalty, floors.end_rows[i])
     work.result[RESULT.COST] = total_cost(model, work, nominal)
     return float(work.result[RESULT.COST] + 0.5 * total / penalty + weight * defects)
 
 
 @kernel
-def squared(multiplier: float, value: float, penalty: float) -> float:
-    """max(0, λ + h/μ)² − λ²."""
+def squared(multiplier: float, value: float, penalty: float, floor: float) -> float:
+    """max(0, λ + h/μ)² − λ², with the least multiplier for 0."""
     force = multiplier + penalty * value
-    if force <= 0.0:  # not for NaN, which has to show
-        force = 0.0
+    if force <= floor:  # not for NaN, which has to show
+        force = floor
     return force * force - multiplier * multiplier
 
 
@@ -180,16 +184,29 @@ def iterate_carefully(
         deadline: See `augmented_lagrangian.iterate`.
 
     Returns:
-        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED. The nominal trajectory is the last that was accepted; the policy is
+        CONVERGED, OUT_OF_ITERATIONS, STALLED or FAILED; PAUSED where `result` asks for
+        pauses. The nominal trajectory is the last that was accepted; the policy is
         around it or, unless converged, around the one before.
     """
     result, tolerance = work.result, work.settings.tolerance
-    settle, regularization, last_violation = _FIRST_SETTLED, 0.0, np.inf
+    settle, regularization, last_violation, first = _FIRST_SETTLED, 0.0, np.inf, 0
     begun, slowest = clock(), 0.0
-    result[RESULT.ITERATIONS] = 0.0
-    result[RESULT.PRICED_OUT] = 0.0
-    linearize(model, work)
-    for iteration in range(max_iterations):
+    if result[RESULT.PAUSE] == RESUMING:
+        first, penalty, regularization = (
+            int(result[RESULT.ITERATIONS]),
+            result[RESULT.PENALTY],
+            result[RESULT.REGULARIZATION],
+        )
+        settle, last_violation = result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION]
+    else:
+        result[RESULT.ITERATIONS] = 0.0
+        result[RESULT.PRICED_OUT] = 0.0
+        linearize(model, work)
+    for iteration in range(first, max_iterations):
+        if iteration > first and result[RESULT.PAUSE] > 0.0:
+            result[RESULT.PENALTY], result[RESULT.REGULARIZATION] = penalty, regularization
+            result[RESULT.SETTLE], result[RESULT.LAST_VIOLATION] = settle, last_violation
+            return PAUSED
         now = clock()
         begun, slowest = now, max(slowest, now - begun)
         if iteration > 0 and now + slowest > deadline:

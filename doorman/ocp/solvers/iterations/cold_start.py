@@ -10,16 +10,19 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, constrain, step
-from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, iterate, total_cost
+from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, PAUSED, iterate
 from doorman.ocp.solvers.iterations.guess import aim_straight, roll_blindly, settle_integrators, start_trial
+from doorman.ocp.solvers.iterations.nominal import total_cost
 from doorman.ocp.solvers.iterations.rollout import take_rollout
+from doorman.ocp.solvers.result import RESULT, RESUMING
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 
 INVALID_START = -5
 NOT_CONVERGED = -6
+TO_RESUME = -7
 
 _ASTRAY = 2.25
 """A blind rollout that costs so many times the straight line is no good start; found by measurement on the door problem."""
@@ -51,17 +54,20 @@ def solve(
         guessing: See `rollout.roll_out`.
 
     Returns:
-        The code of `roll_out`, INVALID_START or NOT_CONVERGED. `result` tells iterations, and the cost that the rollout is
+        The code of `roll_out`, INVALID_START, NOT_CONVERGED, or TO_RESUME where `result` asks for
+        pauses. `result` tells iterations, and the cost that the rollout is
         expected to have.
     """
-    if not begin(model, work, state, inputs, states, multipliers):
-        return INVALID_START
-    straight = False
-    if not (inputs or states):
-        straight = choose_guess(model, work)
-    work.result[RESULT.STRAIGHT] = 1.0 if straight else 0.0
-    if iterate(model, work, max_iterations, deadline - work.result[RESULT.ROLLOUT_TIME]) != CONVERGED:
-        return NOT_CONVERGED
+    if work.result[RESULT.PAUSE] != RESUMING:
+        if not begin(model, work, state, inputs, states, multipliers):
+            return INVALID_START
+        straight = False
+        if not (inputs or states):
+            straight = choose_guess(model, work)
+        work.result[RESULT.STRAIGHT] = 1.0 if straight else 0.0
+    code = iterate(model, work, max_iterations, deadline - work.result[RESULT.ROLLOUT_TIME])
+    if code != CONVERGED:
+        return TO_RESUME if code == PAUSED else NOT_CONVERGED
     work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
     return int(take_rollout(model, work, guessing))
 

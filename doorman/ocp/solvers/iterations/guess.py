@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import multiply_rows
 from doorman.ocp.kernels.functions import at_node, step
-from doorman.ocp.solvers.iterations.augmented_lagrangian import measure
+from doorman.ocp.solvers.iterations.nominal import measure, violation
 from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace, copy_trajectory
 
 Array = NDArray[np.float64]
@@ -168,15 +168,16 @@ def last_violation(work: Workspace, tolerance: float) -> int:
     """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does."""
     nominal, program, nx = work.nominal, work.program, len(work.sizes.states)
     n = nominal.inputs.shape[0]
+    floors = work.floors
     for i in range(nominal.end_rows.shape[0]):
-        if not nominal.end_rows[i] <= tolerance:
+        if not violation(work, nominal.end_rows[i], floors.end_rows[i]) <= tolerance:
             return int(n)
     for k in range(n - 1, -1, -1):
         for i in range(nominal.rows.shape[1]):
-            if not nominal.rows[k, i] <= tolerance:
+            if not violation(work, nominal.rows[k, i], floors.rows[i]) <= tolerance:
                 return k + 1
         for i in range(nominal.input_rows.shape[1]):
-            if not nominal.input_rows[k, i] <= tolerance:
+            if not violation(work, nominal.input_rows[k, i], floors.input_rows[i]) <= tolerance:
                 return k
         for i in range(program.bounded.shape[0]):
             index, side = program.bounded[i], program.side[i]

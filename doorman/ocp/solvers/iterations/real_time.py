@@ -17,17 +17,12 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import clock
 from doorman.ocp.solvers.iterations import guess
-from doorman.ocp.solvers.iterations.augmented_lagrangian import (
-    direction,
-    linearize,
-    move,
-    save,
-    take_multipliers,
-    total_cost,
-)
+from doorman.ocp.solvers.iterations.augmented_lagrangian import direction
+from doorman.ocp.solvers.iterations.nominal import linearize, move, save, take_multipliers, total_cost
 from doorman.ocp.solvers.iterations.rollout import take_rollout
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.active_set import classify
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 

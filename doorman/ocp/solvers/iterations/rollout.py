@@ -22,22 +22,17 @@ from doorman.ocp.kernels.functions import (
     constrain_end,
     constrain_horizon,
     constrain_input,
-    linearize_constraints,
-    linearize_end_constraints,
-    linearize_input_constraints,
-    linearize_step,
     step,
 )
-from doorman.ocp.solvers.iterations.augmented_lagrangian import measure, total_cost
+from doorman.ocp.solvers.iterations.correction import FEASIBILITY, set_up
 from doorman.ocp.solvers.iterations.guess import accept_trial, start_trial
-from doorman.ocp.solvers.sweeps.stage_program import export_program, project_row, solve_dual, substitute_step
-from doorman.ocp.solvers.workspace import LARGEST_STATE, RESULT, Workspace
+from doorman.ocp.solvers.iterations.nominal import measure, total_cost
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.sweeps.stage_program import export_program, solve_dual, substitute_step
+from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace
 
 DONE = -1
 NOT_FINITE = -4
-
-FEASIBILITY = 2e-7
-"""A row counts as violated beyond this; corrections aim at zero [the row's unit]."""
 
 _CORRECTIONS = 12
 
@@ -69,7 +64,11 @@ def advance(model: object, work: Workspace, k: int) -> bool:
 
 @kernel
 def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
-    """Largest row or state bound at node k of the trial trajectory, after its rows are evaluated if asked for."""
+    """Largest row or state bound at node k of the trial trajectory, after its rows are evaluated if asked for.
+
+    Equalities do not count: the feedback keeps them.
+    """
+    floors, equal = work.floors, len(work.sizes.equalities) > 0
     trial, nx, last = work.trial, len(work.sizes.states), k == work.trial.inputs.shape[0] - 1
     if evaluate:
         if len(work.sizes.rows) > 0:
@@ -80,141 +79,20 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
             constrain_end(at_node(model, k + 1), trial.states[k + 1], trial.end_rows)
     worst = -np.inf
     for i in range(len(work.sizes.rows)):
-        worst = max(worst, trial.rows[k, i])
+        if not equal or floors.rows[i] == 0.0:
+            worst = max(worst, trial.rows[k, i])
     for i in range(len(work.sizes.input_rows)):
-        worst = max(worst, trial.input_rows[k, i])
+        if not equal or floors.input_rows[i] == 0.0:
+            worst = max(worst, trial.input_rows[k, i])
     if last:
         for i in range(len(work.sizes.end_rows)):
-            worst = max(worst, trial.end_rows[i])
+            if not equal or floors.end_rows[i] == 0.0:
+                worst = max(worst, trial.end_rows[i])
     if len(work.sizes.state_bounds) > 0:
         x, limits = trial.states[k + 1], work.limits
         for i in range(nx):
             worst = max(worst, x[i] - limits.state_upper[i], limits.state_lower[i] - x[i])
     return worst
-
-
-@kernel
-def linearize_node(model: object, work: Workspace, k: int) -> None:
-    """Derivatives at node k of the trial trajectory, and its rows.
-
-    Dynamics go into `node.hessian`, rows of the next state and then of the end into `program.scratch`, mixed ones into
-    `node.plain`.
-    """
-    nx = len(work.sizes.states)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
-    program, trial = work.program, work.trial
-    x, u, ahead = trial.states[k], trial.inputs[k], trial.states[k + 1]
-    linearize_step(at_node(model, k), x, u, work.node.hessian[:nx])
-    if nh > 0:
-        linearize_constraints(at_node(model, k + 1), ahead, trial.rows[k], program.scratch[: nh * nx].reshape((nh, nx)))
-    if nt > 0 and k == trial.inputs.shape[0] - 1:
-        slopes = program.scratch[nh * nx : (nh + nt) * nx].reshape((nt, nx))
-        linearize_end_constraints(at_node(model, k + 1), ahead, trial.end_rows, slopes)
-    if ng > 0:
-        linearize_input_constraints(at_node(model, k), x, u, trial.input_rows[k], work.node.plain[:ng])
-
-
-@kernel
-def borrow_linearization(work: Workspace, k: int) -> None:
-    """The same derivatives from the nominal trajectory; rows stay as they are."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
-    program, linear, dynamics = work.program, work.linear, work.node.hessian
-    for i in range(nx):
-        for a in range(nu):
-            dynamics[i, nx + a] = linear.jacobians[k, i, nx + 1 + a]
-    for i in range(nh):
-        for j in range(nx):
-            program.scratch[i * nx + j] = linear.row_jacobians[k, i, j]
-    for i in range(nt if k == work.trial.inputs.shape[0] - 1 else 0):
-        for j in range(nx):
-            program.scratch[(nh + i) * nx + j] = linear.end_row_jacobians[i, j]
-    for i in range(ng):
-        for a in range(nu):
-            work.node.plain[i, nx + a] = linear.input_row_jacobians[k, i, nx + 1 + a]
-
-
-@kernel
-def fill_program(work: Workspace, k: int) -> None:
-    """Program of the correction at node k of the trial trajectory, from its rows and derivatives."""
-    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
-    program, trial, dynamics, slopes = work.program, work.trial, work.node.hessian, work.node.plain
-    factors, rows = work.policy.factors[k], program.jacobian
-    u, ahead = trial.inputs[k], trial.states[k + 1]
-    if nh > 0:
-        multiply_inputs(program.scratch[: nh * nx].reshape((nh, nx)), dynamics, rows, 0)
-        for i in range(nh):
-            program.residuals[i] = trial.rows[k, i]
-    if nt > 0:
-        for i in range(nh, nh + nt):
-            program.residuals[i] = -1e300
-            for a in range(nu):
-                rows[i, a] = 0.0
-        if k == trial.inputs.shape[0] - 1:
-            multiply_inputs(program.scratch[nh * nx : (nh + nt) * nx].reshape((nt, nx)), dynamics, rows, nh)
-            for i in range(nt):
-                program.residuals[nh + i] = trial.end_rows[i]
-    for i in range(ng):
-        program.residuals[nh + nt + i] = trial.input_rows[k, i]
-        for a in range(nu):
-            rows[nh + nt + i, a] = slopes[i, nx + a]
-    for i in range(program.bounded.shape[0]):
-        index, side, row = program.bounded[i], program.side[i], nh + nt + ng + i
-        value = ahead[index] if index < nx else u[index - nx]
-        program.residuals[row] = side * (value - program.limit[i])
-        for a in range(nu):
-            if index < nx:
-                rows[row, a] = side * dynamics[index, nx + a]
-            else:
-                rows[row, a] = side if a == index - nx else 0.0
-    for i in range(rows.shape[0]):
-        program.constraints[i] = program.residuals[i]
-        program.proposal[i] = program.residuals[i] > 0.0
-        project_row(factors, rows[i], program.projected[i])
-
-
-@kernel
-def hopeless(work: Workspace, k: int) -> bool:
-    """Whether some row of the program stays violated for every input inside its bounds: a sign that it has no solution."""
-    if len(work.sizes.input_bounds) == 0:
-        return False
-    program, limits, u = work.program, work.limits, work.trial.inputs[k]
-    for i in range(program.constraints.shape[0]):
-        least = program.constraints[i]
-        if least > FEASIBILITY:
-            for a in range(u.shape[0]):
-                slope = program.jacobian[i, a]
-                if slope != 0.0:
-                    least += min(slope * (limits.input_lower[a] - u[a]), slope * (limits.input_upper[a] - u[a]))
-            if least > FEASIBILITY:
-                return True
-    return False
-
-
-@kernel
-def set_up(model: object, work: Workspace, k: int, exact: bool) -> bool:
-    """Set the program of node k up, with derivatives of its own or of the nominal trajectory; whether it is hopeless."""
-    if not exact:
-        borrow_linearization(work, k)
-        fill_program(work, k)
-        if not hopeless(work, k):
-            return False
-    linearize_node(model, work, k)
-    fill_program(work, k)
-    return hopeless(work, k)
-
-
-@kernel
-def multiply_inputs(linear: np.ndarray, dynamics: np.ndarray, out: np.ndarray, first: int) -> None:
-    """Rows C B from row `first` on, with B the right part of `dynamics`."""
-    nx, nu = linear.shape[1], out.shape[1]
-    for i in range(linear.shape[0]):
-        for a in range(nu):
-            total = 0.0
-            for m in range(nx):
-                total += linear[i, m] * dynamics[m, nx + a]
-            out[first + i, a] = total
 
 
 @kernel

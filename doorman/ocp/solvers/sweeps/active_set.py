@@ -10,7 +10,8 @@ from numba.core import types
 from doorman.compilation import kernel
 from doorman.numba_types.emitter import DOUBLE, Emitter
 from doorman.numba_types.lanes import builtin
-from doorman.ocp.solvers.workspace import Trajectory, Workspace
+from doorman.ocp.solvers.parts import Trajectory
+from doorman.ocp.solvers.workspace import Workspace
 
 _RESULT: Any = types.Tuple((types.int64, types.boolean))  # type: ignore[no-untyped-call]
 
@@ -22,10 +23,10 @@ class _Marker(Emitter):
         """Pointer to a row of a C-contiguous array."""
         return self.offset(self.data(kind, array), index, count)
 
-    def positive(self, force: Any) -> Any:
-        """max(0, force); NaN stays."""
-        zero = ir.Constant(force.type, None)
-        return self.builder.select(self.builder.fcmp_ordered("<", force, zero), zero, force)
+    def positive(self, force: Any, floor: Any = None) -> Any:
+        """max(0, force), or max(floor, force); NaN stays."""
+        least = ir.Constant(force.type, None) if floor is None else floor
+        return self.builder.select(self.builder.fcmp_ordered("<", force, least), least, force)
 
     def mark(self, context: Any, pointer: Any, above: Any, below: Any) -> Any:
         """Write 1 where `above`, −1 where `below`: how many that are, and whether any of them changed."""
@@ -48,8 +49,9 @@ def _nothing(context: Any, builder: Any) -> Any:
 
 @builtin
 def mark_rows(
-    typingctx: Any, node: Any, count: Any, rows: Any, multipliers: Any, scale: Any, active: Any, proposal: Any
-) -> Any:
+    typingctx: Any, node: Any, count: Any, rows: Any, multipliers: Any, scale: Any, active: Any, proposal: Any,
+    equalities: Any, floors: Any,
+) -> Any:  # fmt: skip
     """Rows r ≤ 0 of one node: active where λ + r/μ > 0, with max(0, λ + r/μ) as their next multipliers.
 
     Args:
@@ -61,12 +63,14 @@ def mark_rows(
         scale: 1/μ.
         active: 1 or 0, of the same shape, int8.
         proposal: Of the same shape.
+        equalities: Empty tuple where no row is an equality.
+        floors: Least multiplier of every row, (count,): 0, or −inf for r = 0, which is always active.
 
     Returns:
         How many are active, and whether another set is than before.
     """
     n = len(count)
-    arguments = (node, count, rows, multipliers, scale, active, proposal)
+    arguments = (node, count, rows, multipliers, scale, active, proposal, equalities, floors)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         if n == 0:
@@ -76,8 +80,9 @@ def mark_rows(
         r, multiplier, side, new = (emit.row(sig.args[i], args[i], k, n) for i in (2, 3, 5, 6))
         factor = emit.spread(context.cast(builder, args[4], sig.args[4], types.float64), n)
         force = emit.add(emit.load(multiplier, 0, n), emit.multiply(factor, emit.load(r, 0, n)))
-        emit.store(new, 0, emit.positive(force))
-        above = builder.fcmp_ordered(">", force, ir.Constant(force.type, None))
+        floor = emit.load(emit.data(sig.args[8], args[8]), 0, n) if len(equalities) else ir.Constant(force.type, None)
+        emit.store(new, 0, emit.positive(force, floor))
+        above = builder.fcmp_ordered(">", force, floor)
         return emit.mark(context, side, above, ir.Constant(above.type, None))
 
     return _RESULT(*arguments), build
@@ -140,17 +145,21 @@ def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
         The last node whose set is another now; −1 if none is.
     """
     active, multipliers, proposal, limits, sizes = work.active, work.multipliers, work.proposal, work.limits, work.sizes
+    equal, floors = sizes.equalities, work.floors
     last, n = -1, at.inputs.shape[0]
     for k in range(n):
         stiff = penalty * work.stiffness[k]
-        h, h_changed = mark_rows(k, sizes.rows, at.rows, multipliers.rows, stiff, active.rows, proposal.rows)
+        h, h_changed = mark_rows(
+            k, sizes.rows, at.rows, multipliers.rows, stiff, active.rows, proposal.rows, equal, floors.rows
+        )
         x, x_changed = mark_bounds(
             k, sizes.state_bounds, at.states, 1, limits.state_lower, limits.state_upper, multipliers.states, stiff,
             active.states, proposal.states,
         )  # fmt: skip
         g, g_changed = mark_rows(
-            k, sizes.input_rows, at.input_rows, multipliers.input_rows, penalty, active.input_rows, proposal.input_rows
-        )
+            k, sizes.input_rows, at.input_rows, multipliers.input_rows, penalty, active.input_rows, proposal.input_rows,
+            equal, floors.input_rows,
+        )  # fmt: skip
         u, u_changed = mark_bounds(
             k, sizes.input_bounds, at.inputs, 0, limits.input_lower, limits.input_upper, multipliers.inputs, penalty,
             active.inputs, proposal.inputs,
@@ -159,7 +168,8 @@ def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
         if h_changed or x_changed or g_changed or u_changed:
             last = k
     end, end_changed = mark_rows(
-        0, sizes.end_rows, at.end_rows, multipliers.end_rows, penalty, active.end_rows, proposal.end_rows
-    )
+        0, sizes.end_rows, at.end_rows, multipliers.end_rows, penalty, active.end_rows, proposal.end_rows, equal,
+        floors.end_rows,
+    )  # fmt: skip
     active.state_count[n - 1] += end  # they count as rows of the last state
     return n - 1 if end_changed else last

@@ -16,11 +16,12 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
+from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.linear_algebra import cholesky, solve_lower, solve_upper
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
 from doorman.ocp.solvers.sweeps.stage_program import ROW_TOLERANCE, export_program, gather_schur, solve_dual
 from doorman.ocp.solvers.sweeps.sweep import set_base
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.workspace import Workspace
 
 DONE = -1
 NOT_CONVEX = -2

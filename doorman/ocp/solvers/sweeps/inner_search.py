@@ -13,7 +13,9 @@ from __future__ import annotations
 
 from doorman.compilation import kernel
 from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
-from doorman.ocp.solvers.workspace import Trajectory, Workspace
+from doorman.ocp.solvers.parts import Trajectory
+from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
+from doorman.ocp.solvers.workspace import Workspace
 
 _BISECTIONS = 40
 
@@ -50,7 +52,7 @@ def cost_slope(model: object, work: Workspace, base: Trajectory) -> tuple[float,
             change = trial.inputs[k, i] - base.inputs[k, i]
             first += weights.input[i] * (base.inputs[k, i] - weights.input_goal[i]) * change
             second += weights.input[i] * change * change
-    if len(work.sizes.extra_cost) > 0:
+    if len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0:
         for k in range(n + 1):
             linear, curved = extra_slope(model, work, base, k)
             first += linear
@@ -60,7 +62,7 @@ def cost_slope(model: object, work: Workspace, base: Trajectory) -> tuple[float,
 
 @kernel
 def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tuple[float, float]:
-    """The same of the model's own cost at node k, with its expansion along the nominal trajectory."""
+    """The same of the cost beyond its diagonals at node k, with its expansion along the nominal trajectory."""
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.trial.inputs.shape[0]
     gradient, hessian, nominal, trial = work.node.gradient, work.node.hessian, work.nominal, work.trial
     size = nx + nu if k < n else nx
@@ -68,7 +70,9 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
         gradient[i] = 0.0
         for j in range(nx + nu):
             hessian[i, j] = 0.0
-    if k < n:
+    if len(work.sizes.extra_cost) == 0:
+        pass
+    elif k < n:
         expand_stage_cost(at_node(model, k), nominal.states[k], nominal.inputs[k], gradient, hessian)
     else:
         corner = hessian[:nx, :nx].copy()
@@ -76,6 +80,9 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
         for i in range(nx):
             for j in range(nx):
                 hessian[i, j] = corner[i, j]
+    if len(work.sizes.full_cost) > 0:
+        off_diagonal_slope(work, nominal, k, gradient)
+        off_diagonal_curvature(work, k, hessian)
     first, second = 0.0, 0.0
     for i in range(size):
         change = trial.states[k, i] - base.states[k, i] if i < nx else trial.inputs[k, i - nx] - base.inputs[k, i - nx]
@@ -99,16 +106,17 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
 def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) -> float:
     """The rows' share of the slope at τ = `part`."""
     trial, multipliers, limits = work.trial, work.multipliers, work.limits
-    total = 0.0
+    total, equal = 0.0, len(work.sizes.equalities) > 0
     for k in range(trial.inputs.shape[0]):
         stiff = penalty * work.stiffness[k]
         for i in range(len(work.sizes.rows)):
             change = trial.rows[k, i] - base.rows[k, i]
-            total += max(0.0, multipliers.rows[k, i] + stiff * (base.rows[k, i] + part * change)) * change
+            force = multipliers.rows[k, i] + stiff * (base.rows[k, i] + part * change)
+            total += max(work.floors.rows[i] if equal else 0.0, force) * change
         for i in range(len(work.sizes.input_rows)):
             change = trial.input_rows[k, i] - base.input_rows[k, i]
             force = multipliers.input_rows[k, i] + penalty * (base.input_rows[k, i] + part * change)
-            total += max(0.0, force) * change
+            total += max(work.floors.input_rows[i] if equal else 0.0, force) * change
         for i in range(len(work.sizes.state_bounds)):
             change = trial.states[k + 1, i] - base.states[k + 1, i]
             x = base.states[k + 1, i] + part * change
@@ -123,7 +131,8 @@ def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) ->
             total += (above + below) * change
     for i in range(len(work.sizes.end_rows)):
         change = trial.end_rows[i] - base.end_rows[i]
-        total += max(0.0, multipliers.end_rows[i] + penalty * (base.end_rows[i] + part * change)) * change
+        force = multipliers.end_rows[i] + penalty * (base.end_rows[i] + part * change)
+        total += max(work.floors.end_rows[i] if equal else 0.0, force) * change
     return total
 
 

@@ -29,23 +29,31 @@ def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -
     Returns:
         The residual, in units of the cost by those of the input.
     """
+    return conditions(problem, states, inputs, multipliers)[0]
+
+
+def conditions(problem: Any, states: Array, inputs: Array, multipliers: Any) -> tuple[float, Array]:
+    """The same, and the costates p_1 … p_N on the way: prices of the defects f(x_k, u_k) − x_{k+1}, shape (N, nx)."""
     model, cost, dt = problem.model, problem.cost, problem.time_step
     n, nx, nu = problem.horizon, problem.nx, problem.nu
+    state_weights, terminal_weights, input_weights, cross = cost.matrices()
     own = is_implemented(functions.stage_cost, type(model)) or is_implemented(functions.end_cost, type(model))
-    costate = cost.terminal_weights * (states[n] - cost.state_goal) + _of_state(problem, states, multipliers, n)
+    costate = terminal_weights @ (states[n] - cost.state_goal) + _of_state(problem, states, multipliers, n)
     if own:
         gradient = np.zeros(nx)
         functions.expand_end_cost(functions.at_node(model, n), states[n].copy(), gradient, np.zeros((nx, nx)))
         costate = costate + gradient
-    worst = 0.0
+    worst, costates = 0.0, np.zeros((n, nx))
     for k in range(n - 1, -1, -1):
+        costates[k] = costate
         x, u = states[k].copy(), inputs[k].copy()
         jacobian, gradient = np.zeros((nx, nx + nu)), np.zeros(nx + nu)
         functions.linearize_step(functions.at_node(model, k), x, u, jacobian)
         if own:
             functions.expand_stage_cost(functions.at_node(model, k), x, u, gradient, np.zeros((nx + nu, nx + nu)))
-        gradient[:nx] += dt * cost.state_weights * (x - cost.state_goal)
-        gradient[nx:] += dt * cost.input_weights * (u - cost.input_goal) + multipliers.inputs[k]
+        state_error, input_error = x - cost.state_goal, u - cost.input_goal
+        gradient[:nx] += dt * (state_weights @ state_error + cross.T @ input_error)
+        gradient[nx:] += dt * (input_weights @ input_error + cross @ state_error) + multipliers.inputs[k]
         if problem.n_input_constraints:
             g, slopes = np.zeros(problem.n_input_constraints), np.zeros((problem.n_input_constraints, nx + nu))
             functions.linearize_input_constraints(functions.at_node(model, k), x, u, g, slopes)
@@ -53,7 +61,7 @@ def kkt_residual(problem: Any, states: Array, inputs: Array, multipliers: Any) -
         gradient += jacobian.T @ costate
         worst = max(worst, float(np.abs(gradient[nx:]).max()))
         costate = gradient[:nx] + (_of_state(problem, states, multipliers, k) if k > 0 else 0.0)
-    return worst
+    return worst, costates
 
 
 def _of_state(problem: Any, states: Array, multipliers: Any, k: int) -> Array:

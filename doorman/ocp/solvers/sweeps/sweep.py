@@ -11,9 +11,11 @@ import numpy as np
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, multiply_rows, store
 from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
-from doorman.ocp.solvers.workspace import RESULT, Workspace
+from doorman.ocp.solvers.workspace import Workspace
 
 
 @kernel
@@ -25,11 +27,16 @@ def terminal_value(model: object, work: Workspace) -> None:
     for i in range(nx):
         value[i, i] = weights.terminal[i]
         value[i, nx] = weights.terminal[i] * (last[i] - weights.state_goal[i])
-    if len(work.sizes.extra_cost) > 0:
+    if len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0:
+        n = work.nominal.inputs.shape[0]
         gradient, hessian = work.node.gradient[:nx], work.node.hessian[:nx, :nx].copy()
         gradient[:] = 0.0
         hessian[:, :] = 0.0
-        expand_end_cost(at_node(model, work.nominal.inputs.shape[0]), last, gradient, hessian)
+        if len(work.sizes.extra_cost) > 0:
+            expand_end_cost(at_node(model, n), last, gradient, hessian)
+        if len(work.sizes.full_cost) > 0:
+            off_diagonal_slope(work, work.nominal, n, gradient)
+            off_diagonal_curvature(work, n, hessian)
         for i in range(nx):
             value[i, nx] += gradient[i]
             for j in range(nx):
@@ -109,21 +116,25 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
         base_x[i, nx] = weights.state[i] * (x[i] - weights.state_goal[i])
     for i in range(nu):
         base_u[i, nx] = weights.input[i] * (u[i] - weights.input_goal[i])
-    if len(work.sizes.extra_cost) > 0:
+    if len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0:
         add_stage_cost(model, work, k)
     if work.active.input_count[k] > 0:
         penalize_input(work, k, penalty)
-    return len(work.sizes.extra_cost) > 0 or work.active.input_count[k] > 0
+    return len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0 or work.active.input_count[k] > 0
 
 
 @kernel
 def add_stage_cost(model: object, work: Workspace, k: int) -> None:
-    """Add the model's own cost of node k."""
+    """Add the model's own cost of node k, and what the quadratic cost has off its diagonals."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
     gradient[:] = 0.0
     hessian[:, :] = 0.0
-    expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
+    if len(work.sizes.extra_cost) > 0:
+        expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
+    if len(work.sizes.full_cost) > 0:
+        off_diagonal_slope(work, work.nominal, k, gradient)
+        off_diagonal_curvature(work, k, hessian)
     for i in range(nx):
         base_x[i, nx] += gradient[i]
         for j in range(nx):

@@ -1,0 +1,63 @@
+"""What solvers are given, checked; and what they hand out, so that nobody writes to it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import number, numbers, whole
+from doorman.exceptions import DimensionError
+
+Array = NDArray[np.float64]
+
+
+def checked_budget(max_iterations: int, time_limit: float) -> int:
+    """Number of iterations as kernels take it.
+
+    Raises:
+        DimensionError: if it is no integer, or a budget is not positive.
+    """
+    if time_limit != math.inf and number(time_limit, "time_limit", "> 0 s") <= 0.0:
+        raise DimensionError("no time", field="time_limit", given=time_limit, allowed="> 0 s")
+    return whole(max_iterations, "max_iterations", 1)
+
+
+def per_node(values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Numbers for every node, checked.
+
+    Args:
+        values: Shape (N + 1, nq), or (nq,) for the same at all nodes.
+        shape: (N + 1, nq).
+
+    Returns:
+        Shape (N + 1, nq), not to be written to.
+
+    Raises:
+        DimensionError: if the shape is another, or a number is not finite.
+    """
+    given = np.asarray(values, dtype=np.float64)
+    if given.shape not in (shape, shape[1:]) or not np.isfinite(given).all():
+        raise DimensionError(
+            "not parameters of the nodes", field="node_parameters", given=given.shape,
+            allowed=f"finite numbers of shape {shape} or {shape[1:]}",
+        )  # fmt: skip
+    return np.broadcast_to(given, shape)
+
+
+def copy_checked(field: str, values: ArrayLike, out: Array) -> None:
+    """Numbers of the same shape, finite, into an array."""
+    given = numbers(values, field)
+    if given.shape != out.shape:
+        raise DimensionError("wrong shape", field=field, given=given.shape, allowed=str(out.shape))
+    if not np.isfinite(given).all():
+        raise DimensionError("not finite", field=field, allowed="finite numbers")
+    out[:] = given
+
+
+def read_only(array: Array) -> Array:
+    """A copy that cannot be written to."""
+    copy = array.copy()
+    copy.setflags(write=False)
+    return copy

@@ -1,0 +1,60 @@
+"""Many solves of one problem side by side, each thread with a solver of its own; kernels run without the interpreter's lock."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from typing import Any, Protocol, TypeVar
+
+from doorman.checks import whole
+
+Result = TypeVar("Result")
+
+
+class Forgetful(Protocol):
+    """A solver whose next solve does not depend on those before."""
+
+    def forget(self) -> None:
+        """Forget what earlier solves have left."""
+
+
+Worker = TypeVar("Worker", bound=Forgetful)
+
+
+def solve_all(
+    solver: Worker, starts: Sequence[Any], solve: Callable[[Worker, Any], Result], threads: int | None
+) -> list[Result | Exception]:
+    """Solve from many starts.
+
+    Args:
+        solver: Is copied for each thread.
+        starts: What differs from solve to solve.
+        solve: Solves from one start.
+        threads: How many; as many as there are processors if not given.
+
+    Returns:
+        Results in the order of the starts; where a solve has raised something, the exception.
+
+    Raises:
+        DimensionError: if the number of threads is not positive.
+    """
+    count = min(whole(threads or os.cpu_count() or 1, "threads", 1), max(len(starts), 1))
+    free: SimpleQueue[Worker] = SimpleQueue()
+    for _ in range(count):
+        free.put(copy.deepcopy(solver))
+
+    def one(start: Any) -> Result | Exception:
+        worker = free.get()
+        try:
+            worker.forget()
+            return solve(worker, start)
+        except Exception as error:
+            return error
+        finally:
+            free.put(worker)
+
+    with ThreadPoolExecutor(count) as pool:
+        return list(pool.map(one, starts))

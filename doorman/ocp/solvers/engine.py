@@ -1,0 +1,205 @@
+"""What all solvers stand on: memory, first guess, kernels that are compiled, and rollouts with ProxQP where a guess fails."""
+
+from __future__ import annotations
+
+import math
+import time
+from abc import ABC, abstractmethod
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.copying import CopiedWhole
+from doorman.exceptions import DimensionError, SolverError
+from doorman.numba_types.handles import Handle, held, separate
+from doorman.ocp.kernels import functions
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.arguments import copy_checked
+from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
+from doorman.ocp.solvers.iterations.augmented_lagrangian import PAUSED
+from doorman.ocp.solvers.iterations.careful import iterate_carefully
+from doorman.ocp.solvers.options import SolverOptions
+from doorman.ocp.solvers.parts import Multipliers
+from doorman.ocp.solvers.progress import compilation_told
+from doorman.ocp.solvers.result import RESULT
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.ocp.solvers.sweeps.stage_qp import StageQpSolver
+from doorman.ocp.solvers.telling import Teller
+from doorman.ocp.solvers.workspace import Workspace
+
+Array = NDArray[np.float64]
+
+StateGuess = Literal["held", "straight"]
+STATE_GUESSES: tuple[StateGuess, ...] = ("held", "straight")
+
+FAST_ITERATIONS = 25
+"""Largest number of fast iterations from one guess, before another guess or the careful phase has its turn."""
+
+
+class Engine(CopiedWhole, ABC):
+    """Memory and moves of one problem's solver; what they add up to is a `Solver`."""
+
+    def __init__(self, problem: Problem, options: SolverOptions | None = None) -> None:
+        self._problem, self._numbers_are_new = problem, False
+        self.options = options or SolverOptions()
+        if not functions.is_implemented(functions.step, type(problem.model)):
+            raise SolverError(
+                "the model's type has no kernel for 'step'", field="problem.model",
+                given=type(problem.model).__name__, allowed="a NamedTuple type with implement(functions.step, …)",
+            )  # fmt: skip
+        self._work = Workspace.of(problem, self.options)
+        self._teller = Teller(self._work.result)
+        self._memory = held(self._work)
+        self._model = Handle(separate(problem.model))
+        self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
+        self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
+        self._given = False, False, False
+        """Whether inputs, states and multipliers of the first guess are given."""
+        self.quadratic_programs = 0
+        """Quadratic programs that ProxQP has solved so far."""
+        with compilation_told(problem):
+            self._compile()
+            self._check_integrators()
+        self._forget_failures()
+
+    def _forget_failures(self) -> None:
+        """Forget what functions of the model have raised, if it keeps that: kernels let nothing through."""
+        if hasattr(self._model.content, "forget_failures"):
+            self._model.content.forget_failures()
+
+    def _raise_failure(self) -> None:
+        """Raise what a function of the model has raised meanwhile."""
+        if hasattr(self._model.content, "raise_failure"):
+            self._model.content.raise_failure()
+
+    @abstractmethod
+    def _solve(self, state: Array, max_iterations: int, deadline: float) -> tuple[PlanStatus, int]:
+        """Solve from a state and the guess in the workspace: status and number of iterations."""
+
+    def _set_guess(
+        self, state: Array, inputs: ArrayLike | None, states: ArrayLike | StateGuess | None,
+        multipliers: Multipliers | None,
+    ) -> None:  # fmt: skip
+        """Put what is given of a first guess into the workspace."""
+        work = self._work
+        self._given = inputs is not None, states is not None, multipliers is not None
+        if inputs is not None:
+            copy_checked("inputs", inputs, work.nominal.inputs)
+        if isinstance(states, str):
+            self._draw_states(state, states, inputs is None)
+        elif states is not None:
+            copy_checked("states", states, work.nominal.states)
+        for name in Multipliers._fields if multipliers is not None else ():
+            copy_checked(f"multipliers.{name}", getattr(multipliers, name), getattr(work.multipliers, name))
+
+    def _draw_states(self, state: Array, how: str, goal_inputs: bool) -> None:
+        """Nominal states that a word describes, with the input goal where no inputs are given."""
+        if how not in STATE_GUESSES:
+            raise DimensionError(
+                "no such guess", field="states", given=how, allowed="an array, " + ", ".join(STATE_GUESSES)
+            )
+        nominal = self._work.nominal
+        nominal.states[:] = state
+        if goal_inputs:
+            nominal.inputs[:] = self._work.weights.input_goal
+        if how == "straight":
+            guess.aim_straight(self._memory)
+        self._given = True, True, self._given[2]
+
+    def forget(self) -> None:
+        """Forget active sets of earlier solves: the next one has the bits that it would have in a fresh solver."""
+        for array in (*self._work.active, self._work.program.active, self._work.program.proposal):
+            array[:] = 0
+        self._qp = StageQpSolver(self._problem.nu, len(self._work.program.constraints))
+
+    def _begin(self, state: Array) -> bool:
+        """Start anew from the guess in the workspace; whether dynamics and constraints are finite there."""
+        return bool(cold_start.begin(self._model, self._memory, state, *self._given))
+
+    def _guess_again(self) -> None:
+        """Begin again with the first guess."""
+        self._forget_multipliers()
+        np.copyto(self._work.nominal.states, self._work.first.states)
+        np.copyto(self._work.nominal.inputs, self._work.first.inputs)
+
+    def _forget_multipliers(self) -> None:
+        for array in self._work.multipliers:
+            array[:] = 0.0
+
+    def _iterate_carefully(self, penalty: float, max_iterations: int, deadline: float) -> int:
+        """Careful iterations from the nominal trajectory and the multipliers; their code."""
+        return self._teller.run(
+            "careful",
+            lambda: int(
+                iterate_carefully(
+                    self._model, self._memory, penalty, self.options.feasibility, max_iterations, deadline
+                )
+            ),
+            PAUSED,
+        )
+
+    def _roll_out(self, scale: float) -> bool:
+        """Rollout into the trial trajectory, ProxQP where a guess fails; False if it is not finite."""
+        begun = time.monotonic()
+        self._work.trial.states[0] = self._work.nominal.states[0]
+        guessing = self.options.guess_active_sets
+        code = rollout.roll_out(self._model, self._memory, -1, scale, guessing, 0)
+        done = self._resume(code, scale) if code >= 0 else code == rollout.DONE
+        self._rollout_time += time.monotonic() - begun
+        return bool(done)
+
+    def _resume(self, node: int, scale: float = 0.0) -> bool:
+        """Go on with a rollout that stopped at a node whose correction is left to ProxQP; False if it is not finite."""
+        code = node
+        while code >= 0:
+            corrections = int(self._work.result[RESULT.CORRECTIONS]) + 1 if self._solve_program() else -1
+            code = rollout.roll_out(self._model, self._memory, code, scale, self.options.guess_active_sets, corrections)
+        return bool(code == rollout.DONE)
+
+    def _solve_program(self) -> bool:
+        """Leave a node's program to ProxQP; False if that finds no solution, or time is over."""
+        if time.monotonic() >= self._deadline:
+            self._gave_up = True
+            return False
+        self.quadratic_programs += 1
+        return self._qp.solve(self._work.program)
+
+    def _accept(self) -> None:
+        """The trial trajectory becomes the nominal one."""
+        guess.accept_trial(self._memory)
+
+    def _last_violated(self) -> int:
+        return int(guess.last_violation(self._memory, self.options.feasibility))
+
+    def _compile(self) -> None:
+        """Run every kernel once."""
+        goal = self._problem.cost.state_goal.copy()
+        self._set_guess(goal, None, None, None)
+        self._begin(goal)
+        guess.aim_straight(self._memory)
+        guess.last_violation(self._memory, 0.0)
+        nominal.linearize(self._model, self._memory)
+        nominal.measure_nominal(self._memory)
+        nominal.nominal_cost(self._model, self._memory)
+        self._roll_out(0.0)
+        self._accept()
+
+    def _check_integrators(self) -> None:
+        """Compare the rows that the problem calls integrators with the model's Jacobian."""
+        m, nx, nu = self._problem.integrators, self._problem.nx, self._problem.nu
+        if m == 0:
+            return
+        jacobian, expected = np.zeros((nx, nx + nu)), np.zeros((m, nx + nu))
+        goal = self._problem.cost
+        functions.linearize_step(
+            functions.at_node(self._model, 0), goal.state_goal.copy(), goal.input_goal.copy(), jacobian
+        )
+        expected[:, nx - m : nx] = np.eye(m)
+        expected[:, nx + nu - m :] = self._problem.time_step * np.eye(m)
+        others = jacobian[: nx - m, [*range(nx - m, nx), *range(nx + nu - m, nx + nu)]]
+        if not np.allclose(jacobian[nx - m :], expected, atol=1e-7) or np.abs(others).max(initial=0.0) > 1e-7:
+            raise SolverError(
+                "the last states are not integrators of the last inputs", field="problem.integrators", given=m,
+                allowed="x⁺ = x + Δt u, and no other state depends on them",
+            )  # fmt: skip

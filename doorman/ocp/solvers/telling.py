@@ -1,0 +1,96 @@
+"""Telling the caller of every iteration: kernels that come back after each one, and a way to end a solve early."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from numpy.typing import NDArray
+
+from doorman.ocp.solvers.result import PAUSING, RESULT, RESUMING
+
+Phase = Literal["fast", "interior", "careful", "descent"]
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """One iteration of a solve."""
+
+    phase: Phase
+    """Fast augmented Lagrangian iterations, the interior-point search, careful iterations, or descent of CDDP."""
+    iteration: int
+    """Within the phase, from 1."""
+    cost: float
+    """J; with defects it may lie below what the solve ends with."""
+    violation: float
+    """Largest violated row or bound [the row's unit]."""
+    defect: float
+    """Largest |f(x_k, u_k) − x_{k+1}|."""
+    step: float
+    """Largest change of an input by the iteration's full step, times its weight."""
+
+
+Callback = Callable[[Iterate], object]
+"""Gets every iteration; where it returns something true, the solve ends."""
+
+
+class Stopped(Exception):
+    """The callback has ended the solve."""
+
+
+class Teller:
+    """Runs kernels, and tells a callback of their iterations if there is one.
+
+    Args:
+        result: Scalars of the workspace.
+    """
+
+    def __init__(self, result: NDArray) -> None:  # type: ignore[type-arg]
+        self._result = result
+        self.callback: Callback | None = None
+
+    def run(self, phase: Phase, kernel: Callable[[], int], paused: int) -> int:
+        """Call a kernel until it has come to its end.
+
+        Args:
+            phase: What it does.
+            kernel: The call.
+            paused: Code with which it comes back to be called again.
+
+        Returns:
+            Its last code.
+
+        Raises:
+            Stopped: if the callback ends the solve.
+        """
+        if self.callback is None:
+            return kernel()
+        try:
+            self._result[RESULT.PAUSE] = PAUSING
+            code = kernel()
+            while code == paused:
+                self.tell(phase)
+                self._result[RESULT.PAUSE] = RESUMING
+                code = kernel()
+        finally:
+            self._result[RESULT.PAUSE] = 0.0
+        self.tell(phase)
+        return code
+
+    def tell(self, phase: Phase, iteration: int | None = None) -> None:
+        """Tell of the iteration that has just ended.
+
+        Raises:
+            Stopped: if the callback ends the solve.
+        """
+        result = self._result
+        if self.callback is None:
+            return
+        count = int(result[RESULT.ITERATIONS]) if iteration is None else iteration
+        told = Iterate(
+            phase, count, float(result[RESULT.COST]), float(result[RESULT.VIOLATION]), float(result[RESULT.DEFECT]),
+            float(result[RESULT.CHANGE]),
+        )  # fmt: skip
+        if self.callback(told):
+            raise Stopped
