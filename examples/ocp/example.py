@@ -168,5 +168,15 @@ class Example:
 
     @cached_property
     def _rows(self) -> Any:
-        rows = [ca.SX(row.expression) for row in self.constraints if row.at == "stages"]
+        rows = [one_sided(row) for row in self.constraints if row.at == "stages"]
         return ca.Function("rows", [self.model.x, self.model.u], [ca.densify(ca.vertcat(ca.SX(0, 1), *rows))])
+
+
+def one_sided(constraint: ocp.Constraint) -> Any:
+    """Rows of a constraint that are not positive where it holds, unscaled."""
+    expression, ends = ca.vec(ca.SX(constraint.expression)), []
+    if constraint.upper is not None or constraint.lower is None:
+        ends.append(expression - (0.0 if constraint.upper is None else constraint.upper))
+    if constraint.lower is not None:
+        ends.append(constraint.lower - expression)
+    return ca.vertcat(*ends)

@@ -80,8 +80,8 @@ EXAMPLE = Example(
         state_upper=[np.inf, 0.12, np.inf, np.inf, 1.0, 0.4], input_lower=[-10.0, -2.0], input_upper=[10.0, 2.0],
     ),
     constraints=[
-        ocp.Constraint("along", ca.vertcat(along - 4.0, -4.0 - along), unit="m/s²"),
-        ocp.Constraint("sideways", ca.vertcat(sideways - 4.0, -4.0 - sideways), unit="m/s²"),
+        ocp.Constraint("along", along, unit="m/s²", lower=-4.0, upper=4.0),
+        ocp.Constraint("sideways", sideways, unit="m/s²", lower=-4.0, upper=4.0),
     ],
     costs=[
         ocp.Residual("progress", progress - wanted, 0.1), ocp.Residual("distance", progress - wanted, 5.0, at="end")

@@ -72,7 +72,7 @@ def task_of(name: str) -> StandardTask:
     x, u, q = this.model.x, this.model.u, this.model.node_parameters
     placed: dict[str, list[Any]] = {"rows": [], "state_rows": [], "end_rows": []}
     for row in this.constraints:
-        expression = ca.vec(ca.SX(row.expression)) / row.scale
+        expression = sys.modules["example"].one_sided(row) / row.scale
         kind = "end_rows" if row.at == "end" else "rows" if ca.depends_on(expression, u) else "state_rows"
         placed[kind].append(expression)
     cost, step = this.cost, ca.sqrt(this.time_step)
