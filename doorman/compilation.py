@@ -3,8 +3,8 @@
 numba does not notice when a kernel that another kernel calls has changed in a different file, so the cache directory is
 named by a hash over the sources of all kernels and over the versions of numba and Python: a change anywhere starts afresh.
 
-numba leaves it to the loader which copy of a function that several kernels contain is run, and takes the one that came first:
-other instructions, and other last bits, in a process that compiles than in one that loads. Here every kernel runs its own.
+A kernel is kept in two forms: what other kernels link, and, once Python has called it, machine code that contains all it calls
+(`kernel_dispatcher`, `machine_code`).
 
 Solver kernels are compiled once more for every type of model. For a type from outside the package they are kept in files of
 their own, named by a hash over the sources behind it: its kernels may change too, and who runs doorman alone cannot import it.
@@ -29,23 +29,24 @@ from types import CodeType
 from typing import Any, ParamSpec, TypeVar
 
 import numba
-from llvmlite import binding
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
-from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.runtime.nrt import rtsys
 
 from doorman.cache_files import CheckedFiles
 from doorman.cache_place import find_directory, say_once
 from doorman.exceptions import DoormanError
+from doorman.kernel_dispatcher import Kernel
 
 Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 _PACKAGE = Path(__file__).parent
-_FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}  # no assumption that NaN or inf cannot occur: they must show
 _SHAPE_CODE = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
 """numba's settings, from the environment, that change what is compiled."""
 _TEACHES_NUMBA = re.compile(rb"^\s*(from|import) (numba|llvmlite)\b", re.MULTILINE)
+
+_LINKED = "-linked"
+"""In the names of files of what other kernels link."""
 
 _sources: dict[type, set[Path]] = {}
 """Files behind the model types from outside the package."""
@@ -124,10 +125,11 @@ def kernel(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
         DoormanError: if numba is told not to compile.
     """
     check_compiler()
-    dispatcher: Any = numba.njit(nogil=True, error_model="numpy", fastmath=_FAST_MATH)(function)
+    dispatcher: Any = Kernel(function)
     directory = _directory_if_any()
     if directory is not None and Path(inspect.getfile(function)).is_file():
-        dispatcher._cache = _Cache(function, directory)
+        dispatcher._cache = _Cache(function, directory, _LINKED)
+        dispatcher.entry_cache = _Cache(function, directory)
     _kernels.append(dispatcher)
     compiled: Callable[Parameters, Result] = dispatcher
     return compiled
@@ -155,7 +157,9 @@ def cache_content() -> CacheContent:
     """What the cache on disk holds: kernels of this version of the package, for all models and sizes so far."""
     directory = cache_directory()
     files = [file for file in directory.rglob("*") if file.suffix in (".nbc", ".nbi")]
-    kernels = sum(file.suffix == ".nbc" for file in files)  # .nbi: numba's index of the kernels of one function
+    kernels = sum(
+        file.suffix == ".nbc" and _LINKED in file.name for file in files
+    )  # .nbi: index of one function's kernels
     return CacheContent(directory, kernels, sum(file.stat().st_size for file in files))
 
 
@@ -169,55 +173,6 @@ def belongs_to(model: type, kernel: Callable[..., None]) -> None:
     if model.__module__.partition(".")[0] != _PACKAGE.name:
         code: CodeType = getattr(kernel, "py_func", kernel).__code__
         _sources.setdefault(model, set()).add(Path(code.co_filename))
-
-
-class _SelfContained(JITCodeLibrary):
-    """Machine code of one kernel whose calls of other kernels go to the copies in it.
-
-    The bitcode for linking it into other kernels comes from the cache too, and is parsed when one is compiled.
-    """
-
-    _bitcode: bytes = b""
-
-    @classmethod
-    def _unserialize(cls, codegen: Any, state: Any) -> _SelfContained:
-        name, _, (machine_code, bitcode) = state
-        library = cls(codegen, name)
-        library.enable_object_caching()  # type: ignore[no-untyped-call]
-        library._set_compiled_object(machine_code)  # type: ignore[no-untyped-call]
-        library._finalize_final_module()
-        library._bitcode = bitcode
-        return library
-
-    def get_pointer_to_function(self, name: str) -> int:
-        if self._bitcode and self._shared_module is None:  # numba's list of what is defined knows nothing of it yet
-            return int(self._codegen._engine.get_function_address(name))
-        return int(super().get_pointer_to_function(name))  # type: ignore[no-untyped-call]
-
-    def _get_module_for_linking(self) -> Any:
-        if self._bitcode and self._shared_module is None:
-            self._shared_module = binding.parse_bitcode(self._bitcode)
-            self._codegen._engine._load_defined_symbols(self._shared_module)  # type: ignore[no-untyped-call]
-        return super()._get_module_for_linking()  # type: ignore[no-untyped-call]
-
-    def _finalize_final_module(self) -> None:
-        if self._shared_module is None and any(True for _ in self._final_module.functions):
-            self._shared_module = self._to_share()  # before the copies are hidden, as other kernels are to inline them
-            for function in self._final_module.functions:
-                if not function.is_declaration and function.linkage == binding.Linkage.linkonce_odr:
-                    function.linkage = binding.Linkage.internal
-        super()._finalize_final_module()  # type: ignore[no-untyped-call]
-
-    def _to_share(self) -> Any:
-        """A copy for linking into other kernels, as numba would make it later."""
-        copy = self._final_module.clone()
-        for function in copy.functions:
-            if not function.is_declaration and function.linkage == binding.Linkage.external:
-                function.linkage = binding.Linkage.linkonce_odr
-        return copy
-
-
-JITCPUCodegen._library_class = _SelfContained
 
 
 class _Locator(UserProvidedCacheLocator):
@@ -235,18 +190,22 @@ class _Locator(UserProvidedCacheLocator):
 class _Implementation(CompileResultCacheImpl):
     """numba's, at a place that it does not choose."""
 
-    def __init__(self, function: Callable[..., Any], directory: Path) -> None:
+    def __init__(self, function: Callable[..., Any], directory: Path, kind: str) -> None:
         self._locator, self._lineno = _Locator(function, directory), function.__code__.co_firstlineno
         name = f"{Path(inspect.getfile(function)).stem}.{function.__qualname__}"
-        self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", ""))  # type: ignore[no-untyped-call]
+        self._filename_base = self.get_filename_base(name, getattr(sys, "abiflags", "")) + kind  # type: ignore[no-untyped-call]
+
+    def check_cachable(self, compiled: Any) -> bool:
+        """Whether another process can run it."""
+        return bool(super().check_cachable(compiled)) and not compiled.library.is_tied_to_process  # type: ignore[no-untyped-call]
 
 
 class _Cache(FunctionCache):
     """Cache of one kernel, with an index of its own for every set of model types from outside the package."""
 
-    def __init__(self, function: Callable[..., Any], directory: Path) -> None:
+    def __init__(self, function: Callable[..., Any], directory: Path, kind: str = "") -> None:
         self._name, self._py_func = repr(function), function
-        self._impl = _Implementation(function, directory)
+        self._impl = _Implementation(function, directory, kind)
         self._cache_path = self._impl.locator.get_cache_path()
         self._cache_file = self._files(self._impl.filename_base)
         self.enable()  # type: ignore[no-untyped-call]

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
+from numba.core import types
+from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import overload
 from numpy.typing import NDArray
 
@@ -80,17 +82,23 @@ def _instance_class(given: Any) -> Any:
 
 
 def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Let kernels call a function of this module: they get the kernel of their model's type."""
+    """Let kernels call a function of this module: they link the kernel of their model's type."""
     name = function.__name__
 
-    def resolve(*arguments: Any) -> Any:
-        model = _instance_class(arguments[0])
-        if model is None:
-            return None
-        kernel = _kernel_of(name, model)
-        return lambda *arguments: kernel(*arguments)
+    class Template(AbstractTemplate):
+        key = function
 
-    overload(function, strict=False)(resolve)
+        def generic(self, args: Any, kws: Any) -> Any:
+            model = _instance_class(args[0])
+            if model is None:
+                return None
+            return self.context.resolve_value_type(_kernel_of(name, model)).get_call_type(self.context, args, kws)
+
+        def get_impl_key(self, sig: Any) -> Any:
+            kernel: Any = _kernel_of(name, _instance_class(sig.args[0]))
+            return kernel.get_overload(sig)
+
+    infer_global(function, types.Function(Template))  # type: ignore[no-untyped-call]
     return function
 
 
