@@ -111,7 +111,7 @@ def _fly(process: Process, judge: Judge, ipopt: ProgramSolver, turn: int) -> dic
                 break
             states.append(state)
             timing, answer = process.replan(task.name, [cast(Any, case_of(this, state))])[0]
-            seconds += [] if timing.interrupted else [timing.seconds]
+            seconds.append(timing.on_core if timing.interrupted else timing.seconds)
             unusable += not answer.usable
             inputs = _next_inputs(inputs, answer)
     except PeerError as error:
