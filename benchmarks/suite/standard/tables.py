@@ -23,11 +23,12 @@ the same perturbed starts and the same first guess: a straight line of states, a
 | not worse | holds, and costs at most {COST_TOLERANCE:g} (relative) more than what IPOPT finds from the same guess |
 | better | costs less than that by more than {COST_TOLERANCE:g} |
 | cold | time that the solver had the core, of solves that hold; ratios start by start, where both hold |
-| replan | one iteration from the shifted previous plan, in closed loops on a disturbed plant, by the clock on the wall; interrupted ones by time on the core |
+| replan | one iteration from the shifted plan, in closed loops, by the clock on the wall; interrupted ones by time on the core |
 | violation | largest of a solution that the solver calls usable |
 
-Each solver flies closed loops of its own plans. The first plan is its own, or IPOPT's where its own does not hold. The plant runs
-between two replans, so that nobody finds its data in the cache. IPOPT and fatrop have no single iteration."""
+Each solver flies closed loops of its own plans on a disturbed plant. The first plan is its own, or IPOPT's where its own does
+not hold. The plant runs between two replans, so that nobody finds its data in the cache. IPOPT and fatrop have no single
+iteration."""
 
 
 def report(result: Any) -> str:
