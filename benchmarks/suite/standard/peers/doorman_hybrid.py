@@ -36,9 +36,10 @@ class DoormanHybrid(StandardPeer):
             self._answer = solution.states, solution.inputs
 
     def answer(self) -> Answer:
-        """The trajectory and its status."""
-        claim = self._status.value
-        return Answer(*self._answer, self._iterations, claim, self._status.flyable, claim == "converged")
+        """The trajectory and its status; a controller flies ways back into the constraints, too."""
+        status = self._status
+        usable = status.flyable if self._warm else status.usable
+        return Answer(*self._answer, self._iterations, status.value, usable, status is ocp.PlanStatus.CONVERGED)
 
     def _set(self, case: Case, warm: bool) -> None:
         self._case, self._warm = case, warm
