@@ -3,7 +3,7 @@
 # make rig-demo    opens it through emulated autopilot, servos and cameras, on their real protocols
 # make test    runs every check and every test; needs chromium
 # make docs    builds the documentation, with its tutorials executed, from docs/ and the docstrings: build/docs/index.html
-# make bench   measures the planner against other solvers and writes docs/benchmarks.md: about 20 minutes
+# make bench   measures the planner against other solvers and writes docs/benchmarks.md: about 45 minutes
 # make clean   removes the virtual environment and everything that tools left behind
 #
 # Both install what they need into .venv first. Another interpreter or place: make test PYTHON=python3.12 VENV=/tmp/doorman

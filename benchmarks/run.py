@@ -11,6 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from suite.environment import peers_python  # noqa: E402
 from suite.machine import describe  # noqa: E402
 from suite.peers import ENTRIES  # noqa: E402
 from suite.session import Session  # noqa: E402
+from suite.standard import problems  # noqa: E402
 from suite.workloads import (  # noqa: E402
     closed_loop,
     cold,
@@ -47,16 +49,17 @@ def main() -> None:
     python = arguments.peers_python.absolute() if arguments.peers_python else peers_python(FOLDER / "peers")
     folder = (arguments.folder or FOLDER / ("quick" if arguments.quick else "full")).absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    session = Session(
-        folder, [*OURS, *arguments.peers], Path(sys.executable), python, arguments.core, arguments.quick
-    )  # fmt: skip
+    chosen_names = [*OURS, *arguments.peers]
+    door, standard = ([n for n in chosen_names if ENTRIES[n].standard == kind] for kind in (False, True))
+    session = Session(folder, door, Path(sys.executable), python, arguments.core, arguments.quick)
+    sessions = {"standard": replace(session, names=standard)}
     machine = {**describe(session.python, python, arguments.core), "quick": arguments.quick}
     results: dict[str, Any] = {"machine": machine}
     try:
         for name in arguments.only:
             started = time.monotonic()
             print(f"{name} …", end=" ", flush=True)
-            results[name] = workloads[name](session)
+            results[name] = workloads[name](sessions.get(name, session))
             keep({name: results[name], "machine": results["machine"], "missing": session.missing}, folder / "raw")
             print(f"{time.monotonic() - started:.0f} s", flush=True)
     finally:
@@ -78,6 +81,7 @@ def available(arguments: argparse.Namespace) -> dict[str, Callable[[Session], di
         "arms": sizes.measure_arms,
         "phases": phases.measure,
         "push": push.measure,
+        "standard": problems.measure,
         "floor": floor.measure,
         "fresh": fresh_process.measure,
         "closed_loop": lambda session: closed_loop.measure(session, seconds),

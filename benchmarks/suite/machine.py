@@ -13,6 +13,7 @@ from suite.environment import versions
 
 PACKAGES = [
     "doorman", "numpy", "numba", "llvmlite", "pin", "proxsuite", "casadi", "crocoddyl", "mim-solvers", "pycddp",
+    "comma-deps-acados",
 ]  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from suite import plots, tables, texts
+from suite.standard import tables as standard
 from suite.statistics import milliseconds, ratios
 
 Results = dict[str, Any]
@@ -30,6 +31,7 @@ def page(results: Results) -> str:
          lambda r: _with_plot(texts.PHASES, "phases", tables.phases(r["seconds"]))),
         ("push", "## Pushing",
          lambda r: f"{texts.PUSH}\n\n{tables.push(r['rows'], r['rows_of_a_node'])}"),
+        ("standard", "## Standard problems", standard.report),
         ("fresh", "## A fresh process", _fresh),
         ("closed_loop", "## Real time", _real_time),
         ("control_loop", "## Control loop", _control_loop),

@@ -17,11 +17,18 @@ class Entry:
     factory: str
     ours: bool = False
     """Whether it runs in doorman's own environment."""
+    standard: bool = False
+    """Whether it solves the standard problems; else the door's."""
 
     def load(self) -> type[Peer]:
         """Import it; only the environment that has it can."""
-        peer: type[Peer] = getattr(importlib.import_module(f"suite.peers.{self.module}"), self.factory)
+        package = "suite.standard.peers" if self.standard else "suite.peers"
+        peer: type[Peer] = getattr(importlib.import_module(f"{package}.{self.module}"), self.factory)
         return peer
+
+
+def _standard(label: str, module: str, factory: str, ours: bool = False) -> Entry:
+    return Entry(label, module, factory, ours, standard=True)
 
 
 ENTRIES = {
@@ -34,4 +41,12 @@ ENTRIES = {
     "hpipm_exact": Entry("CasADi sqpmethod + HPIPM, exact Hessian", "sqp_hpipm", "ExactSqpHpipm"),
     "csqp": Entry("mim_solvers CSQP, Python callbacks", "csqp", "Csqp"),
     "pycddp": Entry("pycddp IPDDP, Python callbacks", "pycddp_interior_point", "InteriorPointDdp"),
+    "hybrid": _standard("doorman", "doorman_hybrid", "DoormanHybrid", ours=True),
+    "nlp_ipopt": _standard("CasADi + IPOPT, interpreted", "casadi_programs", "Ipopt"),
+    "nlp_ipopt_c": _standard("CasADi + IPOPT, C", "casadi_programs", "CompiledIpopt"),
+    "nlp_fatrop": _standard("CasADi + fatrop, interpreted", "casadi_programs", "Fatrop"),
+    "nlp_fatrop_c": _standard("CasADi + fatrop, C", "casadi_programs", "CompiledFatrop"),
+    "nlp_hpipm": _standard("CasADi sqpmethod + HPIPM, tuned, C", "casadi_programs", "SqpHpipm"),
+    "acados": _standard("acados SQP, full steps, C", "acados_sqp", "AcadosSqp"),
+    "acados_slack": _standard("acados SQP, slacks and line search, C", "acados_sqp", "SlackAcadosSqp"),
 }

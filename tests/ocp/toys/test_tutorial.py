@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[3]
 
 def test_every_block_runs_and_the_numbers_agree() -> None:
     page, text = tutorial(), PAGE.read_text(encoding="utf-8")
-    assert len(re.findall(r"^```python$", text, re.MULTILINE)) == 8
+    assert len(re.findall(r"^```python$", text, re.MULTILINE)) == 9
     assert page.swung.states[-1, 0] == pytest.approx(np.pi + np.arcsin(0.1), abs=1e-3)
     assert page.swung.status is page.same.status is page.again.status is PlanStatus.CONVERGED
     np.testing.assert_allclose(page.same.states, page.swung.states, atol=1e-3)

@@ -1,0 +1,1 @@
+"""Standard problems of optimal control: doorman's examples against solvers that others publish."""

@@ -1,0 +1,1 @@
+"""The solvers of the standard problems, one a file."""
