@@ -122,7 +122,7 @@ class SymbolicModel:
         self,
         constraints: Sequence[Constraint] = (),
         costs: Sequence[Cost | Residual] = (),
-        second_derivatives: bool = False,
+        second_derivatives: bool | None = False,
     ) -> str:
         """Python module that computes these expressions: all of a problem but its numbers; see `printed_problem`.
 

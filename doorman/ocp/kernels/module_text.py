@@ -8,153 +8,13 @@ from typing import Any
 import casadi as ca
 
 from doorman.ocp.kernels.curvature_text import curvature_text, prices_of
+from doorman.ocp.kernels.module_templates import HEAD, HORIZON, HORIZON_ROWS, LINEARIZE_ROWS, LINEARIZE_STEP, NODE
 from doorman.ocp.kernels.operations import IMPORTS
 from doorman.ocp.kernels.printing import printed
 from doorman.ocp.problem.expressions import Expansion, Expressions, integrators_of
 
-_HEAD = '''"""Kernels of a problem with {nx} states and {nu} inputs, printed from CasADi expressions.
-
-States x: {x}. Inputs u: {u}. Parameters p: {p}. Parameters q of each node: {q}.
-"""
-
-from typing import NamedTuple
-
-import numpy as np
-
-from doorman.compilation import kernel
-{imports}from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.loading import remade
-from doorman.ocp.kernels.runtime import (
-    LANES,
-    WIDTH,
-    gather,
-    keep_positive,
-    put_slopes,
-    scatter_curvature,
-    scatter_values,
-    spread,
-)
-
-ROWS = {rows}
-INTEGRATORS = {integrators}
-NODE_PARAMETERS = {nq}
-NAMES = {names}
-EQUALITIES = {equalities}
-
-
-class Model(NamedTuple):
-    """Numbers that change without compiling, and memory of the kernels."""
-
-    time_step: float
-    parameters: np.ndarray
-    node_parameters: np.ndarray
-    x_lanes: np.ndarray
-    u_lanes: np.ndarray
-    q_lanes: np.ndarray
-    out: np.ndarray
-    curvature: np.ndarray
-    costates: np.ndarray
-    prices: np.ndarray
-
-    @classmethod
-    def of(cls, time_step, parameters, node_parameters):
-        """Numbers with fresh memory."""
-        x, u, q = np.zeros(({nx}, LANES)), np.zeros(({nu}, LANES)), np.zeros(({nq}, LANES))
-        out, curvature = np.zeros(({outputs}, LANES)), np.zeros(({bent}, {bent}))
-        costates, prices = np.zeros(({nx}, LANES)), np.zeros(({prices}, LANES))
-        return cls(float(time_step), parameters, node_parameters, x, u, q, out, curvature, costates, prices)
-
-    def __reduce__(self):
-        return remade, (TEXT, self.time_step, self.parameters, self.node_parameters)
-'''
-
-_NODE = '''
-class Node(NamedTuple):
-    """What the kernels of one node need; `q` are its parameters."""
-
-    time_step: float
-    parameters: np.ndarray
-    q: np.ndarray
-    x_lanes: np.ndarray
-    u_lanes: np.ndarray
-    q_lanes: np.ndarray
-    out: np.ndarray
-    curvature: np.ndarray
-
-
-@functions.implement(functions.at_node, Model)
-def at_node(model, k):
-    q = model.node_parameters[k]
-    return Node(
-        model.time_step, model.parameters, q, model.x_lanes, model.u_lanes, model.q_lanes, model.out, model.curvature
-    )
-'''
-
 _MOST_LINES = 10_000
 """Longer kernels of second derivatives take minutes to compile."""
-
-_LINEARIZE_STEP = """def linearize_step(model, x, u, jacobian):
-    spread(x, model.x_lanes)
-    spread(u, model.u_lanes){spread}
-    step_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.out)
-    put_slopes(model.out, x.shape[0], STEP_ROWS, STEP_COLUMNS, jacobian)"""
-
-_LINEARIZE_ROWS = """def linearize_constraints(model, x, h, jacobian):
-    spread(x, model.x_lanes){spread}
-    rows_lanes(model, model.x_lanes, model.q_lanes, model.out)
-    for i in range(h.shape[0]):
-        h[i] = model.out[i, 0]
-    put_slopes(model.out, h.shape[0], ROW_ROWS, ROW_COLUMNS, jacobian)"""
-
-_HORIZON = """
-STEP_ROWS = {step_rows}
-STEP_COLUMNS = {step_columns}
-
-
-@kernel
-def scatter_step(values, ahead, jacobian):
-    {scatter_step}
-
-
-@functions.implement(functions.linearize_horizon, Model)
-@kernel
-def linearize_horizon(model, states, inputs, jacobians, rows, row_jacobians):
-    n = inputs.shape[0]
-    for first in range(0, n, LANES):
-        gather(states, first, n, model.x_lanes)
-        gather(inputs, first, n, model.u_lanes)
-        gather(model.node_parameters, first, n, model.q_lanes)
-        step_lanes(model, model.x_lanes, model.u_lanes, model.q_lanes, model.out)
-        for side in range(min(LANES, n - first)):
-            scatter_step(model.out[:, side], states[first + side + 1], jacobians[first + side])
-"""
-
-_HORIZON_ROWS = """        gather(states, first + 1, n + 1, model.x_lanes)
-        gather(model.node_parameters, first + 1, n + 1, model.q_lanes)
-        rows_lanes(model, model.x_lanes, model.q_lanes, model.out)
-        for side in range(min(LANES, n - first)):
-            scatter_rows(model.out[:, side], rows[first + side], row_jacobians[first + side])
-
-
-@kernel
-def scatter_rows(values, row, jacobian):
-    {scatter_rows}
-
-
-ROW_ROWS = {row_rows}
-ROW_COLUMNS = {row_columns}
-
-
-@functions.implement(functions.constrain_horizon, Model)
-@kernel
-def constrain_horizon(model, states, rows):
-    n = rows.shape[0]
-    for first in range(0, n, LANES):
-        gather(states, first + 1, n + 1, model.x_lanes)
-        gather(model.node_parameters, first + 1, n + 1, model.q_lanes)
-        row_values_lanes(model, model.x_lanes, model.q_lanes, model.out)
-        scatter_values(model.out, first, rows)
-"""
 
 
 def module_text(expressions: Expressions, second_derivatives: bool | None = False) -> str:
@@ -173,7 +33,7 @@ def module_text(expressions: Expressions, second_derivatives: bool | None = Fals
     curvature, outputs = ("", 0) if second_derivatives is False else curvature_text(expressions)
     if second_derivatives is None and curvature.count("\n") > _MOST_LINES:
         curvature, outputs = "", 0
-    nodes = [_NODE] if _has_nodes(expressions) else []
+    nodes = [NODE] if _has_nodes(expressions) else []
     parts = [_head(expressions, outputs), *nodes, *_step(expressions), *_state_rows(expressions)]
     parts += _rows(expressions, "constrain_input", "linearize_input_constraints", expressions.input_rows, expressions.u)
     parts += _rows(expressions, "constrain_end", "linearize_end_constraints", expressions.end_rows, ca.SX(0, 1))
@@ -197,7 +57,7 @@ def _head(expressions: Expressions, outputs: int) -> str:
         for name, each in (("x", x), ("u", u), ("p", p), ("q", q))
     }
     rows = tuple(each.numel() for each in (expressions.rows, expressions.input_rows, expressions.end_rows))
-    return _HEAD.format(
+    return HEAD.format(
         nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, prices=prices_of(expressions),
         imports=IMPORTS, rows=rows, integrators=integrators_of(expressions), names=expressions.names,
         equalities=expressions.equalities, **symbols,
@@ -220,7 +80,7 @@ def _step(expressions: Expressions) -> list[str]:
         _plain_rate(expressions),
         _kernel(expressions, "step", "model, x, u, out", values, lambda k, i, v: f"out[{i}] = {v}"),
         _lanes(expressions, "step_lanes", "model, x, u, q, out", [expressions.checked_step, slopes]),
-        _decorators(expressions, "linearize_step") + _LINEARIZE_STEP.format(spread=_spread_node(expressions)),
+        _decorators(expressions, "linearize_step") + LINEARIZE_STEP.format(spread=_spread_node(expressions)),
     ]
 
 
@@ -239,7 +99,7 @@ def _state_rows(expressions: Expressions) -> list[str]:
         _kernel(expressions, "constrain", "model, x, h", [rows], lambda k, i, v: f"h[{i}] = {v}"),
         _lanes(expressions, "rows_lanes", "model, x, q, out", [rows, ca.jacobian(rows, expressions.x)]),
         _lanes(expressions, "row_values_lanes", "model, x, q, out", [rows]),
-        _decorators(expressions, "linearize_constraints") + _LINEARIZE_ROWS.format(spread=spread),
+        _decorators(expressions, "linearize_constraints") + LINEARIZE_ROWS.format(spread=spread),
     ]
 
 
@@ -272,7 +132,7 @@ def _horizon(expressions: Expressions) -> str:
     scattered = [f"jacobian[{i}, {nx}] = values[{i}] - ahead[{i}]" for i in range(nx)]  # [A | e | B]
     for i, (row, column) in enumerate(step):
         scattered.append(f"jacobian[{row}, {column if column < nx else column + 1}] = values[{nx + i}]")
-    text = _HORIZON.format(
+    text = HORIZON.format(
         step_rows=_indices([row for row, _ in step]), step_columns=_indices([column for _, column in step]),
         scatter_step="\n    ".join(scattered),
     )  # fmt: skip
@@ -281,7 +141,7 @@ def _horizon(expressions: Expressions) -> str:
     rows = _places(ca.jacobian(expressions.rows, expressions.x))
     scattered = [f"row[{i}] = values[{i}]" for i in range(nh)]
     scattered += [f"jacobian[{row}, {column}] = values[{nh + i}]" for i, (row, column) in enumerate(rows)]
-    return text + _HORIZON_ROWS.format(
+    return text + HORIZON_ROWS.format(
         row_rows=_indices([row for row, _ in rows]), row_columns=_indices([column for _, column in rows]),
         scatter_rows="\n    ".join(scattered),
     )  # fmt: skip
