@@ -97,6 +97,8 @@ class SelfContained(JITCodeLibrary):
     def _optimize_final_module(self) -> None:
         """Optimise what becomes machine code; other code is optimised in its callers."""
         if self._is_called_by_address:
+            if self._is_last:
+                self._hide_copies()  # so that what is called once is inlined, and constant arguments are known
             super()._optimize_final_module()
             self._optimized = True
 
@@ -115,7 +117,8 @@ class SelfContained(JITCodeLibrary):
             super()._optimize_final_module()
             self._optimized = True
         self._hide_copies()
-        self._check_references()
+        if self._is_last:
+            self._check_references()
         self._made = True
         if self.is_tied_to_process:  # the loader takes numba's own functions before this, not in the midst of it
             rtsys.library.get_pointer_to_function("nrt_unresolved_abort")

@@ -81,7 +81,7 @@ class SymbolicModel:
     def problem(
         self, horizon: int, time_step: float, cost: QuadraticCost, *, bounds: Bounds | None = None,
         constraints: Sequence[Constraint] = (), costs: Sequence[Cost | Residual] = (),
-        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool = True,
+        parameters: ArrayLike = (), node_parameters: ArrayLike | None = None, second_derivatives: bool | None = None,
     ) -> Problem:  # fmt: skip
         """Problem of these dynamics; its kernels are compiled by the first solver of it, and kept on disk.
 
@@ -95,7 +95,8 @@ class SymbolicModel:
             parameters: Values of the parameters, shape (np,).
             node_parameters: Values at nodes 0 … N, shape (N + 1, nq), or (nq,) for the same at all; zeros if not given.
             second_derivatives: Print the Hessian of the Lagrangian, too: solvers then search by `SolverOptions.hessian`.
-                Without it they compile sooner.
+                Without it they compile sooner. If not given, they are printed unless they would take minutes to compile, as
+                with more than some fifteen states.
 
         Returns:
             The problem.

@@ -76,6 +76,9 @@ def at_node(model, k):
     return Node(model.time_step, model.parameters, model.node_parameters[k], model.curvature)
 '''
 
+_MOST_LINES = 10_000
+"""Longer kernels of second derivatives take minutes to compile."""
+
 _HORIZON = """
 STEP_ROWS = {step_rows}
 STEP_COLUMNS = {step_columns}
@@ -116,12 +119,12 @@ def constrain_horizon(model, states, rows):
 """
 
 
-def module_text(expressions: Expressions, second_derivatives: bool = False) -> str:
+def module_text(expressions: Expressions, second_derivatives: bool | None = False) -> str:
     """The module's text: the same for the same expressions.
 
     Args:
         expressions: Of one problem.
-        second_derivatives: Print the Hessian of the Lagrangian, too.
+        second_derivatives: Print the Hessian of the Lagrangian, too; None: unless that takes very long to compile.
 
     Returns:
         Python.
@@ -129,7 +132,9 @@ def module_text(expressions: Expressions, second_derivatives: bool = False) -> s
     Raises:
         SolverError: if an operation has no translation.
     """
-    curvature, outputs = curvature_text(expressions) if second_derivatives else ("", 0)
+    curvature, outputs = ("", 0) if second_derivatives is False else curvature_text(expressions)
+    if second_derivatives is None and curvature.count("\n") > _MOST_LINES:
+        curvature, outputs = "", 0
     parts = [_head(expressions, outputs), *_step(expressions)]
     parts += _rows(expressions, "constrain", "linearize_constraints", expressions.rows, ca.SX(0, 1))
     parts += _rows(expressions, "constrain_input", "linearize_input_constraints", expressions.input_rows, expressions.u)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp.kernels import functions
-from doorman.ocp.solvers.engine import FAST_ITERATIONS
+from doorman.ocp.solvers.engine import FAST_ITERATIONS, StateGuess
 from doorman.ocp.solvers.interior.searcher import Kept, Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
@@ -22,6 +23,12 @@ Array = NDArray[np.float64]
 
 _AGREEMENT = 1e-7
 """A rollout whose cost differs from the augmented Lagrangian's by less than this, relative to 1 + |cost|, is its solution."""
+
+_FIRST_ITERATIONS = 12
+"""Largest number of fast iterations before the search: where they do well, they need no more."""
+
+_POLISHING = 6
+"""Largest number of fast iterations from a solution of the search."""
 
 
 class Hybrid(Replanner):
@@ -40,25 +47,26 @@ class Hybrid(Replanner):
     def _solve_thoroughly(
         self, searcher: Searcher, state: Array, max_iterations: int, deadline: float
     ) -> tuple[PlanStatus, int]:
-        """Fast iterations, then the interior-point search: the cheaper of their results, both of which are local minima.
+        """Fast iterations, then the interior-point search: the cheapest of what they find.
 
+        Results that differ say that there are several minima; the search then begins elsewhere, too, until two results agree.
         With multipliers the guess is an earlier solution: the search follows only where the fast iterations fail.
         """
-        given, result, best = self._given, self._work.result, None
-        fast = self.options.hessian != "exact" or given[2]
-        code = self._attempt(state, min(max_iterations, FAST_ITERATIONS) if fast else 1, deadline)
+        given, result = self._given, self._work.result
+        fast = given[2] or self.options.hessian != "exact"
+        most = FAST_ITERATIONS if given[2] else _FIRST_ITERATIONS if fast else 1
+        code = self._attempt(state, min(max_iterations, most), deadline)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
         iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
-        if fast:
-            best = self._found(code)
-        starts = () if best is not None and given[2] else ("given",) if given[0] or given[1] else ("held", "straight")
-        on_top = best
-        for start in starts:
+        best = on_top = self._found(code) if fast else None
+        if best is not None and given[2]:
+            return PlanStatus.CONVERGED, iterations
+        for start in ("first", "held", "straight") if given[0] or given[1] else ("held", "straight", "first"):
             if iterations >= max_iterations or time.monotonic() >= deadline:
                 break
-            on_top = None
             self._put_guess(start, state)
+            on_top = None
             try:
                 code = self._search(searcher, max_iterations - iterations, deadline)
             except Stopped:
@@ -67,12 +75,18 @@ class Hybrid(Replanner):
                 self._teller.callback = None
                 break
             iterations += int(result[RESULT.ITERATIONS])
-            on_top = self._polished(state, deadline) if code == kernels.CONVERGED else None
+            if code == kernels.CONVERGED:
+                on_top = self._settled(state, deadline)
+                iterations += int(result[RESULT.ITERATIONS])
             if on_top is not None:
+                alone, agree = best is None, best is not None and on_top.costs_as(best)
                 best = on_top if best is None or on_top.cost < best.cost else best
-                break
-        if best is None or on_top is not best:
-            return self._go_on_from(best or resort, state), iterations
+                if alone or agree:
+                    break
+        if best is None:
+            return self._go_on_from(resort, state), iterations
+        if on_top is not best:
+            self._put_back_whole(best)
         return PlanStatus.CONVERGED, iterations
 
     def _search(self, searcher: Searcher, max_iterations: int, deadline: float) -> int:
@@ -83,16 +97,43 @@ class Hybrid(Replanner):
             kernels.PAUSED,
         )
 
-    def _polished(self, state: Array, deadline: float) -> Kept | None:
-        """Solution of fast iterations from the nominal trajectory and its multipliers, rolled out."""
+    def _settled(self, state: Array, deadline: float) -> Kept | None:
+        """Solution of the search, rolled out by its own feedback, and closer to the optimum where fast iterations get there."""
+        found = self._rolled_search()
+        if found is None:
+            return None
         self._given = True, True, True
-        return self._found(self._attempt(state, FAST_ITERATIONS, deadline))
+        polished = self._found(self._attempt(state, _POLISHING, deadline))
+        if polished is not None and (polished.cost <= found.cost or polished.costs_as(found)):
+            return polished
+        self._put_back_whole(found)
+        return found
+
+    def _rolled_search(self) -> Kept | None:
+        """Rollout of the search's solution; that itself, where a rollout leads elsewhere; None if neither is feasible."""
+        work, result = self._work, self._work.result
+        itself = Kept.of(work, float(result[RESULT.COST]))
+        guess.start_trial(self._memory)
+        if rollout.roll_out(self._model, self._memory, -1, 0.0, True, 0) == rollout.DONE and self._feasible():
+            rolled = Kept.of(work, float(result[RESULT.COST]))
+            if rolled.costs_as(itself):
+                self._accept()
+                return Kept.of(work, rolled.cost)
+        self._put_back_whole(itself)
+        return itself if self._feasible() and result[RESULT.DEFECT] <= self.options.feasibility else None
+
+    def _put_back_whole(self, kept: Kept) -> None:
+        """Make what was kept the nominal trajectory with its feedback, measured."""
+        kept.put_back(self._work)
+        nominal.linearize(self._model, self._memory)
+        nominal.measure_nominal(self._memory)
+        self._work.result[RESULT.COST] = kept.cost
 
     def _go_on_from(self, kept: Kept, state: Array) -> PlanStatus:
-        """Fast iterations from what was kept, rolled out: there is their feedback again."""
+        """Fast iterations from where they ended, rolled out: what there is, where nothing has converged."""
         kept.put_back(self._work)
         self._given = True, True, True
-        code = self._attempt(state, FAST_ITERATIONS, np.inf)
+        code = self._attempt(state, FAST_ITERATIONS, self._deadline)
         if code == cold_start.NOT_CONVERGED:
             return PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
         if not self._rolled(code):
@@ -100,11 +141,10 @@ class Hybrid(Replanner):
         return PlanStatus.CONVERGED if self._agrees() or self._returns() else PlanStatus.ITERATION_LIMIT
 
     def _found(self, code: int) -> Kept | None:
-        """What `_attempt` has found, if it has converged, and its rollout agrees and is inside the constraints."""
-        result = self._work.result
-        if code == cold_start.NOT_CONVERGED or not (self._rolled(code) and self._agrees()):
+        """What `_attempt` has found, if it has converged, and its rollout agrees and is inside without ProxQP's help."""
+        if code != rollout.DONE or not (self._rolled(code) and self._agrees() and self._feasible()):
             return None
-        return Kept.of(self._work, float(result[RESULT.COST])) if self._feasible() else None
+        return Kept.of(self._work, float(self._work.result[RESULT.COST]))
 
     def _feasible(self) -> bool:
         return bool(self._work.result[RESULT.VIOLATION] <= self.options.feasibility)
@@ -114,10 +154,10 @@ class Hybrid(Replanner):
         self._rollout_time += float(self._work.result[RESULT.ROLLOUT_TIME])
         return code == rollout.DONE or self._take(code >= 0 and self._resume(code))
 
-    def _put_guess(self, start: str, state: Array) -> None:
-        """Nominal trajectory to begin with: the given one, the first state held, or the straight line to the goal."""
+    def _put_guess(self, start: StateGuess | Literal["first"], state: Array) -> None:
+        """Nominal trajectory to begin with: what the fast iterations began with, or what a word describes."""
         self._forget_multipliers()
-        if start == "given":
+        if start == "first":
             np.copyto(self._work.nominal.states, self._work.first.states)
             np.copyto(self._work.nominal.inputs, self._work.first.inputs)
         else:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
+import pytest
 import unicycle
 
-from doorman.ocp.kernels import functions
+from doorman import ocp
+from doorman.ocp.kernels import functions, module_text
 from doorman.ocp.kernels.default_curvature import _curve_horizon
 
 
@@ -27,3 +30,16 @@ def test_printed_hessians_are_differences_of_gradients() -> None:
     difference = np.abs(printed[1] - differences[1])
     assert difference[:n][~bent].max() < 1e-8 and difference[n].max() < 1e-8
     assert np.abs(printed[1]).max() > 0.1
+
+
+def test_hessians_are_left_out_where_they_are_long_or_not_wanted(monkeypatch: pytest.MonkeyPatch) -> None:
+    x, u = ca.SX.sym("x"), ca.SX.sym("u")
+    model, cost = ocp.SymbolicModel(x, u, u - ca.sin(x)), ocp.QuadraticCost([1.0], [1.0], [1.0], [0.0], [0.0])
+
+    def has_them(wanted: bool | None) -> bool:
+        problem = model.problem(5, 0.1, cost, second_derivatives=wanted)
+        return functions.is_implemented(functions.curve_horizon, type(problem.model))
+
+    assert has_them(None) and has_them(True) and not has_them(False)
+    monkeypatch.setattr(module_text, "_MOST_LINES", 10)
+    assert not has_them(None) and has_them(True)

@@ -16,6 +16,9 @@ from doorman.ocp.solvers.workspace import Workspace
 
 Array = NDArray[np.float64]
 
+_SAME = 1e-5
+"""Costs that differ by less, relative to 1 + |J|, are those of one minimum."""
+
 
 class Searcher:
     """Interior-point search in the memory of a solver.
@@ -35,24 +38,30 @@ class Searcher:
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """A trajectory with its multipliers, to go on from later."""
+    """A trajectory with its feedback and multipliers, to go on from later."""
 
     cost: float
     states: Array
     inputs: Array
+    gains: Array
     multipliers: Multipliers
 
     @classmethod
     def of(cls, work: Workspace, cost: float) -> Kept:
         """The nominal one."""
         return cls(
-            cost, work.nominal.states.copy(), work.nominal.inputs.copy(),
+            cost, work.nominal.states.copy(), work.nominal.inputs.copy(), work.policy.gains.copy(),
             Multipliers(*(array.copy() for array in work.multipliers)),
         )  # fmt: skip
+
+    def costs_as(self, other: Kept) -> bool:
+        """Whether both are the same minimum, by their costs."""
+        return abs(self.cost - other.cost) <= _SAME * (1.0 + abs(other.cost))
 
     def put_back(self, work: Workspace) -> None:
         """Make it the nominal one."""
         np.copyto(work.nominal.states, self.states)
         np.copyto(work.nominal.inputs, self.inputs)
+        np.copyto(work.policy.gains, self.gains)
         for source, target in zip(self.multipliers, work.multipliers, strict=True):
             np.copyto(target, source)
