@@ -89,18 +89,14 @@ class Hybrid(Replanner):
                 best = on_top if best is None or on_top.cost < best.cost else best
                 if alone or agree:
                     break
-        if best is None:
-            return self._go_on_from(resort, state), iterations
-        if on_top is not best:
+        if best is not None and on_top is not best:
             self._put_back_whole(best)
-        return PlanStatus.CONVERGED, iterations
+        return PlanStatus.CONVERGED if best is not None else self._go_on_from(resort, state), iterations
 
     def _search(self, searcher: Searcher, max_iterations: int, deadline: float) -> int:
         """Interior-point search from the nominal trajectory; its code."""
         return self._teller.run(
-            "interior",
-            lambda: searcher.search(self._model, self._memory, max_iterations, deadline),
-            kernels.PAUSED,
+            "interior", lambda: searcher.search(self._model, self._memory, max_iterations, deadline), kernels.PAUSED
         )
 
     def _settled(self, state: Array, deadline: float) -> Kept | None:
@@ -142,9 +138,8 @@ class Hybrid(Replanner):
         code = self._attempt(state, FAST_ITERATIONS, self._deadline)
         if code == cold_start.NOT_CONVERGED:
             return PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
-        if not self._rolled(code):
-            return PlanStatus.DIVERGED
-        return PlanStatus.CONVERGED if self._agrees() or self._returns() else PlanStatus.ITERATION_LIMIT
+        settled = self._rolled(code) and (self._agrees() or self._returns())
+        return PlanStatus.CONVERGED if settled else PlanStatus.ITERATION_LIMIT
 
     def _found(self, code: int) -> Kept | None:
         """What `_attempt` has found, if it has converged, and its rollout agrees and is inside without ProxQP's help."""
