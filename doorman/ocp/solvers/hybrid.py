@@ -27,6 +27,12 @@ _AGREEMENT = 1e-7
 _FIRST_ITERATIONS = 12
 """Largest number of fast iterations before the search: where they do well, they need no more."""
 
+_PATIENCE = 4
+"""Fast iterations whose active set has not settled by then give way to the search: they take many sweeps each."""
+_SEARCH_ITERATIONS = 240
+"""Enough for a search in either half of a replan that aims anew."""
+_FAR_OFF = 0.1
+"""Share of |J| that a replan's last sweep may promise; where it promises more, the search is asked."""
 _POLISHING = 6
 """Largest number of fast iterations from a solution of the search."""
 
@@ -55,7 +61,7 @@ class Hybrid(Replanner):
         given, result = self._given, self._work.result
         fast = given[2] or self.options.hessian != "exact"
         most = FAST_ITERATIONS if given[2] else _FIRST_ITERATIONS if fast else 1
-        code = self._attempt(state, min(max_iterations, most), deadline)
+        code = self._attempt(state, min(max_iterations, most), deadline, None if given[2] else _PATIENCE)
         if code == cold_start.INVALID_START:
             return PlanStatus.INVALID_STATE, 0
         iterations, resort = int(result[RESULT.ITERATIONS]), Kept.of(self._work, np.inf)
@@ -83,18 +89,14 @@ class Hybrid(Replanner):
                 best = on_top if best is None or on_top.cost < best.cost else best
                 if alone or agree:
                     break
-        if best is None:
-            return self._go_on_from(resort, state), iterations
-        if on_top is not best:
+        if best is not None and on_top is not best:
             self._put_back_whole(best)
-        return PlanStatus.CONVERGED, iterations
+        return PlanStatus.CONVERGED if best is not None else self._go_on_from(resort, state), iterations
 
     def _search(self, searcher: Searcher, max_iterations: int, deadline: float) -> int:
         """Interior-point search from the nominal trajectory; its code."""
         return self._teller.run(
-            "interior",
-            lambda: searcher.search(self._model, self._memory, max_iterations, deadline),
-            kernels.PAUSED,
+            "interior", lambda: searcher.search(self._model, self._memory, max_iterations, deadline), kernels.PAUSED
         )
 
     def _settled(self, state: Array, deadline: float) -> Kept | None:
@@ -103,7 +105,7 @@ class Hybrid(Replanner):
         if found is None:
             return None
         self._given = True, True, True
-        polished = self._found(self._attempt(state, _POLISHING, deadline))
+        polished = self._found(self._attempt(state, _POLISHING, deadline, 1))
         if polished is not None and (polished.cost <= found.cost or polished.costs_as(found)):
             return polished
         self._put_back_whole(found)
@@ -136,9 +138,8 @@ class Hybrid(Replanner):
         code = self._attempt(state, FAST_ITERATIONS, self._deadline)
         if code == cold_start.NOT_CONVERGED:
             return PlanStatus.ITERATION_LIMIT if self._start() else PlanStatus.DIVERGED
-        if not self._rolled(code):
-            return PlanStatus.DIVERGED
-        return PlanStatus.CONVERGED if self._agrees() or self._returns() else PlanStatus.ITERATION_LIMIT
+        settled = self._rolled(code) and (self._agrees() or self._returns())
+        return PlanStatus.CONVERGED if settled else PlanStatus.ITERATION_LIMIT
 
     def _found(self, code: int) -> Kept | None:
         """What `_attempt` has found, if it has converged, and its rollout agrees and is inside without ProxQP's help."""
@@ -191,7 +192,7 @@ class Hybrid(Replanner):
             iterations += more
         return status, iterations
 
-    def _attempt(self, state: Array, max_iterations: int, deadline: float) -> int:
+    def _attempt(self, state: Array, max_iterations: int, deadline: float, patience: int | None = None) -> int:
         """Begin, fast iterations from the first guess, and where they converge the rollout: the code of `cold_start.solve`."""
         guessing = self.options.guess_active_sets
         return self._teller.run(
@@ -200,7 +201,20 @@ class Hybrid(Replanner):
                 cold_start.solve(self._model, self._memory, state, *self._given, max_iterations, deadline, guessing)
             ),
             cold_start.TO_RESUME,
+            None if patience is None else lambda: self._settles(patience),
         )
+
+    def _recovery_iterations(self) -> int:
+        return super()._recovery_iterations() if self._searcher is None else _SEARCH_ITERATIONS
+
+    def _is_far_off(self) -> bool:
+        result = self._work.result
+        return self._searcher is not None and bool(result[RESULT.DECREASE] > _FAR_OFF * abs(self.cost))
+
+    def _settles(self, patience: int) -> bool:
+        """Whether the fast iterations have found their active set, or have not had so many iterations for it."""
+        result = self._work.result
+        return bool(result[RESULT.SETTLED] == 1.0 or result[RESULT.ITERATIONS] < patience)
 
     def _attempt_otherwise(
         self, iterations: int, max_iterations: int, deadline: float, begun: float

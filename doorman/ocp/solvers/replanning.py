@@ -75,7 +75,7 @@ class Replanner(Cddp):
         first = vector(state, self._problem.nx, "state")
         if elapsed is not None:
             elapsed = number(elapsed, "elapsed", "a finite time [s]")
-        budget = checked_budget(_RECOVERY_ITERATIONS if max_iterations is None else max_iterations, time_limit)
+        budget = checked_budget(self._recovery_iterations() if max_iterations is None else max_iterations, time_limit)
         if not self._started:
             return self.run(first, max_iterations=budget, time_limit=time_limit)
         before, horizon = self._last_cost, self._problem.horizon
@@ -83,12 +83,20 @@ class Replanner(Cddp):
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
         status = self.follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
         done, left = self.iterations, time_limit - (time.monotonic() - started)
-        wild = self.change > JUMP or self.cost > _DEARER * before
+        wild = self.change > JUMP or self.cost > _DEARER * before or self._is_far_off()
         if (not status.usable or wild) and done < budget and left > 0.0:
             status, more = self.aim_anew(first, status, budget - done, left)
             done += more
         self._note(status)
         return status, done
+
+    def _recovery_iterations(self) -> int:
+        """Largest number of iterations of a replan that has to aim anew."""
+        return _RECOVERY_ITERATIONS
+
+    def _is_far_off(self) -> bool:
+        """Whether the last sweep says that the trajectory is no optimum, where finding one anew takes little."""
+        return False
 
     def _note(self, status: PlanStatus) -> None:
         """Remember what the next `replan` begins with."""

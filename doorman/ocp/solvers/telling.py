@@ -50,26 +50,31 @@ class Teller:
         self._result = result
         self.callback: Callback | None = None
 
-    def run(self, phase: Phase, kernel: Callable[[], int], paused: int) -> int:
+    def run(
+        self, phase: Phase, kernel: Callable[[], int], paused: int, goes_on: Callable[[], bool] | None = None
+    ) -> int:
         """Call a kernel until it has come to its end.
 
         Args:
             phase: What it does.
             kernel: The call.
             paused: Code with which it comes back to be called again.
+            goes_on: Asked after every iteration whether another one is worth its time; always, if not given.
 
         Returns:
-            Its last code.
+            Its last code; `paused` where it was not worth it.
 
         Raises:
             Stopped: if the callback ends the solve.
         """
-        if self.callback is None:
+        if self.callback is None and goes_on is None:
             return kernel()
         try:
             self._result[RESULT.PAUSE] = PAUSING
             code = kernel()
             while code == paused:
+                if goes_on is not None and not goes_on():
+                    break
                 self.tell(phase)
                 self._result[RESULT.PAUSE] = RESUMING
                 code = kernel()
