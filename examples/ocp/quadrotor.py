@@ -13,6 +13,7 @@ from doorman import ocp
 
 MASS, INERTIA = 1.477, [0.01152, 0.01152, 0.0218]  # kg, kg m²
 ARM, SPIN, THRUST = 0.1525, 1e-6 / 6.6e-5, 5.0  # m, m, N: of a rotor
+TILT = 1.2  # of roll and pitch: Euler angles have a pole at π/2 [rad]
 PILLARS, CLEARANCE = [(-0.15, 0.8), (0.35, 1.7)], 0.5  # centres, radius of pillar and vehicle [m]
 
 x, u = ca.SX.sym("x", 12), ca.SX.sym("u", 4)
@@ -58,7 +59,10 @@ def draw(axes, states: np.ndarray) -> None:
 EXAMPLE = Example(
     name="quadrotor around pillars", source="crocoddyl and aligator, quadrotor",
     model=ocp.SymbolicModel(x, u, rate), rate=rate, horizon=60, time_step=0.05,
-    cost=cost, bounds=ocp.Bounds(input_lower=[0.1] * 4, input_upper=[THRUST] * 4), constraints=pillars,
+    cost=cost, bounds=ocp.Bounds(
+        state_lower=[-np.inf] * 6 + [-TILT] * 2 + [-np.inf] * 4, state_upper=[np.inf] * 6 + [TILT] * 2 + [np.inf] * 4,
+        input_lower=[0.1] * 4, input_upper=[THRUST] * 4,
+    ), constraints=pillars,
     start=[-0.3, -0.5, 0.5, *[0.0] * 9], spread=[0.4, 0.3, 0.3, *[0.3] * 3, *[0.2] * 3, *[0.3] * 3],
     steps=120, noise=[1e-3] * 3 + [5e-3] * 3 + [2e-3] * 3 + [1e-2] * 3, reached=arrived, draw=draw,
 )  # fmt: skip
