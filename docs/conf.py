@@ -96,6 +96,14 @@ how-to/*
 ```{toctree}
 :hidden:
 :glob:
+:caption: Decisions
+
+decisions/*
+```
+
+```{toctree}
+:hidden:
+:glob:
 :caption: Vehicle and door
 
 hardware/*

@@ -41,6 +41,9 @@ Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 _PACKAGE = Path(__file__).parent
+PRINTED = "doorman_problem_"
+"""Modules that doorman has printed begin with this."""
+
 _SHAPE_CODE = ("OPT", "BOUNDSCHECK", "DEBUGINFO_DEFAULT", "LOOP_VECTORIZE", "SLP_VECTORIZE")
 """numba's settings, from the environment, that change what is compiled."""
 _TEACHES_NUMBA = re.compile(rb"^\s*(from|import) (numba|llvmlite)\b", re.MULTILINE)
@@ -212,7 +215,9 @@ class _Cache(FunctionCache):
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """Load a kernel without what only a compiler needs of numba, which takes half a second to import."""
-        if _foreign_models(signature):  # whose code may be anything
+        if any(
+            not model.__module__.startswith(PRINTED) for model in _foreign_models(signature)
+        ):  # code may be anything
             return super().load_overload(signature, target)  # type: ignore[no-untyped-call]
         rtsys.initialize(target)
         return self._load_overload(signature, target)

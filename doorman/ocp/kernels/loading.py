@@ -10,7 +10,7 @@ from typing import Any
 
 from doorman.cache_files import write_atomically
 from doorman.cache_place import fresh_directory
-from doorman.compilation import cache_directory
+from doorman.compilation import PRINTED, cache_directory
 
 
 def load(text: str) -> ModuleType:
@@ -22,7 +22,7 @@ def load(text: str) -> ModuleType:
     Returns:
         The module, the same for the same text.
     """
-    name = f"doorman_problem_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    name = f"{PRINTED}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
     path = _written(f"{name}.py", text)
