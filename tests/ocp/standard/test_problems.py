@@ -52,7 +52,7 @@ def power(name: str, energy: ca.SX, given: ca.SX) -> ca.SX:
 def test_energy_changes_by_the_power_of_the_inputs(name: str) -> None:
     this = example(name)
     x, u = this.model.x, this.model.u
-    module = sys.modules[name]
+    module = sys.modules[f"standard_{name}"]
     if name == "cart_pole":
         speed = [x[2] - module.LENGTH * ca.cos(x[1]) * x[3], -module.LENGTH * ca.sin(x[1]) * x[3]]
         energy = 0.5 * module.CART * x[2] ** 2 + 0.5 * module.BOB * ca.sumsqr(ca.vertcat(*speed))
@@ -84,7 +84,7 @@ def test_energy_changes_by_the_power_of_the_inputs(name: str) -> None:
 
 def test_the_track_closes() -> None:
     example("race_car")
-    car = sys.modules["race_car"]
+    car = sys.modules["standard_race_car"]
     s = (np.arange(20_000) + 0.5) * car.LENGTH / 20_000
     direction = np.cumsum(car.curvature(s, np.cos)) * car.LENGTH / 20_000
     assert direction[-1] == pytest.approx(2 * np.pi)
