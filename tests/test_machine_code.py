@@ -151,6 +151,7 @@ def test_kernels_may_call_themselves_and_each_other() -> None:
     assert [_is_odd(n) for n in range(4)] == [False, True, False, True]
 
 
+@pytest.mark.slow
 def test_kernels_that_call_each_other_are_compiled_by_every_process(tmp_path):
     """Their machine code holds an address of its process."""
     circle = "from doorman.compilation import kernel\n" + "".join(
@@ -205,6 +206,7 @@ def test_other_compiled_functions_are_as_numba_makes_them() -> None:
     assert _applied_by_address(numba.njit("float64(float64)")(lambda x: x - 1.0), 4.0) == 3.0
 
 
+@pytest.mark.slow
 def test_numbas_own_cache_is_shared_with_programs_without_doorman(tmp_path):
     """The figures: results, and how often the cache had them."""
     (tmp_path / "plain.py").write_text(CACHED)

@@ -12,6 +12,7 @@ from doorman.ocp.kernels import functions, module_text
 from doorman.ocp.kernels.default_curvature import _curve_horizon
 
 
+@pytest.mark.slow
 def test_printed_hessians_are_differences_of_gradients() -> None:
     """Of dynamics, of rows of every kind with their multipliers, and of the costs that are exact anyway."""
     problem, random = unicycle.problem(), np.random.default_rng(0)
