@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
-    from doorman.ocp.kernels import functions
+    from doorman.ocp.kernels import functions as functions
     from doorman.ocp.kernels.python_functions import runge_kutta
     from doorman.ocp.problem.costs import QuadraticCost
     from doorman.ocp.problem.problem import Bounds, Problem
@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
 
 __all__ = [
     "AugmentedLagrangian", "Bounds", "Cddp", "Constraint", "Cost", "Hybrid", "Iterate", "PlanStatus", "Problem", "PythonModel",
-    "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "functions", "runge_kutta",
+    "QuadraticCost", "Residual", "Solution", "Solver", "SolverOptions", "SymbolicModel", "runge_kutta",
 ]  # fmt: skip
 
 _MODULES = {
