@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.kinematics.vehicle import ArmGeometry
-from doorman.numba_types.lanes import get, put, sincos, zero
+from doorman.numba_types.lanes import sincos
 
 Array = NDArray[np.float64]
 
@@ -29,43 +29,40 @@ class ArmParameters(NamedTuple):
     """Scratch: position and axis of every joint, shape (n, 6)."""
     points: Array
     """Scratch: positions of the points, shape (n_points, 3)."""
-    lanes: tuple[int, ...]
-    """Empty, or as long as there are arms side by side: the last axis of scratch and angles then."""
 
     @classmethod
-    def of(cls, arm: ArmGeometry, lanes: int = 0) -> ArmParameters:
+    def of(cls, arm: ArmGeometry) -> ArmParameters:
         """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch."""
-        n, n_points, side = len(arm.axes), len(arm.point_offsets), (lanes,) if lanes else ()
+        n, n_points = len(arm.axes), len(arm.point_offsets)
         constants = (arm.axes.copy(), arm.links.copy(), arm.point_parents.copy(), arm.point_offsets.copy())
-        scratch = (np.zeros((n, 6, *side)), np.zeros((n_points, 3, *side)))
-        return cls(*constants, *scratch, lanes=(0,) * lanes)
+        return cls(*constants, np.zeros((n, 6)), np.zeros((n_points, 3)))
 
 
 @kernel
 def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
-    """Fill `arm.joints` and `arm.points` for joint angles of shape (n,), or (n, lanes)."""
-    n_points, lanes = arm.point_parents.shape[0], arm.lanes
-    px, py, pz = zero(lanes), zero(lanes), zero(lanes)
-    r00, r01, r02 = zero(lanes) + 1.0, zero(lanes), zero(lanes)
-    r10, r11, r12 = zero(lanes), zero(lanes) + 1.0, zero(lanes)
-    r20, r21, r22 = zero(lanes), zero(lanes), zero(lanes) + 1.0
+    """Fill `arm.joints` and `arm.points` for joint angles of shape (n,)."""
+    n_points = arm.point_parents.shape[0]
+    px, py, pz = 0.0, 0.0, 0.0
+    r00, r01, r02 = 1.0, 0.0, 0.0
+    r10, r11, r12 = 0.0, 1.0, 0.0
+    r20, r21, r22 = 0.0, 0.0, 1.0
     for k in range(n_points):
         if arm.point_parents[k] < 0:
             for j in range(3):
-                put(arm.points, (k, j), zero(lanes) + arm.point_offsets[k, j])
+                arm.points[k, j] = arm.point_offsets[k, j]
     for i in range(arm.axes.shape[0]):
         lx, ly, lz = arm.links[i, 0], arm.links[i, 1], arm.links[i, 2]
         px += r00 * lx + r01 * ly + r02 * lz
         py += r10 * lx + r11 * ly + r12 * lz
         pz += r20 * lx + r21 * ly + r22 * lz
         ax, ay, az = arm.axes[i, 0], arm.axes[i, 1], arm.axes[i, 2]
-        put(arm.joints, (i, 0), px)
-        put(arm.joints, (i, 1), py)
-        put(arm.joints, (i, 2), pz)
-        put(arm.joints, (i, 3), r00 * ax + r01 * ay + r02 * az)
-        put(arm.joints, (i, 4), r10 * ax + r11 * ay + r12 * az)
-        put(arm.joints, (i, 5), r20 * ax + r21 * ay + r22 * az)
-        s, c = sincos(get(angles, i, lanes))
+        arm.joints[i, 0] = px
+        arm.joints[i, 1] = py
+        arm.joints[i, 2] = pz
+        arm.joints[i, 3] = r00 * ax + r01 * ay + r02 * az
+        arm.joints[i, 4] = r10 * ax + r11 * ay + r12 * az
+        arm.joints[i, 5] = r20 * ax + r21 * ay + r22 * az
+        s, c = sincos(angles[i])
         v = 1.0 - c
         m00, m01, m02 = c + ax * ax * v, ax * ay * v - az * s, ax * az * v + ay * s
         m10, m11, m12 = ay * ax * v + az * s, c + ay * ay * v, ay * az * v - ax * s
@@ -88,21 +85,21 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
         for k in range(n_points):
             if arm.point_parents[k] == i:
                 ox, oy, oz = arm.point_offsets[k, 0], arm.point_offsets[k, 1], arm.point_offsets[k, 2]
-                put(arm.points, (k, 0), px + r00 * ox + r01 * oy + r02 * oz)
-                put(arm.points, (k, 1), py + r10 * ox + r11 * oy + r12 * oz)
-                put(arm.points, (k, 2), pz + r20 * ox + r21 * oy + r22 * oz)
+                arm.points[k, 0] = px + r00 * ox + r01 * oy + r02 * oz
+                arm.points[k, 1] = py + r10 * ox + r11 * oy + r12 * oz
+                arm.points[k, 2] = pz + r20 * ox + r21 * oy + r22 * oz
 
 
 @kernel
 def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float, float, float]:
     """Derivative of a point's position with respect to one joint's angle, after `arm_kinematics`: three numbers."""
-    lanes, points, joints = arm.lanes, arm.points, arm.joints
+    points, joints = arm.points, arm.joints
     if joint > arm.point_parents[point]:
-        return zero(lanes), zero(lanes), zero(lanes)
-    x = get(points, (point, 0), lanes) - get(joints, (joint, 0), lanes)
-    y = get(points, (point, 1), lanes) - get(joints, (joint, 1), lanes)
-    z = get(points, (point, 2), lanes) - get(joints, (joint, 2), lanes)
-    ax, ay, az = get(joints, (joint, 3), lanes), get(joints, (joint, 4), lanes), get(joints, (joint, 5), lanes)
+        return 0.0, 0.0, 0.0
+    x = points[point, 0] - joints[joint, 0]
+    y = points[point, 1] - joints[joint, 1]
+    z = points[point, 2] - joints[joint, 2]
+    ax, ay, az = joints[joint, 3], joints[joint, 4], joints[joint, 5]
     return ay * z - az * y, az * x - ax * z, ax * y - ay * x
 
 
