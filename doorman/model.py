@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
-from doorman.exceptions import DimensionError, ScenarioError, SingularityError, UrdfError
+from doorman.exceptions import DimensionError, ScenarioError, UrdfError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
+from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
@@ -90,12 +91,7 @@ class Model:
             DimensionError: if it has another shape than (5 + n,) or is not finite.
             SingularityError: if the pitch is not inside ±90°.
         """
-        x = vector(state, self.nx, field)
-        if abs(x[1]) >= math.pi / 2 - 1e-6:
-            raise SingularityError(
-                "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
-            )
-        return x
+        return regular_state(state, self.nx, field)
 
     def constraints(self, state: ArrayLike) -> Array:
         """Analytic collision constraints h(x); h ≤ 0 is allowed (design equations 1 to 3, in that order).
@@ -165,13 +161,7 @@ class Model:
         Returns:
             The next state, shape (5 + n,).
         """
-        out = self.reduced.step(self.check_state(state), vector(inputs, self.nu, "inputs"))
-        if np.isnan(out[1]):
-            raise SingularityError(
-                "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
-                allowed="|pitch| < π/2",
-            )  # fmt: skip
-        return out
+        return regular_step(self.reduced.step(self.check_state(state), vector(inputs, self.nu, "inputs")))
 
     def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
         """Exact sensitivities A, B of `step`.

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
-from doorman.exceptions import SingularityError, SolverError
+from doorman.exceptions import SolverError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.vehicle import GRAVITY
 
@@ -78,6 +79,7 @@ class LagrangianModel:
         self.nu = 4 + self.n_arm
         posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
         self.vehicle_inertia = coupling.vehicle.inertia(posture)
+        self._pattern, _ = ArmPattern.of(coupling.vehicle.arm)
         numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
         self.numbers = numbers.replaced({"door.disturbance": self.disturbance}).and_also(
             {"vehicle.inertia": six_of(self.vehicle_inertia)}
@@ -85,8 +87,7 @@ class LagrangianModel:
         """Of the symbolic task, by name."""
 
     def _value(self, name: str, x: Array, u: Array, *time_step: float) -> Array:
-        vehicle = self.coupling.vehicle
-        functions = _functions(ArmPattern.of(vehicle.arm)[0], vehicle.point_names, tuple(self.numbers.sizes.items()))
+        functions = _functions(self._pattern, self.coupling.vehicle.point_names, tuple(self.numbers.sizes.items()))
         return np.asarray(functions[name](x, u, self.numbers.vector, *time_step))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
@@ -103,12 +104,7 @@ class LagrangianModel:
             DimensionError: if it has another shape than (8 + n,) or is not finite.
             SingularityError: if the pitch is not inside ±90°.
         """
-        x = vector(state, self.nx, field)
-        if abs(x[1]) >= math.pi / 2 - 1e-6:
-            raise SingularityError(
-                "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
-            )
-        return x
+        return regular_state(state, self.nx, field)
 
     def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
         r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`.
@@ -193,12 +189,7 @@ class LagrangianModel:
         """
         x, u = self.check_state(state), vector(inputs, self.nu, "inputs")
         out = self._value("step", x, u, self.time_step)[:, 0]
-        if np.isnan(out[1]):
-            raise SingularityError(
-                "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
-                allowed="|pitch| < π/2",
-            )  # fmt: skip
-        return self.check_state(out, "next state")
+        return self.check_state(regular_step(out), "next state")
 
     def step_jacobian(self, state: ArrayLike, inputs: ArrayLike) -> tuple[Array, Array]:
         """Exact sensitivities A, B of `step`.

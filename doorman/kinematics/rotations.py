@@ -57,6 +57,61 @@ def attitude_from_rotation(rotation: ArrayLike) -> Array:
     return np.array([math.atan2(matrix[2, 1], matrix[2, 2]), pitch, math.atan2(matrix[1, 0], matrix[0, 0])])
 
 
+def regular_state(state: ArrayLike, size: int, field: str) -> Array:
+    """A state that begins with Φ as a contiguous float array.
+
+    Args:
+        state: Shape (size,).
+        size: How long it must be.
+        field: Name of the argument, for the error.
+
+    Returns:
+        Shape (size,).
+
+    Raises:
+        DimensionError: if it has another shape or is not finite.
+        SingularityError: if the pitch is not inside ±90°.
+    """
+    x = vector(state, size, field)
+    if abs(x[1]) >= math.pi / 2 - 1e-6:
+        raise SingularityError(
+            "Euler rates are singular", field=f"{field}[1] (pitch)", given=float(x[1]), allowed="|pitch| < π/2"
+        )
+    return x
+
+
+def regular_step(after: Array) -> Array:
+    """The state after a step, which begins with Φ.
+
+    Args:
+        after: Shape (nx,); its pitch is NaN where the step left ±90°.
+
+    Raises:
+        SingularityError: if it did.
+    """
+    if np.isnan(after[1]):
+        raise SingularityError(
+            "the step leads through the singularity of the Euler rates", field="next state[1] (pitch)",
+            allowed="|pitch| < π/2",
+        )  # fmt: skip
+    return after
+
+
+def body_rates_of(attitudes: Array, rates: Array) -> Array:
+    r"""Body rates :math:`\Omega = W^{-1}(\Phi)\,\dot\Phi` of many attitudes; one of them is `body_rate_matrix`.
+
+    Args:
+        attitudes: Φ, shape (m, 3) [rad].
+        rates: Φ̇, shape (m, 3) [rad/s].
+
+    Returns:
+        Ω, shape (m, 3), body frame [rad/s].
+    """
+    sr, cr, sp, cp = (f(angle) for angle in (attitudes[:, 0], attitudes[:, 1]) for f in (np.sin, np.cos))
+    x, y, z = rates.T
+    return np.column_stack([x - sp * z, cr * y + sr * cp * z, -sr * y + cr * cp * z])
+
+
 def euler_rate_matrix(attitude: ArrayLike) -> Array:
     r"""Matrix W of :math:`\dot\Phi = W(\Phi)\,\Omega`.
 
