@@ -8,21 +8,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, rotation_body_to_world
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
-from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
-from doorman.planning.quasi_static_planning import leaning, push_along_normal, too_stiff
+from doorman.planning.quasi_static_planning import GripPlanning
 
 Array = NDArray[np.float64]
 
 
-class LagrangianPlanning:
+class LagrangianPlanning(GripPlanning):
     """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; see `PlanningModel`.
 
     Args:
@@ -54,22 +53,6 @@ class LagrangianPlanning:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
         return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin})
 
-    def goal(self, start: Array, hinge: Hinge) -> Array:
-        """The scenario's, leaning, see `PlanningModel`."""
-        return leaning(self.model, self.goal_state, hinge)
-
-    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
-        return too_stiff(self.model, hinge, float(start[3]))
-
-    def relaxed(self, numbers: Numbers) -> bool:
-        """Never, see `PlanningModel`."""
-        return False
-
-    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
-        """Share of the thrust along the door's normal, see `PlanningModel`."""
-        return push_along_normal(*self.reduced(states, inputs))
-
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`, see `PlanningModel`."""
         x = np.asarray(reduced, dtype=np.float64)
@@ -78,11 +61,7 @@ class LagrangianPlanning:
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
         r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques, see `PlanningModel`."""
         x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
-        roll, pitch, rates = x[: len(u), 0], x[: len(u), 1], x[: len(u), 4:7].T
-        sr, cr, sp, cp = np.sin(roll), np.cos(roll), np.sin(pitch), np.cos(pitch)
-        u[:, 1] = rates[0] - sp * rates[2]
-        u[:, 2] = cr * rates[1] + sr * cp * rates[2]
-        u[:, 3] = -sr * rates[1] + cr * cp * rates[2]
+        u[:, 1:4] = body_rates_of(x[: len(u), :3], x[: len(u), 4:7])
         reduced = np.delete(x, (4, 5, 6), axis=1)
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 import numpy as np
@@ -25,7 +26,34 @@ _AT_GOAL = 0.05
 """A door within this of the goal need not be moved [rad]."""
 
 
-class QuasiStaticPlanning:
+class GripPlanning(ABC):
+    """What does not depend on the dynamics of a vehicle whose tip holds on to the door; see `PlanningModel`."""
+
+    model: Model
+    goal_state: Array
+
+    @abstractmethod
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        """Reduced states and inputs, see `PlanningModel`."""
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """The scenario's, leaning, see `PlanningModel`."""
+        return leaning(self.model, self.goal_state, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[3]))
+
+    def relaxed(self, numbers: Numbers) -> bool:
+        """Never, see `PlanningModel`."""
+        return False
+
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal, see `PlanningModel`."""
+        return push_along_normal(*self.reduced(states, inputs))
+
+
+class QuasiStaticPlanning(GripPlanning):
     """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`.
 
     Args:
@@ -54,22 +82,6 @@ class QuasiStaticPlanning:
     def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
         return self.numbers.replaced({**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin})
-
-    def goal(self, start: Array, hinge: Hinge) -> Array:
-        """The scenario's, leaning, see `PlanningModel`."""
-        return leaning(self.model, self.goal_state, hinge)
-
-    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
-        return too_stiff(self.model, hinge, float(start[3]))
-
-    def relaxed(self, numbers: Numbers) -> bool:
-        """Never, see `PlanningModel`."""
-        return False
-
-    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
-        """Share of the thrust along the door's normal, see `PlanningModel`."""
-        return push_along_normal(*self.reduced(states, inputs))
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         """The reduced state itself: body rates are inputs here."""
