@@ -29,7 +29,6 @@ from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates, euler_rates
 from doorman.kinematics.task import Task
-from doorman.ocp.symbolic_model import SymbolicModel
 
 
 class LagrangianTask(Task):
@@ -98,7 +97,3 @@ class LagrangianTask(Task):
         expressions = {"derivative": (self.derivative, []), "contact_force": (self.contact_force, []),
                        "step": (model.step, [model.time_step]), "step_jacobian": (jacobian, [model.time_step])}  # fmt: skip
         return {name: ca.Function(name, [*given, *more], [each]) for name, (each, more) in expressions.items()}
-
-    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
-        """These dynamics, see `Task.model_of`."""
-        return self.model_of(self.derivative, timed)

@@ -18,7 +18,6 @@ from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import euler_rates
 from doorman.kinematics.task import Task
-from doorman.ocp.symbolic_model import SymbolicModel
 
 
 class QuasiStaticTask(Task):
@@ -36,7 +35,3 @@ class QuasiStaticTask(Task):
         torque = self.contact.distance_from_hinge * self.thrust_along_normal + self.hinge_torque
         acceleration = -torque / self.door.moving_inertia
         return ca.vertcat(euler_rates(self.attitude, self.body_rates), self.door_rate, acceleration, self.arm_rates)
-
-    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
-        """These dynamics, see `Task.model_of`."""
-        return self.model_of(self.derivative, timed)

@@ -7,6 +7,7 @@ The tip is tied to the contact point, :math:`P + R\,d = P_h + [D_V\cos\alpha,\ D
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
 from types import SimpleNamespace
@@ -24,10 +25,10 @@ CLOSED = 0.5 * math.pi
 """α of the closed door: the world's y axis runs along it [rad]."""
 
 
-class Task:
+class Task(ABC):
     """Named CasADi expressions of vehicle and door, SI units, world frame unless the name says another.
 
-    Subclasses say what the state and the inputs are, and from them `body_rates` and `normal_force`.
+    Subclasses say what the state and the inputs are, and from them `derivative`, `body_rates` and `normal_force`.
 
     Args:
         pattern: Of the arm's constants.
@@ -79,15 +80,19 @@ class Task:
         self.tip_in_body = list(self.points_in_body.values())[-1]
         """d, (3, 1) [m]."""
 
-    def model_of(self, derivative: Any, timed: bool) -> SymbolicModel:
+    @property
+    @abstractmethod
+    def derivative(self) -> Any:
+        """ẋ, (nx, 1)."""
+
+    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
         """RK4 of ẋ; no step leads through the poles of the Euler angles.
 
         Args:
-            derivative: ẋ, (nx, 1).
             timed: Whether `time` is a parameter of every node.
         """
         return SymbolicModel(
-            self.state, self.inputs, derivative, parameters=self.parameters,
+            self.state, self.inputs, self.derivative, parameters=self.parameters,
             node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),
         )  # fmt: skip
 
@@ -97,7 +102,7 @@ class Task:
     def names(self) -> list[str]:
         """Everything that an expression may use."""
         every = {*vars(self), *(each for kind in type(self).__mro__ for each in vars(kind))}
-        ours = {"names", "model_of", "symbolic_model", "evaluated", "derivative", "parameters", "state", "inputs"}
+        ours = {"names", "symbolic_model", "evaluated", "derivative", "parameters", "state", "inputs"}
         return sorted(each for each in every - ours if not each.startswith("_"))
 
     @cached_property
