@@ -19,6 +19,7 @@ from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
+from doorman.ocp.solvers.sweeps.sweep import add_input_row
 from doorman.ocp.solvers.workspace import Workspace
 
 PENALTY = 1e7
@@ -108,17 +109,7 @@ def set_base(work: Workspace, interior: Interior, k: int, regularization: float)
         base_u[i, nx + 1 + i] += regularization
     for i in range(ng):
         row, at = work.linear.input_row_jacobians[k, i], nh + nt + i
-        row[nx] = force(interior, k, at)
-        stiff = weight(interior, k, at)
-        for a in range(nx):
-            scale = stiff * row[a]
-            for b in range(nx + 1):
-                base_x[a, b] += scale * row[b]
-        for a in range(nu):
-            scale = stiff * row[nx + 1 + a]
-            for b in range(nx + 1 + nu):
-                base_u[a, b] += scale * row[b]
-        row[nx] = 0.0
+        add_input_row(work, row, force(interior, k, at), weight(interior, k, at))
     for i in range(program.bounded.shape[0]):
         a, at = program.bounded[i] - nx, nh + nt + ng + i
         if a >= 0:

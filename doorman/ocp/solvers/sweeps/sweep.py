@@ -7,6 +7,7 @@ Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ; the active rows a
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.lanes import load, multiply_rows, store
@@ -16,6 +17,8 @@ from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_
 from doorman.ocp.solvers.sweeps.linear_algebra import copy_rows
 from doorman.ocp.solvers.sweeps.node_elimination import eliminate_inputs
 from doorman.ocp.solvers.workspace import Workspace
+
+Array = NDArray[np.float64]
 
 
 @kernel
@@ -148,23 +151,38 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
 
 
 @kernel
+def add_input_row(work: Workspace, row: Array, force: float, weight: float) -> None:
+    """Add a mixed row to `node.base_x` and `node.base_u`.
+
+    Args:
+        work: Workspace.
+        row: [g_x | 0 | g_u]; the place of the zero is written in between.
+        force: What it adds to the gradient, by its own slope and weight.
+        weight: What it adds to the Hessian, by its slope twice.
+    """
+    nx, nu = len(work.sizes.states), len(work.sizes.inputs)
+    base_x, base_u = work.node.base_x, work.node.base_u
+    row[nx] = force
+    for a in range(nx):
+        scale = weight * row[a]
+        for b in range(nx + 1):
+            base_x[a, b] += scale * row[b]
+    for a in range(nu):
+        scale = weight * row[nx + 1 + a]
+        for b in range(nx + 1 + nu):
+            base_u[a, b] += scale * row[b]
+    row[nx] = 0.0
+
+
+@kernel
 def penalize_input(work: Workspace, k: int, penalty: float) -> None:
     """Add the active mixed rows and input bounds of node k."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    base_x, base_u, active, multipliers = work.node.base_x, work.node.base_u, work.active, work.multipliers
+    base_u, active, multipliers = work.node.base_u, work.active, work.multipliers
     for i in range(len(work.sizes.input_rows)):
         if active.input_rows[k, i] != 0:
             row = work.linear.input_row_jacobians[k, i]
-            row[nx] = multipliers.input_rows[k, i] / penalty + work.nominal.input_rows[k, i]
-            for a in range(nx):
-                scale = penalty * row[a]
-                for b in range(nx + 1):
-                    base_x[a, b] += scale * row[b]
-            for a in range(nu):
-                scale = penalty * row[nx + 1 + a]
-                for b in range(nx + 1 + nu):
-                    base_u[a, b] += scale * row[b]
-            row[nx] = 0.0
+            add_input_row(work, row, multipliers.input_rows[k, i] / penalty + work.nominal.input_rows[k, i], penalty)
     if len(work.sizes.input_bounds) > 0:
         u = work.nominal.inputs[k]
         for i in range(nu):
