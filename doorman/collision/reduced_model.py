@@ -55,8 +55,10 @@ class ReducedModel:
     @property
     def _kernels(self) -> Any:
         """This thread's model for kernels, with memory of its own."""
-        nothing = np.zeros((1, 0))
-        return self._own.get(lambda: load(self._text).Model.of(self.time_step, self.numbers.vector.copy(), nothing))
+        return self._own.get(self._fresh)
+
+    def _fresh(self) -> Any:
+        return load(self._text).Model.of(self.time_step, self.numbers.vector.copy(), np.zeros((1, 0)))
 
     def constraints(self, state: Array) -> Array:
         """h(x) of a contiguous state, shape (n_points + 3,) [m]."""

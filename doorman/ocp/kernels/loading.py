@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -22,7 +23,7 @@ def load(text: str) -> ModuleType:
     Returns:
         The module, the same for the same text.
     """
-    name = f"{PRINTED}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    name = _name_of(text)
     if name in sys.modules:
         return sys.modules[name]
     path = _written(f"{name}.py", text)
@@ -35,6 +36,11 @@ def load(text: str) -> ModuleType:
         del sys.modules[name]
         raise
     return module
+
+
+@cache
+def _name_of(text: str) -> str:
+    return f"{PRINTED}{hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
 def remade(text: str, *numbers: Any) -> Any:
