@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,11 @@ class _Answer:
     plan: Plan
     normal_force: Array
     user_rows: dict[str, float]
+
+
+def _user_fields(rows: dict[str, float]) -> dict[str, Any]:
+    """Rows of the user as recorded: nothing where there are none."""
+    return {"user_rows": list(rows.values()), "user_row_names": list(rows)} if rows else {}
 
 
 @dataclass
@@ -188,7 +194,6 @@ class PlanSchedule:
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
                 "normal_force": answer.normal_force,
-                **({"user_rows": list(answer.user_rows.values())} if answer.user_rows else {}),
-                **({"user_row_names": list(answer.user_rows)} if answer.user_rows else {}),
+                **_user_fields(answer.user_rows),
             },
         )
