@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from suite.buffered_program import BufferedProgram
 from suite.expressions import constraint_function, stage_cost_function, step_function, terminal_cost_function
 from suite.task import Array, Task
 
@@ -66,8 +67,8 @@ class Shooting:
         return self.pack(states, np.tile(task.input_bounds[side], (task.horizon, 1)))
 
 
-class ProgramSolver:
-    """An `nlpsol` solver of a shooting program, called without copies through CasADi's function buffer.
+class ProgramSolver(BufferedProgram):
+    """An `nlpsol` solver of a shooting program, see `BufferedProgram`.
 
     Args:
         shooting: The program.
@@ -77,19 +78,9 @@ class ProgramSolver:
     """
 
     def __init__(self, shooting: Shooting, plugin: str, options: dict[str, Any], *, fix_start: bool = True) -> None:
+        super().__init__(shooting, plugin, options)
         self.shooting = shooting
         self._fix_start = fix_start
-        self._solver = ca.nlpsol("solver", plugin, shooting.program, {"print_time": False, **options})
-        self._buffer: Any
-        self._buffer, self._evaluate = self._solver.buffer()
-        self._in = {name: np.zeros(self._solver.size_in(name)[0]) for name in self._solver.name_in()}
-        self._out = {name: np.zeros(self._solver.size_out(name)[0]) for name in self._solver.name_out()}
-        for arrays, connect in ((self._in, self._buffer.set_arg), (self._out, self._buffer.set_res)):
-            for i, array in enumerate(arrays.values()):
-                if array.size:
-                    connect(i, array.data)
-        self._in["lbg"][:], self._in["ubg"][:] = shooting.lower_rows, shooting.upper_rows
-        self._in["lbx"][:], self._in["ubx"][:] = shooting.lower, shooting.upper
 
     def guess(self, state: Array, states: Array, inputs: Array) -> None:
         """Set the start and the first guess of states and inputs; multipliers start from zero."""
@@ -100,17 +91,3 @@ class ProgramSolver:
             self._in["p"][:] = state
         self._in["x0"][:] = self.shooting.pack(states, inputs)
         self._in["x0"][:nx] = state
-
-    def run(self) -> None:
-        """Solve: the part that is timed."""
-        self._evaluate()
-
-    @property
-    def stats(self) -> dict[str, Any]:
-        """CasADi's statistics of the last run."""
-        stats: dict[str, Any] = self._buffer.stats()
-        return stats
-
-    def trajectory(self) -> tuple[Array, Array]:
-        """States and inputs of the last run."""
-        return self.shooting.unpack(self._out["x"])

@@ -7,6 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from suite.buffered_program import BufferedProgram
 from suite.standard.task import Array, Case, StandardTask
 
 
@@ -73,22 +74,12 @@ class Shooting:
         return self.pack(states, np.tile(self.task.input_bounds[side], (self.task.horizon, 1)))
 
 
-class ProgramSolver:
-    """An `nlpsol` solver of a shooting program, called without copies through CasADi's function buffer."""
+class ProgramSolver(BufferedProgram):
+    """An `nlpsol` solver of a shooting program."""
 
     def __init__(self, shooting: Shooting, plugin: str, options: dict[str, Any]) -> None:
+        super().__init__(shooting, plugin, {"error_on_fail": False, **options})
         self.shooting = shooting
-        solver = ca.nlpsol("solver", plugin, shooting.program, {"print_time": False, "error_on_fail": False, **options})
-        self._buffer: Any
-        self._buffer, self._evaluate = solver.buffer()
-        self._in = {name: np.zeros(solver.size_in(name)[0]) for name in solver.name_in()}
-        self._out = {name: np.zeros(solver.size_out(name)[0]) for name in solver.name_out()}
-        for arrays, connect in ((self._in, self._buffer.set_arg), (self._out, self._buffer.set_res)):
-            for i, array in enumerate(arrays.values()):
-                if array.size:
-                    connect(i, array.data)
-        self._in["lbg"][:], self._in["ubg"][:] = shooting.lower_rows, shooting.upper_rows
-        self._in["lbx"][:], self._in["ubx"][:] = shooting.lower, shooting.upper
 
     def guess(self, case: Case) -> None:
         """Set start, parameters and first guess; multipliers start from zero."""
@@ -98,17 +89,3 @@ class ProgramSolver:
         self._in["p"][:] = self.shooting.parameters(case)
         self._in["x0"][:] = self.shooting.pack(case.states, case.inputs)
         self._in["x0"][:nx] = case.start
-
-    def run(self) -> None:
-        """Solve: the part that is timed."""
-        self._evaluate()
-
-    @property
-    def stats(self) -> dict[str, Any]:
-        """CasADi's statistics of the last run."""
-        stats: dict[str, Any] = self._buffer.stats()
-        return stats
-
-    def trajectory(self) -> tuple[Array, Array]:
-        """States and inputs of the last run."""
-        return self.shooting.unpack(self._out["x"])
