@@ -43,6 +43,7 @@ class Kernel(CPUDispatcher):
     Attributes:
         overloads: What callers link, one for every set of argument types.
         entries: What Python calls, one for every set of argument types that it has called with.
+        addresses: C functions, one for every set of argument types that `address` was asked for.
         entry_cache: Cache of `entries`; `_cache` is that of `overloads`.
     """
 
@@ -55,6 +56,7 @@ class Kernel(CPUDispatcher):
     def __init__(self, function: Callable[..., Any], *_: Any) -> None:  # the rest is given when numba unpickles one
         super().__init__(py_func=function, targetoptions=dict(_OPTIONS))
         self.entries: dict[tuple[Any, ...], Any] = {}
+        self.addresses: dict[tuple[Any, ...], int] = {}
         self.entry_cache: Any = NullCache()
 
     def compile(self, sig: Any) -> Any:
@@ -69,9 +71,25 @@ class Kernel(CPUDispatcher):
         with global_compiler_lock:
             args = tuple(normalize_signature(sig)[0])
             if args not in self.entries:
-                self.entries[args] = entry = self._loaded(self.entry_cache, args) or self._made(args)
+                self.entries[args] = entry = self._loaded(self.entry_cache, args) or self._made(args, _wrap_for_python)
                 self._insert([kind._code for kind in args], entry.entry_point, False)
             return self.entries[args].entry_point
+
+    def address(self, sig: Any, wrap: Callable[..., None]) -> int:
+        """Address of a C function: of this process, from the cache, or made. A kernel has this or an entry for Python.
+
+        Args:
+            sig: Argument types.
+            wrap: Writes the C function around the kernel.
+        """
+        with global_compiler_lock:
+            args = tuple(normalize_signature(sig)[0])
+            if args not in self.addresses:
+                entry = self._loaded(self.entry_cache, args) or self._made(args, wrap)
+                self.entries[args] = entry  # keeps the machine code
+                name = entry.fndesc.llvm_cfunc_wrapper_name
+                self.addresses[args] = entry.library.get_pointer_to_function(name)
+            return self.addresses[args]
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Signature for a caller in compiled code, which links what is compiled here."""
@@ -95,6 +113,7 @@ class Kernel(CPUDispatcher):
     def _reset_overloads(self) -> None:
         super()._reset_overloads()  # type: ignore[misc]
         self.entries.clear()
+        self.addresses.clear()
 
     def _loaded(self, cache: Any, args: tuple[Any, ...]) -> Any:
         """From a cache; None if it is not there."""
@@ -121,7 +140,7 @@ class Kernel(CPUDispatcher):
             except ForceLiteralArg as error:
                 raise error.bind_fold_arguments(lambda args, kws: self._compiler.fold_argument_types(args, kws)[1])
 
-    def _made(self, args: tuple[Any, ...]) -> Any:
+    def _made(self, args: tuple[Any, ...], wrap: Callable[..., None]) -> Any:
         """An entry: the machine code, kept in the cache."""
         details = {"dispatcher": self, "args": args, "return_type": None}
         with event.trigger_event("numba:compile", data=details):
@@ -131,10 +150,14 @@ class Kernel(CPUDispatcher):
             context = self.targetctx.subtarget(enable_nrt=True)  # for arrays that Python gives and gets
             library = SelfContained.entry(context.codegen(), self.py_func.__qualname__)
             with context.push_code_library(library):
-                context.create_cpython_wrapper(library, code.fndesc, code.environment, None, release_gil=True)
+                wrap(context, library, code)
             for each in (code.library, rtsys.library):
                 library.add_linking_library(each)
             entry_point = context.get_executable(library, code.fndesc, code.environment)
         entry = code._replace(library=library, entry_point=entry_point)
         self.entry_cache.save_overload(args, entry)
         return entry
+
+
+def _wrap_for_python(context: Any, library: Any, code: Any) -> None:
+    context.create_cpython_wrapper(library, code.fndesc, code.environment, None, release_gil=True)

@@ -19,8 +19,8 @@ from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.environment import lookup_environment
 from numba.core.runtime.nrt import rtsys
 
-_ENTRY = "_ZN7cpython"
-"""What the names of functions that Python calls begin with."""
+_ENTRIES = "_ZN7cpython", "cfunc."
+"""What the names of functions begin with that Python calls, or others by their addresses."""
 
 _ENVIRONMENT = "_ZN08NumbaEnv"
 """What the names of pointers to a function's Python globals begin with."""
@@ -91,8 +91,8 @@ class SelfContained(JITCodeLibrary):
 
     @property
     def _is_called_by_address(self) -> bool:
-        """Whether Python, or a function in a circle of calls, calls functions of this library."""
-        return self.is_tied_to_process or any(each.name.startswith(_ENTRY) for each in self._final_module.functions)
+        """Whether Python, a table of functions, or a function in a circle of calls reaches functions of this library."""
+        return self.is_tied_to_process or any(each.name.startswith(_ENTRIES) for each in self._final_module.functions)
 
     def _optimize_final_module(self) -> None:
         """Optimise what becomes machine code; other code is optimised in its callers."""

@@ -411,13 +411,13 @@ def multiply_rows(
         typingctx: numba's.
         matrix: C-contiguous, shape (blocks, rows, columns).
         block: Which block.
-        count: Tuple as long as there are rows to multiply.
+        count: Number of rows to multiply; a tuple of that length unrolls the loop over them.
         width: Tuple as long as a row.
         vector: C-contiguous, of at least that length.
         out: C-contiguous, one-dimensional.
         start: First index written.
     """
-    n_rows, n_columns = len(count), len(width)
+    n_columns = len(width)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         kind = ir.VectorType(ir.DoubleType(), n_columns)
@@ -430,13 +430,21 @@ def multiply_rows(
         begin = context.cast(builder, args[6], sig.args[6], types.intp)
         x = builder.load(_row_pointer(context, builder, sig.args[4], args[4], [first], n_columns), align=8)
         target = context.make_array(sig.args[5])(context, builder, args[5]).data
-        for i in range(n_rows):
-            place = [*index, context.get_constant(types.intp, i), first]
+
+        def multiply(i: Any) -> None:
+            place = [*index, i, first]
             row = builder.load(_row_pointer(context, builder, sig.args[0], args[0], place, n_columns), align=8)
             product = builder.fmul(row, x)
             zero = ir.Constant(ir.DoubleType(), -0.0)
             total = builder.call(reduce, [zero, product], fastmath=("reassoc", "nsz", "contract"))
-            builder.store(total, builder.gep(target, [builder.add(begin, context.get_constant(types.intp, i))]))
+            builder.store(total, builder.gep(target, [builder.add(begin, i)]))
+
+        if isinstance(count, types.BaseTuple):
+            for i in range(len(count)):
+                multiply(context.get_constant(types.intp, i))
+        else:
+            with cgutils.for_range(builder, context.cast(builder, args[2], sig.args[2], types.intp)) as loop:
+                multiply(loop.index)
         return context.get_dummy_value()
 
     return types.void(matrix, block, count, width, vector, out, start), build

@@ -16,11 +16,8 @@ SCALE = 3.0
 
 
 @kernel
-def _rows(
-    k: int, count: tuple[int, ...], rows: Array, multipliers: Array, active: Sides, proposal: Array,
-    equal: tuple[int, ...], floors: Array,
-) -> tuple[int, bool]:  # fmt: skip
-    return mark_rows(k, count, rows, multipliers, SCALE, active, proposal, equal, floors)  # type: ignore[no-any-return]
+def _rows(k: int, rows: Array, multipliers: Array, active: Sides, proposal: Array, floors: Array) -> tuple[int, bool]:
+    return mark_rows(k, rows, multipliers, SCALE, floors, active, proposal)
 
 
 @kernel
@@ -39,14 +36,12 @@ def test_rows_and_bounds_are_marked_as_one_by_one(n: int, rng: np.random.Generat
     for kind in ("rows", "equalities", "bounds"):
         active, proposal = np.full((3, n), 5, dtype=np.int8), np.full((3, n), np.nan)
         if kind != "bounds":
-            equal, least = ((0,), floors) if kind == "equalities" else ((), np.zeros(n))
+            least = floors if kind == "equalities" else np.zeros(n)
             force = multipliers[1] + SCALE * rows[1]
             sides, expected = (force > least).astype(int), np.maximum(force, least)
 
-            def mark(
-                active: Sides = active, proposal: Array = proposal, equal: tuple[int, ...] = equal, least: Array = least
-            ) -> tuple[int, bool]:
-                return _rows(1, (0,) * n, rows, multipliers, active, proposal, equal, least)
+            def mark(active: Sides = active, proposal: Array = proposal, least: Array = least) -> tuple[int, bool]:
+                return _rows(1, rows, multipliers, active, proposal, least)
 
         else:
             above, below = (multipliers[1] + SCALE * (values[2] - end) for end in (ends[1], ends[0]))

@@ -1,9 +1,10 @@
 """The functions that make an optimal control problem, and how a model supplies them to compiled solvers.
 
-A model is a NamedTuple of numbers and arrays; its type decides which kernels the solvers call. numba resolves the names
-below at compile time by that type, so solver kernels are written once, stay inlinable, and are cached on disk (functions
-passed as arguments would not be). Only `step` is obligatory: constraints and costs that a model does not have count as
-absent, and a missing derivative is taken by central differences (`doorman.ocp.kernels.defaults`).
+A model is a NamedTuple of numbers and arrays; its type decides which kernels are called. numba resolves the names below at
+compile time by that type. Solvers take a table of these functions instead, compiled once for the type of model
+(`doorman.ocp.kernels.compiled_model`): they call by the same names, at addresses. Only `step` is obligatory: constraints and
+costs that a model does not have count as absent, and a missing derivative is taken by central differences
+(`doorman.ocp.kernels.defaults`).
 """
 
 from __future__ import annotations
@@ -13,12 +14,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numba.core import types
-from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.core.errors import TypingError
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import overload
 from numpy.typing import NDArray
 
 from doorman.compilation import belongs_to
 from doorman.exceptions import SolverError
+from doorman.numba_types.function_tables import TABLE, FunctionTableType, call, with_number
 from doorman.numba_types.handles import Handle, HandleType
 
 Array = NDArray[np.float64]
@@ -26,6 +30,11 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 _implementations: dict[tuple[str, type], Callable[..., Any]] = {}
 _defaults: dict[str, Callable[..., Any]] = {}
+
+ARGUMENTS: dict[str, tuple[Any, ...]] = {}
+"""numba's types of each function's arguments after the model, as tables of functions have them."""
+
+_COUNTS = types.UniTuple(types.int64, 3)  # type: ignore[no-untyped-call]
 
 
 def implement(function: Callable[..., Any], model: type) -> Callable[[Kernel], Kernel]:
@@ -72,8 +81,12 @@ def _kernel_of(name: str, model: type) -> Callable[..., Any]:
     return kernel
 
 
+def _content_of(model: Any) -> Any:
+    return model.content if isinstance(model, Handle) else model
+
+
 def _type_of(model: Any) -> type:
-    return type(model.content if isinstance(model, Handle) else model)
+    return type(_content_of(model))
 
 
 def _instance_class(given: Any) -> Any:
@@ -81,113 +94,144 @@ def _instance_class(given: Any) -> Any:
     return getattr(given.content if isinstance(given, HandleType) else given, "instance_class", None)
 
 
-def _compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Let kernels call a function of this module: they link the kernel of their model's type."""
-    name = function.__name__
+def _compiled(*shapes: Any, returns: Any = types.void) -> Callable[[Kernel], Kernel]:
+    """Let kernels call a function of this module: the kernel of their model's type, or that of a table.
 
-    class Template(AbstractTemplate):
-        key = function
+    Args:
+        shapes: Number of dimensions of each array after the model, or numba's type of what is no array.
+        returns: numba's type of the result.
+    """
+    expected = tuple(types.Array(types.float64, each, "C") if isinstance(each, int) else each for each in shapes)
 
-        def generic(self, args: Any, kws: Any) -> Any:
-            model = _instance_class(args[0])
-            if model is None:
-                return None
-            return self.context.resolve_value_type(_kernel_of(name, model)).get_call_type(self.context, args, kws)
+    def teach(function: Kernel) -> Kernel:
+        name = function.__name__
+        place = len(ARGUMENTS)
+        ARGUMENTS[name] = expected
 
-        def get_impl_key(self, sig: Any) -> Any:
-            kernel: Any = _kernel_of(name, _instance_class(sig.args[0]))
-            return kernel.get_overload(sig)
+        class Template(AbstractTemplate):
+            key = function
 
-    infer_global(function, types.Function(Template))  # type: ignore[no-untyped-call]
-    return function
+            def generic(self, args: Any, kws: Any) -> Any:
+                if args[0] is TABLE:
+                    return _checked(name, args[1:], expected, returns)
+                model = _instance_class(args[0])
+                if model is None:
+                    return None
+                return self.context.resolve_value_type(_kernel_of(name, model)).get_call_type(self.context, args, kws)
+
+            def get_impl_key(self, sig: Any) -> Any:
+                if sig.args[0] is TABLE:
+                    return function
+                kernel: Any = _kernel_of(name, _instance_class(sig.args[0]))
+                return kernel.get_overload(sig)
+
+        @lower_builtin(function, FunctionTableType, types.VarArg(types.Any))  # type: ignore[no-untyped-call, untyped-decorator]
+        def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return call(context, builder, place, sig, args)
+
+        infer_global(function, types.Function(Template))  # type: ignore[no-untyped-call]
+        return function
+
+    return teach
+
+
+def _checked(name: str, given: Any, expected: Any, returns: Any) -> Any:
+    """Signature of a table's function, if these are its arguments."""
+    for one, other in zip(given, expected, strict=True):
+        is_array = isinstance(other, types.Array)
+        if is_array and not (isinstance(one, types.Array) and one.ndim == other.ndim and one.layout == other.layout):
+            raise TypingError(f"{name} of a table takes {expected}, not {given}")
+    return signature(returns, TABLE, *expected)  # type: ignore[no-untyped-call]
 
 
 def at_node(model: Any, k: int) -> Any:
     """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for it."""
     choose = _implementations.get(("at_node", _type_of(model)))
-    return model if choose is None else choose(model.content if isinstance(model, Handle) else model, k)
+    return model if choose is None else choose(_content_of(model), k)
 
 
 @overload(at_node, strict=False)
 def _compiled_at_node(model: Any, k: Any) -> Any:
-    """Compiled into its callers: a handle goes through unchanged."""
+    """Compiled into its callers: a handle goes through unchanged, and a table's functions choose themselves."""
+    if model is TABLE:
+        return lambda model, k: with_number(model, k)
     choose = _implementations.get(("at_node", _instance_class(model)))
     return (lambda model, k: model) if choose is None else choose
 
 
-@_compiled
+@_compiled(1, 1, 1)
 def step(model: Any, x: Array, u: Array, out: Array) -> None:
     """Discrete dynamics, x⁺ = f(x, u), into `out` (nx,)."""
     _kernel_of("step", _type_of(model))(model, x, u, out)
 
 
-@_compiled
+@_compiled(1, 1, 2)
 def linearize_step(model: Any, x: Array, u: Array, jacobian: Array) -> None:
     """Jacobian [A | B] of `step` into `jacobian` (nx, nx + nu)."""
     _kernel_of("linearize_step", _type_of(model))(model, x, u, jacobian)
 
 
-@_compiled
+@_compiled(1, 1)
 def constrain(model: Any, x: Array, h: Array) -> None:
     """Constraints h(x) ≤ 0 of every state after the first, into `h` (nh,)."""
     _kernel_of("constrain", _type_of(model))(model, x, h)
 
 
-@_compiled
+@_compiled(1, 1, 2)
 def linearize_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
     """Constraints of a state into `h` (nh,) and their Jacobian into `jacobian` (nh, nx)."""
     _kernel_of("linearize_constraints", _type_of(model))(model, x, h, jacobian)
 
 
-@_compiled
+@_compiled(1, 1, 1)
 def constrain_input(model: Any, x: Array, u: Array, g: Array) -> None:
     """Mixed constraints g(x, u) ≤ 0 of every node but the last, into `g` (ng,)."""
     _kernel_of("constrain_input", _type_of(model))(model, x, u, g)
 
 
-@_compiled
+@_compiled(1, 1, 1, 2)
 def linearize_input_constraints(model: Any, x: Array, u: Array, g: Array, jacobian: Array) -> None:
     """Mixed constraints into `g` (ng,) and their Jacobian [g_x | g_u] into `jacobian` (ng, nx + nu)."""
     _kernel_of("linearize_input_constraints", _type_of(model))(model, x, u, g, jacobian)
 
 
-@_compiled
+@_compiled(1, 1)
 def constrain_end(model: Any, x: Array, h: Array) -> None:
     """Constraints of the last state only, h(x_N) ≤ 0, into `h` (nt,)."""
     _kernel_of("constrain_end", _type_of(model))(model, x, h)
 
 
-@_compiled
+@_compiled(1, 1, 2)
 def linearize_end_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
     """Constraints of the last state into `h` (nt,) and their Jacobian into `jacobian` (nt, nx)."""
     _kernel_of("linearize_end_constraints", _type_of(model))(model, x, h, jacobian)
 
 
-@_compiled
+@_compiled(1, 1, returns=types.float64)
 def stage_cost(model: Any, x: Array, u: Array) -> float:
     """Cost of a node on top of the quadratic one: a number, already times Δt."""
     return float(_kernel_of("stage_cost", _type_of(model))(model, x, u))
 
 
-@_compiled
+@_compiled(1, 1, 1, 2)
 def expand_stage_cost(model: Any, x: Array, u: Array, gradient: Array, hessian: Array) -> None:
     """Gradient (nx + nu,) and positive semidefinite Hessian (nx + nu, nx + nu) of `stage_cost`, or Gauss and Newton's."""
     _kernel_of("expand_stage_cost", _type_of(model))(model, x, u, gradient, hessian)
 
 
-@_compiled
+@_compiled(1, returns=types.float64)
 def end_cost(model: Any, x: Array) -> float:
     """Cost of the last state on top of the quadratic one."""
     return float(_kernel_of("end_cost", _type_of(model))(model, x))
 
 
-@_compiled
+@_compiled(1, 1, 2)
 def expand_end_cost(model: Any, x: Array, gradient: Array, hessian: Array) -> None:
     """Gradient (nx,) and positive semidefinite Hessian (nx, nx) of `end_cost`, or Gauss and Newton's."""
     _kernel_of("expand_end_cost", _type_of(model))(model, x, gradient, hessian)
 
 
-@_compiled
+@_compiled(2, 2, 3, 2, 3)
 def linearize_horizon(
     model: Any, states: Array, inputs: Array, jacobians: Array, rows: Array, row_jacobians: Array
 ) -> None:
@@ -204,13 +248,13 @@ def linearize_horizon(
     _kernel_of("linearize_horizon", _type_of(model))(model, states, inputs, jacobians, rows, row_jacobians)
 
 
-@_compiled
+@_compiled(2, 2)
 def constrain_horizon(model: Any, states: Array, rows: Array) -> None:
     """Values of h at all nodes 1 … N at once, from X (N + 1, nx) into `rows` (N, nh)."""
     _kernel_of("constrain_horizon", _type_of(model))(model, states, rows)
 
 
-@_compiled
+@_compiled(2, 2, 2, 2, _COUNTS, 2, 3)
 def curve_horizon(
     model: Any, states: Array, inputs: Array, costates: Array, prices: Array, counts: tuple[int, int, int],
     gradients: Array, hessians: Array,

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError, SolverError
-from doorman.numba_types.handles import Handle, held, separate
+from doorman.numba_types.handles import held, separate
 from doorman.ocp.kernels import functions
+from doorman.ocp.kernels.compiled_model import CompiledModel, called_functions
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.arguments import copy_checked
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
@@ -51,7 +52,6 @@ class Engine(CopiedWhole, ABC):
         self._work = Workspace.of(problem, self.options)
         self._teller = Teller(self._work.result)
         self._memory = held(self._work)
-        self._model = Handle(separate(problem.model))
         self._qp = StageQpSolver(problem.nu, len(self._work.program.constraints))
         self._rollout_time, self._deadline, self._gave_up = 0.0, math.inf, False
         self._given = False, False, False
@@ -59,9 +59,16 @@ class Engine(CopiedWhole, ABC):
         self.quadratic_programs = 0
         """Quadratic programs that ProxQP has solved so far."""
         with compilation_told(problem):
+            names = called_functions(problem, self._work.sizes.extra_cost > 0, self._is_curved)
+            self._model = CompiledModel(separate(problem.model), names)
             self._compile()
             self._check_integrators()
         self._forget_failures()
+
+    @property
+    def _is_curved(self) -> bool:
+        """Whether the solver asks for second derivatives of the model."""
+        return False
 
     def _forget_failures(self) -> None:
         """Forget what functions of the model have raised, if it keeps that: kernels let nothing through."""
@@ -192,9 +199,7 @@ class Engine(CopiedWhole, ABC):
             return
         jacobian, expected = np.zeros((nx, nx + nu)), np.zeros((m, nx + nu))
         goal = self._problem.cost
-        functions.linearize_step(
-            functions.at_node(self._model, 0), goal.state_goal.copy(), goal.input_goal.copy(), jacobian
-        )
+        nominal.slopes_at(self._model, 0, goal.state_goal.copy(), goal.input_goal.copy(), jacobian)
         expected[:, nx - m : nx] = np.eye(m)
         expected[:, nx + nu - m :] = self._problem.time_step * np.eye(m)
         others = jacobian[: nx - m, [*range(nx - m, nx), *range(nx + nu - m, nx + nu)]]

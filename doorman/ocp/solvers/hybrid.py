@@ -280,7 +280,7 @@ class Hybrid(Replanner):
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:
-        self._searcher = Searcher(self._work) if self._searches() else None
+        self._searcher = Searcher(self._work) if self._is_curved else None
         super()._compile()
         if self._searcher is not None:
             self._searcher.search(self._model, self._memory, 1, 0.0)
@@ -292,7 +292,8 @@ class Hybrid(Replanner):
             self._iterate_carefully(FIRST_PENALTY, 1, 0.0)
             kernels.iterate(self._model, self._memory, 1, 0.0)
 
-    def _searches(self) -> bool:
+    @property
+    def _is_curved(self) -> bool:
         """Whether the interior-point search takes part."""
         if self.options.hessian == "both":
             return functions.is_implemented(functions.curve_horizon, type(self._problem.model))

@@ -12,31 +12,31 @@ Sides = NDArray[np.int8]
 
 
 class Sizes(NamedTuple):
-    """Dimensions as lengths of tuples: part of the type, so that kernels are compiled for them and unroll their loops."""
+    """Dimensions. Lengths of tuples are part of the type: kernels are compiled for them and unroll their loops."""
 
     states: tuple[int, ...]
     inputs: tuple[int, ...]
     integrators: tuple[int, ...]
-    rows: tuple[int, ...]
-    """Rows of h."""
-    input_rows: tuple[int, ...]
-    """Rows of g."""
-    end_rows: tuple[int, ...]
-    """Rows of h_N."""
-    state_bounds: tuple[int, ...]
-    """nx if any state is bounded, else 0."""
-    input_bounds: tuple[int, ...]
-    """nu if any input is bounded, else 0."""
-    extra_cost: tuple[int, ...]
-    """1 if the model has a cost of its own, else 0."""
-    full_cost: tuple[int, ...]
-    """1 if the quadratic cost has more than diagonals, else 0."""
-    equalities: tuple[int, ...]
-    """1 if a row is an equality, else 0."""
     narrow: tuple[int, ...]
     """nx + 1, padded."""
     wide: tuple[int, ...]
     """nx + 1 + nu, padded."""
+    rows: int
+    """Rows of h."""
+    input_rows: int
+    """Rows of g."""
+    end_rows: int
+    """Rows of h_N."""
+    state_bounds: int
+    """1 if any state is bounded, else 0."""
+    input_bounds: int
+    """1 if any input is bounded, else 0."""
+    extra_cost: int
+    """1 if the model has a cost of its own, else 0."""
+    full_cost: int
+    """1 if the quadratic cost has more than diagonals, else 0."""
+    equalities: int
+    """1 if a row is an equality, else 0."""
 
 
 class Weights(NamedTuple):

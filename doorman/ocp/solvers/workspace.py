@@ -132,22 +132,21 @@ def sizes_of(problem: Problem) -> Sizes:
     own_cost = functions.is_implemented(functions.stage_cost, model) or functions.is_implemented(
         functions.end_cost, model
     )
-    lengths = {
-        "states": nx,
-        "inputs": nu,
-        "integrators": problem.integrators,
-        "rows": problem.n_constraints,
-        "input_rows": problem.n_input_constraints,
-        "end_rows": problem.n_end_constraints,
-        "state_bounds": nx * _binds(bounds.state_lower, bounds.state_upper),
-        "input_bounds": nu * _binds(bounds.input_lower, bounds.input_upper),
-        "extra_cost": int(own_cost),
-        "full_cost": int(problem.cost.is_full),
-        "equalities": int(any(problem.equalities)),
-        "narrow": padded(nx + 1),
-        "wide": padded(nx + 1 + nu),
-    }
-    return Sizes(**{name: (0,) * length for name, length in lengths.items()})
+    return Sizes(
+        states=(0,) * nx,
+        inputs=(0,) * nu,
+        integrators=(0,) * problem.integrators,
+        narrow=(0,) * padded(nx + 1),
+        wide=(0,) * padded(nx + 1 + nu),
+        rows=problem.n_constraints,
+        input_rows=problem.n_input_constraints,
+        end_rows=problem.n_end_constraints,
+        state_bounds=int(_binds(bounds.state_lower, bounds.state_upper)),
+        input_bounds=int(_binds(bounds.input_lower, bounds.input_upper)),
+        extra_cost=int(own_cost),
+        full_cost=int(problem.cost.is_full),
+        equalities=int(any(problem.equalities)),
+    )
 
 
 def _binds(*ends: ArrayLike | None) -> bool:

@@ -99,7 +99,7 @@ NUMBER = Number()
 def _applies(work: Workspace) -> NDArray[np.bool_]:
     """Which rows exist at which node."""
     nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     found = np.zeros((n + 1, work.program.active.shape[1]), dtype=np.bool_)
     found[1:, :nh] = True
     found[n, nh : nh + nt] = True

@@ -32,7 +32,7 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
     """Gradients of the cost and Hessians of the Lagrangian at all nodes."""
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     states, inputs, weights = work.nominal.states, work.nominal.inputs, work.weights
-    counts = (len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows))
+    counts = (work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows)
     curve_horizon(
         model, states, inputs, interior.costates, interior.duals, counts, interior.gradients, interior.hessians
     )
@@ -44,7 +44,7 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
         for i in range(nu if k < n else 0):
             interior.gradients[k, nx + i] += weights.input[i] * (inputs[k, i] - weights.input_goal[i])
             interior.hessians[k, nx + i, nx + i] += weights.input[i]
-        if len(work.sizes.full_cost) > 0:
+        if work.sizes.full_cost > 0:
             off_diagonal_slope(work, work.nominal, k, interior.gradients[k])
             off_diagonal_curvature(work, k, interior.hessians[k])
 
@@ -70,7 +70,7 @@ def force(interior: Interior, k: int, i: int) -> float:
 @kernel
 def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
     """Rows and bounds of state k to its value function."""
-    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     value, linear, program, n = work.node.value, work.linear, work.program, work.nominal.inputs.shape[0]
     for i in range(nh + nt if k == n else nh):
         row = linear.row_jacobians[k - 1, i] if i < nh else linear.end_row_jacobians[i - nh]
@@ -92,7 +92,7 @@ def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
 def set_base(work: Workspace, interior: Interior, k: int, regularization: float) -> None:
     """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     base_x, base_u, program = work.node.base_x, work.node.base_u, work.program
     hessian, gradient = interior.hessians[k], interior.gradients[k]
     for i in range(nx):
@@ -179,7 +179,7 @@ def step_along(work: Workspace, interior: Interior) -> None:
 @kernel
 def step_rows(work: Workspace, interior: Interior, k: int) -> float:
     """Steps of node k's slacks and multipliers, from `node.step`; their share of the slope of φ."""
-    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
     barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))
     for i in range(interior.values.shape[1]):

@@ -20,7 +20,7 @@ _RELAXED = 1e-8
 def fill_values(work: Workspace, interior: Interior) -> None:
     """Values of all rows along the nominal trajectory, after its linearisation."""
     nominal, program, values, n = work.nominal, work.program, interior.values, work.nominal.inputs.shape[0]
-    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     for k in range(n + 1):
         for i in range(nh if k > 0 else 0):
             values[k, i] = nominal.rows[k - 1, i]
@@ -42,13 +42,14 @@ def fill_values(work: Workspace, interior: Interior) -> None:
 def push_inside(work: Workspace) -> None:
     """Nominal inputs away from their bounds."""
     limits, inputs = work.limits, work.nominal.inputs
-    for i in range(len(work.sizes.input_bounds)):
-        low, high = limits.input_lower[i], limits.input_upper[i]
-        room = _PUSH * min(
-            high - low, 1.0 + max(abs(low) if low > -np.inf else 0.0, abs(high) if high < np.inf else 0.0)
-        )
-        for k in range(inputs.shape[0]):
-            inputs[k, i] = min(max(inputs[k, i], low + room), high - room)
+    if work.sizes.input_bounds > 0:
+        for i in range(len(work.sizes.inputs)):
+            low, high = limits.input_lower[i], limits.input_upper[i]
+            room = _PUSH * min(
+                high - low, 1.0 + max(abs(low) if low > -np.inf else 0.0, abs(high) if high < np.inf else 0.0)
+            )
+            for k in range(inputs.shape[0]):
+                inputs[k, i] = min(max(inputs[k, i], low + room), high - room)
 
 
 @kernel
@@ -124,7 +125,7 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
 @kernel
 def add_rows(work: Workspace, interior: Interior, k: int) -> None:
     """Node k's rows times their multipliers to the residual."""
-    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     r, program, n = interior.residual, work.program, work.nominal.inputs.shape[0]
     for i in range(0 if k == 0 else nh + nt if k == n else nh):
         row = work.linear.row_jacobians[k - 1, i] if i < nh else work.linear.end_row_jacobians[i - nh]
@@ -144,7 +145,7 @@ def add_rows(work: Workspace, interior: Interior, k: int) -> None:
 @kernel
 def export_multipliers(work: Workspace, interior: Interior) -> None:
     """Multipliers to where the other solvers have them."""
-    nx, nh, nt, ng = len(work.sizes.states), len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, out, n = work.program, work.multipliers, work.nominal.inputs.shape[0]
     out.states[:, :] = 0.0
     out.inputs[:, :] = 0.0

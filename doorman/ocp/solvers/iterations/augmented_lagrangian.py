@@ -219,19 +219,21 @@ def slack(work: Workspace) -> float:
     """Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a price."""
     trial, price, limits, floors, total = work.trial, work.proposal, work.limits, work.floors, 0.0
     for k in range(trial.inputs.shape[0]):
-        for i in range(len(work.sizes.rows)):
+        for i in range(work.sizes.rows):
             total += slack_of_row(price.rows[k, i], trial.rows[k, i], floors.rows[i])
-        for i in range(len(work.sizes.input_rows)):
+        for i in range(work.sizes.input_rows):
             total += slack_of_row(price.input_rows[k, i], trial.input_rows[k, i], floors.input_rows[i])
-        for i in range(len(work.sizes.state_bounds)):
-            total += slack_of_bound(
-                price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
-            )
-        for i in range(len(work.sizes.input_bounds)):
-            total += slack_of_bound(
-                price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
-            )
-    for i in range(len(work.sizes.end_rows)):
+        if work.sizes.state_bounds > 0:
+            for i in range(len(work.sizes.states)):
+                total += slack_of_bound(
+                    price.states[k, i], trial.states[k + 1, i], limits.state_lower[i], limits.state_upper[i]
+                )
+        if work.sizes.input_bounds > 0:
+            for i in range(len(work.sizes.inputs)):
+                total += slack_of_bound(
+                    price.inputs[k, i], trial.inputs[k, i], limits.input_lower[i], limits.input_upper[i]
+                )
+    for i in range(work.sizes.end_rows):
         total += slack_of_row(price.end_rows[i], trial.end_rows[i], floors.end_rows[i])
     return float(total)
 

@@ -64,21 +64,23 @@ def merit(model: object, work: Workspace, penalty: float, weight: float) -> floa
     nx, total, defects = len(work.sizes.states), 0.0, 0.0
     for k in range(nominal.inputs.shape[0]):
         stiff, of_state = penalty * work.stiffness[k], 0.0
-        for i in range(len(work.sizes.rows)):
+        for i in range(work.sizes.rows):
             of_state += squared(multipliers.rows[k, i], nominal.rows[k, i], stiff, floors.rows[i])
-        for i in range(len(work.sizes.input_rows)):
+        for i in range(work.sizes.input_rows):
             total += squared(multipliers.input_rows[k, i], nominal.input_rows[k, i], penalty, floors.input_rows[i])
-        for i in range(len(work.sizes.state_bounds)):
-            x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
-            of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
+        if work.sizes.state_bounds > 0:
+            for i in range(len(work.sizes.states)):
+                x, multiplier = nominal.states[k + 1, i], multipliers.states[k, i]
+                of_state += squared_bound(multiplier, x - limits.state_upper[i], limits.state_lower[i] - x, stiff)
         total += of_state / work.stiffness[k]
-        for i in range(len(work.sizes.input_bounds)):
-            u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
-            total += squared_bound(multiplier, u - limits.input_upper[i], limits.input_lower[i] - u, penalty)
+        if work.sizes.input_bounds > 0:
+            for i in range(len(work.sizes.inputs)):
+                u, multiplier = nominal.inputs[k, i], multipliers.inputs[k, i]
+                total += squared_bound(multiplier, u - limits.input_upper[i], limits.input_lower[i] - u, penalty)
         if weight > 0.0:
             for i in range(nx):
                 defects += abs(work.linear.jacobians[k, i, nx])
-    for i in range(len(work.sizes.end_rows)):
+    for i in range(work.sizes.end_rows):
         total += squared(multipliers.end_rows[i], nominal.end_rows[i], penalty, floors.end_rows[i])
     work.result[RESULT.COST] = total_cost(model, work, nominal)
     return float(work.result[RESULT.COST] + 0.5 * total / penalty + weight * defects)
@@ -109,7 +111,7 @@ def roll(model: object, work: Workspace, scale: float) -> bool:
             total = saved.inputs[k, a] + scale * gains[k, a, nx]
             for j in range(nx):
                 total += gains[k, a, j] * (nominal.states[k, j] - saved.states[k, j])
-            if len(work.sizes.input_bounds) > 0:
+            if work.sizes.input_bounds > 0:
                 total = min(max(total, limits.input_lower[a]), limits.input_upper[a])
             nominal.inputs[k, a] = total
         step(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.states[k + 1])
@@ -125,12 +127,12 @@ def rolled_merit(model: object, work: Workspace, penalty: float, scale: float) -
     nominal, n = work.nominal, work.nominal.inputs.shape[0]
     if not roll(model, work, scale):
         return np.inf
-    if len(work.sizes.rows) > 0:
+    if work.sizes.rows > 0:
         constrain_horizon(model, nominal.states, nominal.rows)
-    if len(work.sizes.input_rows) > 0:
+    if work.sizes.input_rows > 0:
         for k in range(n):
             constrain_input(at_node(model, k), nominal.states[k], nominal.inputs[k], nominal.input_rows[k])
-    if len(work.sizes.end_rows) > 0:
+    if work.sizes.end_rows > 0:
         constrain_end(at_node(model, n), nominal.states[n], nominal.end_rows)
     return float(merit(model, work, penalty, 0.0))
 

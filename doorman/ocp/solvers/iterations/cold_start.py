@@ -91,8 +91,9 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
     for k in range(nominal.inputs.shape[0]):
         for i in range(0 if inputs else len(work.sizes.inputs)):
             nominal.inputs[k, i] = work.weights.input_goal[i]
-        for i in range(len(work.sizes.input_bounds)):
-            nominal.inputs[k, i] = min(max(nominal.inputs[k, i], limits.input_lower[i]), limits.input_upper[i])
+        if work.sizes.input_bounds > 0:
+            for i in range(len(work.sizes.inputs)):
+                nominal.inputs[k, i] = min(max(nominal.inputs[k, i], limits.input_lower[i]), limits.input_upper[i])
     if not multipliers:
         forget_multipliers(work)
     forget_policy(work)
@@ -149,7 +150,7 @@ def starts_finite(model: object, work: Workspace) -> bool:
     total = 0.0
     for i in range(ahead.shape[0]):
         total += abs(ahead[i])
-    if len(work.sizes.rows) > 0:
+    if work.sizes.rows > 0:
         constrain(at_node(model, 0), state, rows)
         for i in range(rows.shape[0]):
             total += abs(rows[i])

@@ -30,7 +30,7 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
     `node.plain`.
     """
     nx = len(work.sizes.states)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, trial = work.program, work.trial
     x, u, ahead = trial.states[k], trial.inputs[k], trial.states[k + 1]
     linearize_step(at_node(model, k), x, u, work.node.hessian[:nx])
@@ -47,7 +47,7 @@ def linearize_node(model: object, work: Workspace, k: int) -> None:
 def borrow_linearization(work: Workspace, k: int) -> None:
     """The same derivatives from the nominal trajectory; rows stay as they are."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, dynamics = work.program, work.linear, work.node.hessian
     for i in range(nx):
         for a in range(nu):
@@ -67,7 +67,7 @@ def borrow_linearization(work: Workspace, k: int) -> None:
 def fill_program(work: Workspace, k: int) -> None:
     """Program of the correction at node k of the trial trajectory, from its rows and derivatives."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, trial, dynamics, slopes = work.program, work.trial, work.node.hessian, work.node.plain
     factors, rows = work.policy.factors[k], program.jacobian
     u, ahead = trial.inputs[k], trial.states[k + 1]
@@ -97,7 +97,7 @@ def fill_program(work: Workspace, k: int) -> None:
                 rows[row, a] = side * dynamics[index, nx + a]
             else:
                 rows[row, a] = side if a == index - nx else 0.0
-    if len(work.sizes.equalities) > 0:
+    if work.sizes.equalities > 0:
         pass_over_equalities(work)
     for i in range(rows.shape[0]):
         program.constraints[i] = program.residuals[i]
@@ -108,14 +108,14 @@ def fill_program(work: Workspace, k: int) -> None:
 @kernel
 def pass_over_equalities(work: Workspace) -> None:
     """No corrections for equalities."""
-    nh, nt, residuals, floors = len(work.sizes.rows), len(work.sizes.end_rows), work.program.residuals, work.floors
+    nh, nt, residuals, floors = work.sizes.rows, work.sizes.end_rows, work.program.residuals, work.floors
     for i in range(nh):
         if floors.rows[i] < 0.0:
             residuals[i] = _PASSED_OVER
     for i in range(nt):
         if floors.end_rows[i] < 0.0:
             residuals[nh + i] = _PASSED_OVER
-    for i in range(len(work.sizes.input_rows)):
+    for i in range(work.sizes.input_rows):
         if floors.input_rows[i] < 0.0:
             residuals[nh + nt + i] = _PASSED_OVER
 
@@ -123,7 +123,7 @@ def pass_over_equalities(work: Workspace) -> None:
 @kernel
 def hopeless(work: Workspace, k: int) -> bool:
     """Whether some row of the program stays violated for every input inside its bounds: a sign that it has no solution."""
-    if len(work.sizes.input_bounds) == 0:
+    if work.sizes.input_bounds == 0:
         return False
     program, limits, u = work.program, work.limits, work.trial.inputs[k]
     for i in range(program.constraints.shape[0]):

@@ -154,7 +154,7 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
         multiply_rows(work.policy.gains, of_plan, work.sizes.inputs, work.sizes.narrow, step, step, nx + 1)
         for i in range(nu):
             value = nominal.inputs[k, i] + step[nx + 1 + i]
-            if len(work.sizes.input_bounds) > 0:
+            if work.sizes.input_bounds > 0:
                 value = min(max(value, work.limits.input_lower[i]), work.limits.input_upper[i])
             step[nx + 1 + i] = value - nominal.inputs[k, i]
             nominal.inputs[k, i] = value

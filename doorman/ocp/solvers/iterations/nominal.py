@@ -12,6 +12,7 @@ from doorman.ocp.kernels.functions import (
     linearize_end_constraints,
     linearize_horizon,
     linearize_input_constraints,
+    linearize_step,
     stage_cost,
 )
 from doorman.ocp.solvers.parts import Trajectory
@@ -29,7 +30,7 @@ def linearize(model: object, work: Workspace) -> None:
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nominal, linear, plain = work.nominal, work.linear, work.node.plain
     linearize_horizon(model, nominal.states, nominal.inputs, linear.jacobians, nominal.rows, linear.row_jacobians)
-    ng, nt, n = len(work.sizes.input_rows), len(work.sizes.end_rows), nominal.inputs.shape[0]
+    ng, nt, n = work.sizes.input_rows, work.sizes.end_rows, nominal.inputs.shape[0]
     if ng > 0:
         for k in range(n):
             linearize_input_constraints(
@@ -49,6 +50,12 @@ def linearize(model: object, work: Workspace) -> None:
 
 
 @kernel
+def slopes_at(model: object, k: int, x: Array, u: Array, jacobian: Array) -> None:
+    """Jacobian [A | B] of node k's step at any state and input into `jacobian` (nx, nx + nu)."""
+    linearize_step(at_node(model, k), x, u, jacobian)
+
+
+@kernel
 def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
     """J of a trajectory."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
@@ -65,10 +72,10 @@ def total_cost(model: object, work: Workspace, trajectory: Trajectory) -> float:
         error = states[n, i] - weights.state_goal[i]
         total += weights.terminal[i] * error * error
     total *= 0.5
-    if len(work.sizes.full_cost) > 0:
+    if work.sizes.full_cost > 0:
         for k in range(n + 1):
             total += off_diagonal_cost(work, trajectory, k)
-    if len(work.sizes.extra_cost) > 0:
+    if work.sizes.extra_cost > 0:
         for k in range(n):
             total += stage_cost(at_node(model, k), states[k], inputs[k])
         total += end_cost(at_node(model, n), states[n])
@@ -84,14 +91,14 @@ def nominal_cost(model: object, work: Workspace) -> float:
 @kernel
 def violation(work: Workspace, value: float, floor: float) -> float:
     """What of a row's value is too much, given its least multiplier; what is not positive is none."""
-    return abs(value) if len(work.sizes.equalities) > 0 and floor < 0.0 else value
+    return abs(value) if work.sizes.equalities > 0 and floor < 0.0 else value
 
 
 @kernel
 def measure(work: Workspace, trajectory: Trajectory) -> None:
     """Largest violation of a trajectory whose rows are there already, its place, and the sum, into `result`."""
     nx, n = len(work.sizes.states), trajectory.inputs.shape[0]
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     worst, total, node, row = 0.0, 0.0, 0, 0
     finite = 0.0
     for k in range(n):
@@ -180,11 +187,11 @@ def take_multipliers(work: Workspace, scale: float) -> None:
     now, new, largest = work.multipliers, work.proposal, work.settings.largest_multiplier
     reached = approach(now.rows, new.rows, scale, largest)
     reached |= approach(now.input_rows, new.input_rows, scale, largest)
-    if len(work.sizes.state_bounds) > 0:
+    if work.sizes.state_bounds > 0:
         reached |= approach(now.states, new.states, scale, largest)
-    if len(work.sizes.input_bounds) > 0:
+    if work.sizes.input_bounds > 0:
         approach(now.inputs, new.inputs, scale, np.inf)
-    for i in range(len(work.sizes.end_rows)):
+    for i in range(work.sizes.end_rows):
         value = now.end_rows[i] + scale * (new.end_rows[i] - now.end_rows[i])
         reached |= abs(value) >= largest
         now.end_rows[i] = max(min(value, largest), -largest)

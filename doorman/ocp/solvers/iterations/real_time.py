@@ -118,16 +118,18 @@ def price(work: Workspace, penalty: float) -> float:
     total = 0.0
     for k in range(trial.inputs.shape[0]):
         early = 0.0
-        for i in range(len(work.sizes.rows)):
+        for i in range(work.sizes.rows):
             early += (new.rows[k, i] - now.rows[k, i]) ** 2
-        for i in range(len(work.sizes.state_bounds)):
-            early += (new.states[k, i] - now.states[k, i]) ** 2
+        if work.sizes.state_bounds > 0:
+            for i in range(len(work.sizes.states)):
+                early += (new.states[k, i] - now.states[k, i]) ** 2
         total += early / work.stiffness[k]
-        for i in range(len(work.sizes.input_rows)):
+        for i in range(work.sizes.input_rows):
             total += (new.input_rows[k, i] - now.input_rows[k, i]) ** 2
-        for i in range(len(work.sizes.input_bounds)):
-            total += (new.inputs[k, i] - now.inputs[k, i]) ** 2
-    for i in range(len(work.sizes.end_rows)):
+        if work.sizes.input_bounds > 0:
+            for i in range(len(work.sizes.inputs)):
+                total += (new.inputs[k, i] - now.inputs[k, i]) ** 2
+    for i in range(work.sizes.end_rows):
         total += (new.end_rows[i] - now.end_rows[i]) ** 2
     return float(total / penalty)
 

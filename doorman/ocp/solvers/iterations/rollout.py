@@ -46,7 +46,7 @@ def apply_policy(work: Workspace, k: int, scale: float) -> None:
         total = nominal.inputs[k, a] + scale * gains[k, a, nx]
         for j in range(nx):
             total += gains[k, a, j] * (trial.states[k, j] - nominal.states[k, j])
-        if len(work.sizes.input_bounds) > 0:
+        if work.sizes.input_bounds > 0:
             total = min(max(total, limits.input_lower[a]), limits.input_upper[a])
         trial.inputs[k, a] = total
 
@@ -68,27 +68,27 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
 
     Equalities do not count: the feedback keeps them.
     """
-    floors, equal = work.floors, len(work.sizes.equalities) > 0
+    floors, equal = work.floors, work.sizes.equalities > 0
     trial, nx, last = work.trial, len(work.sizes.states), k == work.trial.inputs.shape[0] - 1
     if evaluate:
-        if len(work.sizes.rows) > 0:
+        if work.sizes.rows > 0:
             constrain(at_node(model, k + 1), trial.states[k + 1], trial.rows[k])
-        if len(work.sizes.input_rows) > 0:
+        if work.sizes.input_rows > 0:
             constrain_input(at_node(model, k), trial.states[k], trial.inputs[k], trial.input_rows[k])
-        if last and len(work.sizes.end_rows) > 0:
+        if last and work.sizes.end_rows > 0:
             constrain_end(at_node(model, k + 1), trial.states[k + 1], trial.end_rows)
     worst = -np.inf
-    for i in range(len(work.sizes.rows)):
+    for i in range(work.sizes.rows):
         if not equal or floors.rows[i] == 0.0:
             worst = max(worst, trial.rows[k, i])
-    for i in range(len(work.sizes.input_rows)):
+    for i in range(work.sizes.input_rows):
         if not equal or floors.input_rows[i] == 0.0:
             worst = max(worst, trial.input_rows[k, i])
     if last:
-        for i in range(len(work.sizes.end_rows)):
+        for i in range(work.sizes.end_rows):
             if not equal or floors.end_rows[i] == 0.0:
                 worst = max(worst, trial.end_rows[i])
-    if len(work.sizes.state_bounds) > 0:
+    if work.sizes.state_bounds > 0:
         x, limits = trial.states[k + 1], work.limits
         for i in range(nx):
             worst = max(worst, x[i] - limits.state_upper[i], limits.state_lower[i] - x[i])
@@ -100,7 +100,7 @@ def correct(work: Workspace, k: int) -> None:
     """Add `program.step` to input k of the trial trajectory, inside its bounds."""
     for a in range(len(work.sizes.inputs)):
         value = work.trial.inputs[k, a] + work.program.step[a]
-        if len(work.sizes.input_bounds) > 0:
+        if work.sizes.input_bounds > 0:
             value = min(max(value, work.limits.input_lower[a]), work.limits.input_upper[a])
         work.trial.inputs[k, a] = value
 
@@ -113,12 +113,12 @@ def roll_freely(model: object, work: Workspace, scale: float) -> int:
         apply_policy(work, k, scale)
         if not advance(model, work, k):
             return NOT_FINITE
-    if len(work.sizes.rows) > 0:
+    if work.sizes.rows > 0:
         constrain_horizon(model, trial.states, trial.rows)
-    if len(work.sizes.input_rows) > 0:
+    if work.sizes.input_rows > 0:
         for k in range(n):
             constrain_input(at_node(model, k), trial.states[k], trial.inputs[k], trial.input_rows[k])
-    if len(work.sizes.end_rows) > 0:
+    if work.sizes.end_rows > 0:
         constrain_end(at_node(model, n), trial.states[n], trial.end_rows)
     for k in range(n):
         if worst_row(model, work, k, False) > FEASIBILITY:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba.core import types
+from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.emitter import DOUBLE, Emitter
 from doorman.numba_types.lanes import builtin
-from doorman.ocp.solvers.parts import Trajectory
+from doorman.ocp.solvers.parts import Sides, Trajectory
 from doorman.ocp.solvers.workspace import Workspace
+
+Array = NDArray[np.float64]
 
 _RESULT: Any = types.Tuple((types.int64, types.boolean))  # type: ignore[no-untyped-call]
 
@@ -23,9 +27,9 @@ class _Marker(Emitter):
         """Pointer to a row of a C-contiguous array."""
         return self.offset(self.data(kind, array), index, count)
 
-    def positive(self, force: Any, floor: Any = None) -> Any:
-        """max(0, force), or max(floor, force); NaN stays."""
-        least = ir.Constant(force.type, None) if floor is None else floor
+    def positive(self, force: Any) -> Any:
+        """max(0, force); NaN stays."""
+        least = ir.Constant(force.type, None)
         return self.builder.select(self.builder.fcmp_ordered("<", force, least), least, force)
 
     def mark(self, context: Any, pointer: Any, above: Any, below: Any) -> Any:
@@ -43,49 +47,33 @@ class _Marker(Emitter):
         return context.make_tuple(builder, _RESULT, (marked, changed))
 
 
-def _nothing(context: Any, builder: Any) -> Any:
-    return context.make_tuple(builder, _RESULT, (ir.Constant(ir.IntType(64), 0), ir.Constant(ir.IntType(1), 0)))
-
-
-@builtin
+@kernel
 def mark_rows(
-    typingctx: Any, node: Any, count: Any, rows: Any, multipliers: Any, scale: Any, active: Any, proposal: Any,
-    equalities: Any, floors: Any,
-) -> Any:  # fmt: skip
+    k: int, rows: Array, multipliers: Array, scale: float, floors: Array, active: Sides, proposal: Array
+) -> tuple[int, bool]:
     """Rows r ≤ 0 of one node: active where λ + r/μ > 0, with max(0, λ + r/μ) as their next multipliers.
 
     Args:
-        typingctx: numba's.
-        node: k.
-        count: Tuple as long as a node has rows.
-        rows: r of all nodes, (N, count); or the end rows, (count,), with node 0.
-        multipliers: λ, of the same shape.
+        k: Node.
+        rows: r of all nodes, (N, count), as the others.
+        multipliers: λ.
         scale: 1/μ.
-        active: 1 or 0, of the same shape, int8.
-        proposal: Of the same shape.
-        equalities: Empty tuple where no row is an equality.
         floors: Least multiplier of every row, (count,): 0, or −inf for r = 0, which is always active.
+        active: 1 or 0, written.
+        proposal: Next multipliers, written; NaN stays.
 
     Returns:
         How many are active, and whether another set is than before.
     """
-    n = len(count)
-    arguments = (node, count, rows, multipliers, scale, active, proposal, equalities, floors)
-
-    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if n == 0:
-            return _nothing(context, builder)
-        emit = _Marker(context, builder)
-        k = context.cast(builder, args[0], sig.args[0], types.intp)
-        r, multiplier, side, new = (emit.row(sig.args[i], args[i], k, n) for i in (2, 3, 5, 6))
-        factor = emit.spread(context.cast(builder, args[4], sig.args[4], types.float64), n)
-        force = emit.add(emit.load(multiplier, 0, n), emit.multiply(factor, emit.load(r, 0, n)))
-        floor = emit.load(emit.data(sig.args[8], args[8]), 0, n) if len(equalities) else ir.Constant(force.type, None)
-        emit.store(new, 0, emit.positive(force, floor))
-        above = builder.fcmp_ordered(">", force, floor)
-        return emit.mark(context, side, above, ir.Constant(above.type, None))
-
-    return _RESULT(*arguments), build
+    count, flipped = 0, 0
+    for i in range(floors.shape[0]):
+        force, floor = multipliers[k, i] + scale * rows[k, i], floors[i]
+        side = int(force > floor)
+        proposal[k, i] = floor if force < floor else force
+        flipped |= active[k, i] ^ side
+        count += side
+        active[k, i] = side
+    return count, flipped != 0
 
 
 @builtin
@@ -98,7 +86,7 @@ def mark_bounds(
     Args:
         typingctx: numba's.
         node: k.
-        count: Tuple as long as a node has values, or empty where none is bounded.
+        count: Tuple as long as a node has values.
         values: v of all nodes.
         first: Row of `values` that belongs to node 0.
         lower: Shape (count,).
@@ -115,8 +103,6 @@ def mark_bounds(
     arguments = (node, count, values, first, lower, upper, multipliers, scale, active, proposal)
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        if n == 0:
-            return _nothing(context, builder)
         emit = _Marker(context, builder)
         k = context.cast(builder, args[0], sig.args[0], types.intp)
         place = builder.add(k, context.cast(builder, args[3], sig.args[3], types.intp))
@@ -145,31 +131,40 @@ def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
         The last node whose set is another now; −1 if none is.
     """
     active, multipliers, proposal, limits, sizes = work.active, work.multipliers, work.proposal, work.limits, work.sizes
-    equal, floors = sizes.equalities, work.floors
-    last, n = -1, at.inputs.shape[0]
+    floors, last, n = work.floors, -1, at.inputs.shape[0]
     for k in range(n):
         stiff = penalty * work.stiffness[k]
-        h, h_changed = mark_rows(
-            k, sizes.rows, at.rows, multipliers.rows, stiff, active.rows, proposal.rows, equal, floors.rows
-        )
-        x, x_changed = mark_bounds(
-            k, sizes.state_bounds, at.states, 1, limits.state_lower, limits.state_upper, multipliers.states, stiff,
-            active.states, proposal.states,
-        )  # fmt: skip
-        g, g_changed = mark_rows(
-            k, sizes.input_rows, at.input_rows, multipliers.input_rows, penalty, active.input_rows, proposal.input_rows,
-            equal, floors.input_rows,
-        )  # fmt: skip
-        u, u_changed = mark_bounds(
-            k, sizes.input_bounds, at.inputs, 0, limits.input_lower, limits.input_upper, multipliers.inputs, penalty,
-            active.inputs, proposal.inputs,
-        )  # fmt: skip
+        h, g, x, u = 0, 0, 0, 0
+        h_changed, g_changed, x_changed, u_changed = False, False, False, False
+        if sizes.rows > 0:
+            h, h_changed = mark_rows(k, at.rows, multipliers.rows, stiff, floors.rows, active.rows, proposal.rows)
+        if sizes.state_bounds > 0:
+            x, x_changed = mark_bounds(
+                k, sizes.states, at.states, 1, limits.state_lower, limits.state_upper, multipliers.states, stiff,
+                active.states, proposal.states,
+            )  # fmt: skip
+        if sizes.input_rows > 0:
+            g, g_changed = mark_rows(
+                k,
+                at.input_rows,
+                multipliers.input_rows,
+                penalty,
+                floors.input_rows,
+                active.input_rows,
+                proposal.input_rows,
+            )
+        if sizes.input_bounds > 0:
+            u, u_changed = mark_bounds(
+                k, sizes.inputs, at.inputs, 0, limits.input_lower, limits.input_upper, multipliers.inputs, penalty,
+                active.inputs, proposal.inputs,
+            )  # fmt: skip
         active.state_count[k], active.input_count[k] = h + x, g + u
         if h_changed or x_changed or g_changed or u_changed:
             last = k
+    one = (1, sizes.end_rows)
     end, end_changed = mark_rows(
-        0, sizes.end_rows, at.end_rows, multipliers.end_rows, penalty, active.end_rows, proposal.end_rows, equal,
-        floors.end_rows,
+        0, at.end_rows.reshape(one), multipliers.end_rows.reshape(one), penalty, floors.end_rows,
+        active.end_rows.reshape(one), proposal.end_rows.reshape(one),
     )  # fmt: skip
     active.state_count[n - 1] += end  # they count as rows of the last state
     return n - 1 if end_changed else last

@@ -31,7 +31,7 @@ NOT_CONVEX = -2
 def fill_rows(work: Workspace, k: int) -> None:
     """Rows [C_x | c | C_u] of node k's program into `program.eliminated`."""
     nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
-    nh, nt, ng = len(work.sizes.rows), len(work.sizes.end_rows), len(work.sizes.input_rows)
+    nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, nominal = work.program, work.linear, work.nominal
     rows, jacobian = program.eliminated, linear.jacobians[k]
     for i in range(nh + nt):
@@ -140,9 +140,9 @@ def export_multipliers(work: Workspace, k: int) -> None:
     """λ of node k's program to where they belong."""
     nx, nh, nt, ng = (
         len(work.sizes.states),
-        len(work.sizes.rows),
-        len(work.sizes.end_rows),
-        len(work.sizes.input_rows),
+        work.sizes.rows,
+        work.sizes.end_rows,
+        work.sizes.input_rows,
     )
     program, multipliers = work.program, work.multipliers
     found = program.multipliers

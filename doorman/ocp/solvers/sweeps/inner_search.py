@@ -17,22 +17,36 @@ from doorman.ocp.solvers.parts import Trajectory
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope
 from doorman.ocp.solvers.workspace import Workspace
 
-_BISECTIONS = 40
+_STEPS = 40
+_CLOSE = 1e-12
+"""Width of an interval that is good enough."""
 
 
 @kernel
 def best_part(model: object, work: Workspace, base: Trajectory, penalty: float) -> float:
-    """τ in (0, 1] that minimises the augmented Lagrangian from `base` to the trial trajectory."""
+    """τ in (0, 1] that minimises the augmented Lagrangian from `base` to the trial trajectory.
+
+    Its slope rises along straight pieces: false position, halving the end that stays (Illinois), finds the zero in few steps.
+    """
     first, second = cost_slope(model, work, base)
-    if not first + second + row_slope(work, base, penalty, 1.0) > 0.0:
+    above = first + second + row_slope(work, base, penalty, 1.0)
+    below = first + row_slope(work, base, penalty, 0.0)
+    if not above > 0.0:
         return 1.0
-    low, high = 0.0, 1.0
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        if first + second * middle + row_slope(work, base, penalty, middle) > 0.0:
-            high = middle
+    if not below < 0.0:
+        return 0.0
+    low, high, stayed = 0.0, 1.0, 0
+    for _ in range(_STEPS):
+        part = (low * above - high * below) / (above - below)
+        slope = first + second * part + row_slope(work, base, penalty, part)
+        if slope > 0.0:
+            below *= 0.5 if stayed == -1 else 1.0
+            high, above, stayed = part, slope, -1
         else:
-            low = middle
+            above *= 0.5 if stayed == 1 else 1.0
+            low, below, stayed = part, slope, 1
+        if high - low < _CLOSE or slope == 0.0:
+            break
     return 0.5 * (low + high)
 
 
@@ -52,7 +66,7 @@ def cost_slope(model: object, work: Workspace, base: Trajectory) -> tuple[float,
             change = trial.inputs[k, i] - base.inputs[k, i]
             first += weights.input[i] * (base.inputs[k, i] - weights.input_goal[i]) * change
             second += weights.input[i] * change * change
-    if len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0:
+    if work.sizes.extra_cost + work.sizes.full_cost > 0:
         for k in range(n + 1):
             linear, curved = extra_slope(model, work, base, k)
             first += linear
@@ -70,7 +84,7 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
         gradient[i] = 0.0
         for j in range(nx + nu):
             hessian[i, j] = 0.0
-    if len(work.sizes.extra_cost) == 0:
+    if work.sizes.extra_cost == 0:
         pass
     elif k < n:
         expand_stage_cost(at_node(model, k), nominal.states[k], nominal.inputs[k], gradient, hessian)
@@ -80,7 +94,7 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
         for i in range(nx):
             for j in range(nx):
                 hessian[i, j] = corner[i, j]
-    if len(work.sizes.full_cost) > 0:
+    if work.sizes.full_cost > 0:
         off_diagonal_slope(work, nominal, k, gradient)
         off_diagonal_curvature(work, k, hessian)
     first, second = 0.0, 0.0
@@ -106,33 +120,35 @@ def extra_slope(model: object, work: Workspace, base: Trajectory, k: int) -> tup
 def row_slope(work: Workspace, base: Trajectory, penalty: float, part: float) -> float:
     """The rows' share of the slope at τ = `part`."""
     trial, multipliers, limits = work.trial, work.multipliers, work.limits
-    total, equal = 0.0, len(work.sizes.equalities) > 0
+    floors, total = work.floors, 0.0
     for k in range(trial.inputs.shape[0]):
         stiff = penalty * work.stiffness[k]
-        for i in range(len(work.sizes.rows)):
+        for i in range(work.sizes.rows):
             change = trial.rows[k, i] - base.rows[k, i]
             force = multipliers.rows[k, i] + stiff * (base.rows[k, i] + part * change)
-            total += max(work.floors.rows[i] if equal else 0.0, force) * change
-        for i in range(len(work.sizes.input_rows)):
+            total += max(floors.rows[i], force) * change
+        for i in range(work.sizes.input_rows):
             change = trial.input_rows[k, i] - base.input_rows[k, i]
             force = multipliers.input_rows[k, i] + penalty * (base.input_rows[k, i] + part * change)
-            total += max(work.floors.input_rows[i] if equal else 0.0, force) * change
-        for i in range(len(work.sizes.state_bounds)):
-            change = trial.states[k + 1, i] - base.states[k + 1, i]
-            x = base.states[k + 1, i] + part * change
-            above = max(0.0, multipliers.states[k, i] + stiff * (x - limits.state_upper[i]))
-            below = min(0.0, multipliers.states[k, i] + stiff * (x - limits.state_lower[i]))
-            total += (above + below) * change
-        for i in range(len(work.sizes.input_bounds)):
-            change = trial.inputs[k, i] - base.inputs[k, i]
-            u = base.inputs[k, i] + part * change
-            above = max(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_upper[i]))
-            below = min(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_lower[i]))
-            total += (above + below) * change
-    for i in range(len(work.sizes.end_rows)):
+            total += max(floors.input_rows[i], force) * change
+        if work.sizes.state_bounds > 0:
+            for i in range(len(work.sizes.states)):
+                change = trial.states[k + 1, i] - base.states[k + 1, i]
+                x = base.states[k + 1, i] + part * change
+                above = max(0.0, multipliers.states[k, i] + stiff * (x - limits.state_upper[i]))
+                below = min(0.0, multipliers.states[k, i] + stiff * (x - limits.state_lower[i]))
+                total += (above + below) * change
+        if work.sizes.input_bounds > 0:
+            for i in range(len(work.sizes.inputs)):
+                change = trial.inputs[k, i] - base.inputs[k, i]
+                u = base.inputs[k, i] + part * change
+                above = max(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_upper[i]))
+                below = min(0.0, multipliers.inputs[k, i] + penalty * (u - limits.input_lower[i]))
+                total += (above + below) * change
+    for i in range(work.sizes.end_rows):
         change = trial.end_rows[i] - base.end_rows[i]
         force = multipliers.end_rows[i] + penalty * (base.end_rows[i] + part * change)
-        total += max(work.floors.end_rows[i] if equal else 0.0, force) * change
+        total += max(floors.end_rows[i], force) * change
     return total
 
 

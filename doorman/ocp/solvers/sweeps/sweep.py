@@ -30,14 +30,14 @@ def terminal_value(model: object, work: Workspace) -> None:
     for i in range(nx):
         value[i, i] = weights.terminal[i]
         value[i, nx] = weights.terminal[i] * (last[i] - weights.state_goal[i])
-    if len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0:
+    if work.sizes.extra_cost + work.sizes.full_cost > 0:
         n = work.nominal.inputs.shape[0]
         gradient, hessian = work.node.gradient[:nx], work.node.hessian[:nx, :nx].copy()
         gradient[:] = 0.0
         hessian[:, :] = 0.0
-        if len(work.sizes.extra_cost) > 0:
+        if work.sizes.extra_cost > 0:
             expand_end_cost(at_node(model, n), last, gradient, hessian)
-        if len(work.sizes.full_cost) > 0:
+        if work.sizes.full_cost > 0:
             off_diagonal_slope(work, work.nominal, n, gradient)
             off_diagonal_curvature(work, n, hessian)
         for i in range(nx):
@@ -63,7 +63,7 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
     nx, last = len(work.sizes.states), k == work.nominal.inputs.shape[0] - 1
     value, linear, active, multipliers = work.node.value, work.linear, work.active, work.multipliers
     stiff = penalty * work.stiffness[k]
-    for i in range(len(work.sizes.rows)):
+    for i in range(work.sizes.rows):
         if active.rows[k, i] != 0:
             row = linear.row_jacobians[k, i]
             row[nx] = multipliers.rows[k, i] / stiff + work.nominal.rows[k, i]
@@ -72,7 +72,7 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
                 store(value, (a, 0), load(value, (a, 0), work.sizes.narrow) + scale * load(row, 0, work.sizes.narrow))
             row[nx] = 0.0
     if last:
-        for i in range(len(work.sizes.end_rows)):
+        for i in range(work.sizes.end_rows):
             if active.end_rows[i] != 0:
                 force = multipliers.end_rows[i] + penalty * work.nominal.end_rows[i]
                 for a in range(nx):
@@ -80,7 +80,7 @@ def penalize_state(work: Workspace, k: int, penalty: float) -> None:
                     value[a, nx] += slope * force
                     for b in range(nx):
                         value[a, b] += penalty * slope * linear.end_row_jacobians[i, b]
-    if len(work.sizes.state_bounds) > 0:
+    if work.sizes.state_bounds > 0:
         x = work.nominal.states[k + 1]
         for i in range(nx):
             side = active.states[k, i]
@@ -119,11 +119,11 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
         base_x[i, nx] = weights.state[i] * (x[i] - weights.state_goal[i])
     for i in range(nu):
         base_u[i, nx] = weights.input[i] * (u[i] - weights.input_goal[i])
-    if len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0:
+    if work.sizes.extra_cost + work.sizes.full_cost > 0:
         add_stage_cost(model, work, k)
     if work.active.input_count[k] > 0:
         penalize_input(work, k, penalty)
-    return len(work.sizes.extra_cost) + len(work.sizes.full_cost) > 0 or work.active.input_count[k] > 0
+    return work.sizes.extra_cost + work.sizes.full_cost > 0 or work.active.input_count[k] > 0
 
 
 @kernel
@@ -133,9 +133,9 @@ def add_stage_cost(model: object, work: Workspace, k: int) -> None:
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
     gradient[:] = 0.0
     hessian[:, :] = 0.0
-    if len(work.sizes.extra_cost) > 0:
+    if work.sizes.extra_cost > 0:
         expand_stage_cost(at_node(model, k), work.nominal.states[k], work.nominal.inputs[k], gradient, hessian)
-    if len(work.sizes.full_cost) > 0:
+    if work.sizes.full_cost > 0:
         off_diagonal_slope(work, work.nominal, k, gradient)
         off_diagonal_curvature(work, k, hessian)
     for i in range(nx):
@@ -179,11 +179,11 @@ def penalize_input(work: Workspace, k: int, penalty: float) -> None:
     """Add the active mixed rows and input bounds of node k."""
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_u, active, multipliers = work.node.base_u, work.active, work.multipliers
-    for i in range(len(work.sizes.input_rows)):
+    for i in range(work.sizes.input_rows):
         if active.input_rows[k, i] != 0:
             row = work.linear.input_row_jacobians[k, i]
             add_input_row(work, row, multipliers.input_rows[k, i] / penalty + work.nominal.input_rows[k, i], penalty)
-    if len(work.sizes.input_bounds) > 0:
+    if work.sizes.input_bounds > 0:
         u = work.nominal.inputs[k]
         for i in range(nu):
             side = active.inputs[k, i]
@@ -232,7 +232,7 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float,
 @kernel
 def step_along(work: Workspace) -> None:
     """Newton step of the last sweep into `trial`, with the rows linearised there."""
-    nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.rows), len(work.sizes.input_rows)
+    nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), work.sizes.rows, work.sizes.input_rows
     nominal, trial, step, weights, linear = work.nominal, work.trial, work.node.step, work.weights, work.linear
     n, largest = nominal.inputs.shape[0], 0.0
     flat_rows, flat_input_rows = trial.rows.reshape(-1), trial.input_rows.reshape(-1)
@@ -262,7 +262,7 @@ def step_along(work: Workspace) -> None:
             multiply_rows(linear.row_jacobians, k, work.sizes.rows, work.sizes.narrow, step, flat_rows, k * nh)
             for i in range(nh):
                 trial.rows[k, i] += nominal.rows[k, i]
-    for i in range(len(work.sizes.end_rows)):
+    for i in range(work.sizes.end_rows):
         value = nominal.end_rows[i]
         for j in range(nx):
             value += linear.end_row_jacobians[i, j] * step[j]
