@@ -21,7 +21,7 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     With :math:`r = P - P_h`, the leaf's direction :math:`e` and its normal :math:`n_D`, the rows of the disc are
 
     .. math::
-        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r, \qquad r_y - D_w + R_A, \qquad R_A - r_y .
+        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r + o, \qquad a^T r - D_w + R_A, \qquad R_A - a^T r .
 
     Args:
         model: Model of the scenario; the doorway is the true one.
@@ -36,8 +36,9 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     door, radius, arm = model.true_door, model.vehicle.radius, len(model.vehicle.point_names)
     states = np.hstack([attitude, door_angle[:, None], np.zeros((len(attitude), 1)), arm_angles])
     upright = np.array([rotation_body_to_world(one)[:, 2] for one in attitude]).reshape(-1, 3)
-    away, sine, cosine = position - door.hinge_position, np.sin(door_angle), np.cos(door_angle)
-    before_leaf = cosine * away[:, 1] - sine * away[:, 0]
+    away, upright = door.in_doorway(position - door.hinge_position), door.in_doorway(upright)
+    sine, cosine = np.sin(door_angle), np.cos(door_angle)
+    before_leaf = cosine * away[:, 1] - sine * away[:, 0] - door.surface_offset
     along_leaf = cosine * away[:, 0] + sine * away[:, 1]
     facing = sine * upright[:, 0] - cosine * upright[:, 1]
     leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf

@@ -57,7 +57,7 @@ class Model:
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
         self.reduced = self._reduced(self.coupling.distance_from_hinge)
         """Dynamics and constraints in numbers; parameters of the kernels by name."""
-        postures = propose(scenario, self.vehicle, self.reduced)
+        postures = propose(scenario, self.vehicle, self.door, self.reduced)
         self.proposed = postures.proposed
         """What the scenario leaves open, by its keys: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
         self.start_state, self.goal_state = frozen(postures.start), frozen(postures.goal)
@@ -204,7 +204,7 @@ class Model:
         if contact.kind != "push" or not contact.fit_doorway:
             return contact.distance_from_hinge
         reduced = self._reduced(contact.distance_from_hinge)
-        reach = math.hypot(*self.vehicle.tip_position(start_arm(self.scenario, self.vehicle, reduced))[:2])
+        reach = math.hypot(*self.vehicle.tip_position(start_arm(self.scenario, self.vehicle, self.door, reduced))[:2])
         room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
         return min(contact.distance_from_hinge, distance_in_doorway(reach, room))
 

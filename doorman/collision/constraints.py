@@ -2,8 +2,9 @@ r"""Analytic collision constraints h(x) ≤ 0 in symbols (the paper's hard const
 
 1. :math:`S^3_z,\ \ldots,\ S^n_z,\ d_z \le 0`: the arm stays below the body.
 2. :math:`R_A\sqrt{n_x^2+n_y^2} - n^T d \le 0` with :math:`n = R^T n_D`: the rotor disc is clear of the leaf's plane.
-3. :math:`D_V\sin\alpha - D_w + R_A - (Rd)_y \le 0` and :math:`(Rd)_y - D_V\sin\alpha + R_A \le 0`: the disc is between the
-   jambs. The paper prints + D_w in the lower bound; it follows from :math:`P_y - P_{hy} \le D_w - R_A` that it is −.
+3. :math:`D_V\sin\alpha - D_w + R_A - a^T R d \le 0` and :math:`a^T R d - D_V\sin\alpha + R_A \le 0`: the disc is between the
+   jambs; a is the direction of the closed leaf, the paper's y. The paper prints + D_w in the lower bound; it follows from
+   :math:`P_y - P_{hy} \le D_w - R_A` that it is −.
 """
 
 from __future__ import annotations
@@ -41,8 +42,7 @@ def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:
 
 def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
     """The rotor disc stays inside the doorway's width."""
-    across = task.position_from_hinge[1]
-    radius = task.vehicle.radius
+    across, radius = task.across_doorway, task.vehicle.radius
     return [
         Constraint("disc clear of latch jamb", across - task.door.width + radius + margin),
         Constraint("disc clear of hinge jamb", radius - across + margin),

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 
@@ -39,12 +38,11 @@ class Doorway:
 
     def __init__(self, model: Model, margin: float | None = None) -> None:
         room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)
-        hinge = float(model.door.hinge_position[1])
         self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
-        self.lowest, self.highest = hinge + room, hinge + model.door.width - room
-        """Bounds of y that keep the margin [m]."""
+        self.lowest, self.highest = room, model.door.width - room
+        """Bounds of the distance from the hinge along the closed leaf that keep the margin [m]."""
         self.middle = 0.5 * (self.lowest + self.highest)
-        """y as far from both jambs [m]."""
+        """The distance as far from both jambs [m]."""
 
     def inside(self, place: Array, planned: Array, position: Array, velocity: Array) -> Array:
         """A place no nearer to a jamb than the plan is, or may be.
@@ -60,45 +58,49 @@ class Doorway:
         Returns:
             Shape (3,), world frame [m].
         """
-        lowest, highest = min(self.lowest, planned[1]), max(self.highest, planned[1])
-        allowed = place.copy()
-        soon = _soon(position, velocity)
-        allowed[1] = min(max(place[1], lowest), highest) + _SENT_BACK * (min(max(soon, lowest), highest) - soon)
-        return allowed
+        planned_at, at = self.along(planned), self.along(place)
+        lowest, highest = min(self.lowest, planned_at), max(self.highest, planned_at)
+        soon = self._soon(position, velocity)
+        allowed = min(max(at, lowest), highest) + _SENT_BACK * (min(max(soon, lowest), highest) - soon)
+        return place + (allowed - at) * self._door.along
+
+    def along(self, position: Array) -> float:
+        """Distance of a place from the hinge along the closed leaf [m]."""
+        return float((position - self._door.hinge_position) @ self._door.along)
 
     def beyond(self, position: Array) -> float:
-        """How much nearer to a jamb than the margin a place is, along y: positive at the jamb away from the hinge [m].
+        """How much nearer to a jamb than the margin a place is, along the closed leaf: positive at the latch jamb [m].
 
         Args:
             position: That place, shape (3,), world frame [m].
         """
-        y = float(position[1])
+        y = self.along(position)
         return max(y - max(self.highest, self.middle), 0.0) - max(min(self.lowest, self.middle) - y, 0.0)
 
     def room(self, force: float, position: Array, velocity: Array) -> float:
         """How much of a force there is room for: all of it inside, none of it where it would take the vehicle to a jamb.
 
         Args:
-            force: Along y [N].
+            force: Along the closed leaf, away from the hinge [N].
             position: Where the vehicle is, shape (3,), world frame [m].
             velocity: Its velocity, shape (3,), world frame [m/s].
 
         Returns:
             Between 0 and 1.
         """
-        soon = _soon(position, velocity)
+        soon = self._soon(position, velocity)
         beyond = soon - self.highest if force > 0.0 else self.lowest - soon
         return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
 
     def room_beside(self, position: Array, speed: float) -> float:
-        """Between rotor disc and the jamb that a vehicle moves to, along y [m].
+        """Between rotor disc and the jamb that a vehicle moves to, along the closed leaf [m].
 
         Args:
             position: P, shape (3,), world frame [m].
-            speed: Along y [m/s].
+            speed: Along the closed leaf, away from the hinge [m/s].
         """
-        y = float(self._door.hinge_position[1])
-        return (y + self._door.width - float(position[1]) if speed > 0.0 else float(position[1]) - y) - self._radius
+        at = self.along(position)
+        return (self._door.width - at if speed > 0.0 else at) - self._radius
 
     def gap_to_jambs(self, position: Array, velocity: Array) -> float:
         """Between rotor disc and the nearer jamb, for a vehicle that drifts on a little [m].
@@ -110,9 +112,9 @@ class Doorway:
         return min(self._gap_to_jambs(position), self._gap_to_jambs(position + _BRAKING * velocity))
 
     def _gap_to_jambs(self, position: Array) -> float:
-        x, y, _ = self._door.hinge_position
-        before = max(float(x - self._door.frame_depth - position[0]), 0.0)
-        beside = max(min(float(position[1] - y), float(y + self._door.width - position[1])), 0.0)
+        into, along, _ = self._door.in_doorway(position - self._door.hinge_position)
+        before = max(float(-self._door.frame_depth - into), 0.0)
+        beside = max(min(float(along), float(self._door.width - along)), 0.0)
         return math.hypot(before, beside) - self._radius
 
     def gap(self, position: Array, attitude: Array, door_angle: float) -> float:
@@ -123,12 +125,11 @@ class Doorway:
             attitude: Φ, shape (3,) [rad].
             door_angle: α [rad].
         """
-        normal = door_normal(door_angle)
+        normal = self._door.normal(door_angle)
         contact = self._door.contact_point(door_angle, self._coupling.distance_from_hinge, self._coupling.height)
         slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)
         return float(normal @ (contact - position)) - self._radius * math.sqrt(max(1.0 - slope * slope, 0.0))
 
-
-def _soon(position: Array, velocity: Array) -> float:
-    """Where along y a vehicle will be that drifts on [m]."""
-    return float(position[1] + _AHEAD * velocity[1])
+    def _soon(self, position: Array, velocity: Array) -> float:
+        """Where along the closed leaf a vehicle will be that drifts on [m]."""
+        return self.along(position + _AHEAD * velocity)

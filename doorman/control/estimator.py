@@ -15,7 +15,6 @@ from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import GRAVITY, Model
 from doorman.one_line import OneLine
 from doorman.signals import Measurement
@@ -152,7 +151,7 @@ class Estimator:
         may_touch = near or self.contact.touching or tie is Tie.LEAVING
         self._follow_wind(tie is Tie.FREE or not (may_touch or tie is Tie.GRIPPED), time_step)
         tip_force = self._wind - vehicle.outer_force
-        normal = door_normal(self.door.angle)
+        normal = self._model.door.normal(self.door.angle)
         normal_force = float(normal @ tip_force)
         if tie is not Tie.GRIPPED and not may_touch:
             self.contact.listen(normal_force, time_step)
@@ -236,12 +235,12 @@ class Estimator:
             self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
             return
         self._beyond = None
-        push = float(door_normal(self.door.angle) @ acting)
+        push = float(self._model.door.normal(self.door.angle) @ acting)
         doubted = self._doubts(touching, -self._lever * tip[1], now)
         touching = touching and not doubted
         self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._mean_wind)
         if touching:
-            push = float(door_normal(self.door.angle) @ acting)
+            push = float(self._model.door.normal(self.door.angle) @ acting)
             self._hinge_torque.update(self.door.angle, self.door.rate, push, self._door_inertia, time_step)
             return
         self._hinge_torque.pause()
@@ -262,7 +261,8 @@ class Estimator:
         A vehicle that turns about the tip it holds moves otherwise than the tip. With :math:`u = n_D^T v + D_V\dot\alpha`, its
         speed along the normal beyond the tip's, the push is :math:`n_D^T F - m_A\dot u + m_A\dot\alpha\,c^T v` (docs/theory.md).
         """
-        normal, along, velocity = door_normal(tip_angle), leaf_direction(tip_angle), self._vehicle.velocity
+        door, velocity = self._model.door, self._vehicle.velocity
+        normal, along = door.normal(tip_angle), door.leaf_direction(tip_angle)
         beyond = float(normal @ velocity) + self._lever * tip_rate
         change = 0.0 if self._beyond is None else beyond - self._beyond
         self._beyond = beyond

@@ -30,7 +30,6 @@ from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.model import Model
 from doorman.planning.planner import Plan
 
@@ -113,7 +112,10 @@ class PushController:
         Returns:
             The setpoint, with a push.
         """
-        setpoint, normal = self._converter.setpoint(plan, time, estimate.arm_angles), door_normal(estimate.door_angle)
+        setpoint, normal = (
+            self._converter.setpoint(plan, time, estimate.arm_angles),
+            self._door.normal(estimate.door_angle),
+        )
         self._arm_rates = self._arm_rates + min(time_step / _ARM_TIME, 1.0) * (setpoint.arm_rates - self._arm_rates)
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
         place = setpoint.position + self._slip(estimate, time_step)
@@ -133,12 +135,16 @@ class PushController:
 
     def _beside(self, planned: float, push: float, estimate: Estimate) -> Array:
         """Force along the leaf: the planned one, and what turns the vehicle to its heading, as far as the tip holds [N]."""
-        leaf, pivot = leaf_direction(estimate.door_angle), self._pivot(estimate.door_angle)
-        ahead = max(float(door_normal(estimate.door_angle) @ (pivot - estimate.position)), _LEAST_AHEAD)
+        leaf, pivot = self._door.leaf_direction(estimate.door_angle), self._pivot(estimate.door_angle)
+        ahead = max(float(self._door.normal(estimate.door_angle) @ (pivot - estimate.position)), _LEAST_AHEAD)
         behind = 0.0 if self._heading is None else float(estimate.state[2]) - self._heading
         holds = _STICKS * self._settings.friction_coefficient * max(min(push, estimate.normal_force), 0.0)
         force = min(max(planned + _STIFFNESS * behind / ahead, -holds), holds)
-        return force * self._doorway.room(force * float(leaf[1]), estimate.position, estimate.velocity) * leaf
+        return (
+            force
+            * self._doorway.room(force * float(leaf @ self._door.along), estimate.position, estimate.velocity)
+            * leaf
+        )
 
     def _eased(self, push: float, estimate: Estimate) -> float:
         """A push that lets a vehicle which leans on the leaf with its disc nearly there straighten up again [N]."""
@@ -183,7 +189,7 @@ class PushController:
         sag = min(max(up, -_MOST_SAG), _MOST_SAG)
         seen = np.array([along, sag - min(max(sag, -_LEAST_SAG), _LEAST_SAG)])
         self._slipped = self._slipped + min(time_step / _SLIP_TIME, 1.0) * (seen - self._slipped)
-        slip: Array = self._slipped[0] * leaf_direction(estimate.door_angle)
+        slip: Array = self._slipped[0] * self._door.leaf_direction(estimate.door_angle)
         slip[2] += self._slipped[1]
         return slip
 
@@ -208,7 +214,7 @@ class PushController:
         """
         self._heading = setpoint.yaw
         held = replace(setpoint, force=self._beside(0.0, push, estimate))
-        return self._with(held, door_normal(estimate.door_angle), push, estimate)
+        return self._with(held, self._door.normal(estimate.door_angle), push, estimate)
 
     def _with(self, setpoint: Setpoint, normal: Array, push: float, estimate: Estimate) -> Setpoint:
         self.push = push

@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.coupling import VehicleMotion
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.planner import Plan
@@ -85,7 +84,7 @@ class StateConverter:
         coupling = self._coupling
         tip = position + rotation_body_to_world(state[:3]) @ self.model.vehicle.tip_position(state[5:])
         off = tip - self.model.door.contact_point(state[3], coupling.distance_from_hinge, coupling.height)
-        return float(leaf_direction(state[3]) @ off), float(off[2])
+        return float(self.model.door.leaf_direction(state[3]) @ off), float(off[2])
 
     def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:
         """State that the planner starts from.
@@ -124,7 +123,7 @@ class StateConverter:
             acceleration=self._acceleration(plan, time + settings.acceleration_look_ahead),
             yaw=self.heading(plan, time + settings.attitude_look_ahead),
             force=self._force(plan, time + settings.attitude_look_ahead),
-            normal=door_normal(self._at(plan, time)[0][3]),
+            normal=self.model.door.normal(self._at(plan, time)[0][3]),
             arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
         )
 
@@ -143,7 +142,7 @@ class StateConverter:
         state, inputs = self._at(plan, ahead)
         rotors = self._planning.force_on_door(state, float(inputs[0]), np.zeros(3))
         swing = self.model.vehicle.mass * self._coupling.distance_from_hinge * state[4] ** 2
-        return float(leaf_direction(state[3]) @ rotors + swing)
+        return float(self.model.door.leaf_direction(state[3]) @ rotors + swing)
 
     def heading(self, plan: Plan, time: float) -> float:
         """ψ at a time of the plan [rad]."""
@@ -217,6 +216,6 @@ class StateConverter:
         Returns:
             Force on the door, shape (3,), world frame [N].
         """
-        normal = door_normal(state[3])
+        normal = self.model.door.normal(state[3])
         force = self._planning.force_on_door(state, thrust, np.zeros(3) if acceleration is None else acceleration)
         return np.asarray((normal @ force) * normal)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import leaf_direction
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.model import GRAVITY, Model
 
@@ -36,7 +35,7 @@ class TurningAid:
     """
 
     def __init__(self, model: Model) -> None:
-        self._vehicle = model.vehicle
+        self._vehicle, self._door = model.vehicle, model.door
         self._inertia = float(model.vehicle.inertia(model.start_arm)[2, 2])
         self._most = _MOST * model.vehicle.mass * GRAVITY
         self._integral = 0.0
@@ -57,7 +56,7 @@ class TurningAid:
             Along the leaf, shape (3,), world frame [N].
         """
         missing = planned_rate - float(euler_rate_matrix(state[:3])[2] @ body_rates)
-        along = leaf_direction(state[3])
+        along = self._door.leaf_direction(state[3])
         tip = rotation_body_to_world(state[:3]) @ self._vehicle.tip_position(state[5:])
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N
         most = self._most * abs(lever)

@@ -1,19 +1,19 @@
 r"""The coupled equations of motion of vehicle and door (the paper's Lagrangian model), the arm locked within them.
 
-With the leaf's direction c, its tangent s and the vertical k in body axes, the acceleration of O_B and the force of the door on
-the tip are
+With the contact's lever J and its slope :math:`J' = dJ/d\alpha = o\,n_D - D_V c` (o = 0 in the paper) and the vertical k in body
+axes, the acceleration of O_B and the force of the door on the tip are
 
 .. math::
-    a = D_V(\ddot\alpha\,s - \dot\alpha^2 c) + d\times\dot\Omega - \Omega\times(\Omega\times d),\quad
+    a = \ddot\alpha J + \dot\alpha^2 J' + d\times\dot\Omega - \Omega\times(\Omega\times d),\quad
     w = m_A a - f_t e_3 + m_A g\,k
 
 and the equations of motion, the Lagrange equations of q = [Φ, α] multiplied by :math:`[W^T, 1]`, are
 
 .. math::
-    I_A\dot\Omega + \Omega\times I_A\Omega = T + d\times w,\quad I_D\ddot\alpha = -D_V\,s^T w - \tau.
+    I_A\dot\Omega + \Omega\times I_A\Omega = T + d\times w,\quad I_D\ddot\alpha = -J^T w - \tau.
 
-Their mass matrix is :math:`\begin{bmatrix} I_A + m_A(d^Td - dd^T) & g\\ g^T & I_D + m_A D_V^2\end{bmatrix}` with
-:math:`g = m_A D_V\,s\times d`; its last pivot is constant, so that only a 3 × 3 matrix is left to invert. The arm moves slowly,
+Their mass matrix is :math:`\begin{bmatrix} I_A + m_A(d^Td - dd^T) & g\\ g^T & I_D + m_A J^TJ\end{bmatrix}` with
+:math:`g = m_A J\times d`; its last pivot is constant, so that only a 3 × 3 matrix is left to invert. The arm moves slowly,
 as the paper assumes: d enters, its rate does not.
 """
 
@@ -49,15 +49,15 @@ class LagrangianTask(Task):
         return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
 
     @cached_property
-    def _tangent(self) -> Any:
-        """s, body axes."""
-        return -self.tilt_rotation.T @ self.normal_in_heading
+    def _lever(self) -> Any:
+        """J, body axes [m]."""
+        return self.tilt_rotation.T @ self.lever_in_heading
 
     def _force_on_tip(self, turning: Any, swinging: Any) -> Any:
         """W for Ω̇ and α̈."""
-        rates, tip, lever = self.body_rates, self.tip_in_body, self.contact.distance_from_hinge
-        leaf = self.tilt_rotation.T @ self.leaf_in_heading
-        of_contact = lever * (swinging * self._tangent - self.door_rate**2 * leaf)
+        rates, tip, contact = self.body_rates, self.tip_in_body, self.contact
+        bent = contact.offset * self.normal_in_heading - contact.distance_from_hinge * self.leaf_in_heading
+        of_contact = swinging * self._lever + self.door_rate**2 * (self.tilt_rotation.T @ bent)
         of_tip = ca.cross(turning, tip) + ca.cross(rates, ca.cross(rates, tip))
         lifted = self.weight * self.tilt_rotation.T[:, 2] - ca.vertcat(0, 0, self.thrust)
         return self.vehicle.mass * (of_contact - of_tip) + lifted
@@ -65,13 +65,13 @@ class LagrangianTask(Task):
     @cached_property
     def accelerations(self) -> tuple[Any, Any]:
         """Ω̇, (3, 1), body frame, and α̈ [rad/s²]."""
-        tip, mass, lever = self.tip_in_body, self.vehicle.mass, self.contact.distance_from_hinge
+        tip, mass, contact = self.tip_in_body, self.vehicle.mass, self.contact
         drift = self._force_on_tip(ca.SX.zeros(3), 0)
         gyroscopic = ca.cross(self.body_rates, self.inertia @ self.body_rates)
         moment = self.torque + ca.cross(tip, drift) - gyroscopic
-        torque = -lever * ca.dot(self._tangent, drift) - self.hinge_torque
-        swing = 1 / (self.door.inertia + mass * lever**2)
-        coupling = mass * lever * ca.cross(self._tangent, tip)
+        torque = -ca.dot(self._lever, drift) - self.hinge_torque
+        swing = 1 / (self.door.inertia + mass * (contact.distance_from_hinge**2 + contact.offset**2))
+        coupling = mass * ca.cross(self._lever, tip)
         rotational = self.inertia + mass * (ca.dot(tip, tip) * ca.SX.eye(3) - tip @ tip.T)
         inverse = inverse_of_symmetric(rotational - swing * (coupling @ coupling.T))
         turning = inverse @ (moment - swing * torque * coupling)

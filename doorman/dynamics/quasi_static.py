@@ -2,10 +2,11 @@ r"""The planner's simplified dynamics (the paper's): attitude and arm obey the i
 
 .. math::
     \dot\Phi = W(\Phi)\,\Omega,\quad
-    \ddot\alpha = -\frac{D_V f_t}{I_D}\,n_D^T R e_3 - \frac{\tau}{I_D},\quad
+    \ddot\alpha = \frac{f_t}{I_D}\,J^T R e_3 - \frac{\tau}{I_D},\quad
     \dot H = \dot H_d
 
-with the hinge's torque :math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d`.
+with the contact's lever J, −D_V n_D in the paper, and the hinge's torque
+:math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d`.
 """
 
 from __future__ import annotations
@@ -32,6 +33,6 @@ class QuasiStaticTask(Task):
     @property
     def derivative(self) -> Any:
         """ẋ, (5 + n, 1)."""
-        torque = self.contact.distance_from_hinge * self.thrust_along_normal + self.hinge_torque
-        acceleration = -torque / self.door.moving_inertia
+        torque = self.thrust * ca.dot(self.lever_in_heading, self.tilt_rotation[:, 2]) - self.hinge_torque
+        acceleration = torque / self.door.moving_inertia
         return ca.vertcat(euler_rates(self.attitude, self.body_rates), self.door_rate, acceleration, self.arm_rates)

@@ -13,7 +13,6 @@ from doorman.feasibility.geometry import shortest_swing
 from doorman.feasibility.rehearsal import Rehearsal, resistance
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 
@@ -154,7 +153,7 @@ def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
         force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-        pushes.append(float(door_normal(float(state[3])) @ force))
+        pushes.append(float(model.door.normal(float(state[3])) @ force))
         torques.append(np.abs(model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force))
     return [_servo_torques(model, np.max(torques, axis=0)), _pull(model, max(0.0, -min(pushes)))]
 

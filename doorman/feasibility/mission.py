@@ -13,7 +13,6 @@ from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.feasibility.lift import FIRST_TURN
 from doorman.feasibility.rehearsal import Rehearsal
 from doorman.feasibility.report import Finding, Severity, graded
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.limits import largest_push
@@ -83,7 +82,7 @@ def _approach(model: Model) -> Finding:
     angle, far = float(start[3]), model.scenario.mission.hover_distance
     at_leaf = model.coupling.vehicle_position(start[:3], angle, start[5:])
     steps = np.linspace(far, _BETWEEN, max(2, math.ceil(far / _BETWEEN)))
-    positions = at_leaf - steps[:, None] * door_normal(angle)
+    positions = at_leaf - steps[:, None] * model.door.normal(angle)
     rotations = np.tile(rotation_body_to_world(start[:3]), (len(steps), 1, 1))
     arms, angles = np.tile(start[5:], (len(steps), 1)), np.full(len(steps), angle)
     scene = CollisionScene(model.vehicle, model.true_door)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import SingularityError
-from doorman.model import GRAVITY, Model
+from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 from doorman.planning.quasi_static_planning import push_state
@@ -104,7 +104,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     start = planning.start_state
     if pushes:
         push = resistance(model) / model.coupling.distance_from_hinge
-        start = push_state(start, push, model.vehicle.mass * GRAVITY)
+        start = push_state(model, start, push)
     target = float(model.goal_state[3]) if pushes and duration is None else math.inf
     if duration is None:
         duration = PUSH_DURATION if pushes else DURATION

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.collision.audit import TOLERANCE
 from doorman.feasibility.bodies import body_findings
 from doorman.feasibility.door import door_findings
 from doorman.feasibility.lift import lift_findings
@@ -17,6 +16,8 @@ from doorman.model import Model
 
 Array = NDArray[np.float64]
 
+_MOST_BEFORE = 0.25
+"""Share of the contact's distance from the hinge by which the face may stand before the axis."""
 _CONTACT_EDGE = 0.02
 _SHORTEST_HORIZON = 0.3
 _LONGEST_STEP = 0.1
@@ -70,13 +71,13 @@ def _contact_point(model: Model) -> Finding:
 
 
 def _leaf_surface(model: Model) -> Finding:
-    """The constraints take the plane through the hinge for the leaf's surface."""
-    offset = model.door.surface_offset
-    ok = abs(offset) <= TOLERANCE
+    """A push beside the hinge's axis, on a face that stands far before it, hardly turns the leaf."""
+    offset, most = model.door.surface_offset, _MOST_BEFORE * model.coupling.distance_from_hinge
+    ok = abs(offset) <= most
     return Finding(
         "leaf's surface", graded(ok, Severity.WARNING),
-        f"the leaf's face lies {1e3 * offset:.1f} mm before the hinge axis; the constraints take 0 mm", offset, TOLERANCE, "m",
-        "" if ok else f"a box of link '{model.door.section.leaf}' whose +y face contains the hinge axis",
+        f"the leaf's face lies {1e3 * offset:.1f} mm before the hinge axis", offset, most, "m",
+        "" if ok else f"a box of link '{model.door.section.leaf}' whose face is nearer to the hinge axis",
     )  # fmt: skip
 
 

@@ -108,7 +108,7 @@ def widest_posture(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple
 def _elsewhere(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple[Array, float]:
     """Best posture from other starting points: arms of start and goal and between, at several yaws to the leaf."""
     best, room = state, -np.inf
-    normal = state[3] - math.pi / 2
+    normal = model.door.heading(float(state[3]))
     for share in (0.0, 0.5, 1.0):
         for yaw in _RELATIVE_YAWS:
             other = state.copy()

@@ -1,6 +1,7 @@
 r"""The kinematic constraint between vehicle and door, its Jacobians, and the state conversion both ways.
 
-:math:`P + R\,d = P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]` (the paper's kinematic constraint).
+:math:`P + R\,d = P_h + D_V c(\alpha) - o\,n_D + D_H e_3` (the paper's kinematic constraint, with o = 0 there), with the
+leaf's direction c, its normal n_D and the lever J as `Door` has them.
 With :math:`q = [\Phi,\ \alpha]`: :math:`\dot P = J_t\dot q - R\dot d`, :math:`\Omega = J_r\dot q`,
 :math:`\dot\alpha = J_\alpha\dot q`.
 """
@@ -80,7 +81,7 @@ class Coupling:
         return self._own.get(lambda: ArmParameters.of(self.vehicle.arm))
 
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
-        r"""Position of O_B with the tip at the contact point, :math:`P = P_h + [\ldots] - R\,d`.
+        r"""Position of O_B with the tip at the contact point, :math:`P = P_h + D_V c(\alpha) + D_H e_3 - R\,d`.
 
         Args:
             attitude: Φ, shape (3,) [rad].
@@ -94,7 +95,7 @@ class Coupling:
         return contact - rotation_body_to_world(attitude) @ self.vehicle.tip_position(arm_angles)
 
     def translation_jacobian(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
-        r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ D_V[-\sin\alpha,\cos\alpha,0]^T]`.
+        r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ J]`.
 
         Args:
             attitude: Φ, shape (3,) [rad].
@@ -107,7 +108,7 @@ class Coupling:
         rotation = rotation_body_to_world(attitude)
         jacobian = np.empty((3, 4))
         jacobian[:, :3] = rotation @ skew(self.vehicle.tip_position(arm_angles)) @ body_rate_matrix(attitude)
-        jacobian[:, 3] = self.distance_from_hinge * np.array([-math.sin(door_angle), math.cos(door_angle), 0.0])
+        jacobian[:, 3] = self.door.lever(door_angle, self.distance_from_hinge)
         return jacobian
 
     @staticmethod
@@ -125,7 +126,7 @@ class Coupling:
     def vehicle_motion(self, state: ArrayLike, body_rates: ArrayLike, arm_rates: ArrayLike) -> VehicleMotion:
         r"""Motion of the vehicle that belongs to a state of the planner.
 
-        :math:`\dot P = \dot\alpha D_V[-\sin\alpha,\cos\alpha,0] - R(\Omega\times d) - R\dot d`.
+        :math:`\dot P = \dot\alpha J - R(\Omega\times d) - R\dot d`.
 
         Args:
             state: x = [Φ, α, α̇, H], shape (5 + n,).
@@ -142,9 +143,8 @@ class Coupling:
         x = vector(state, 5 + n, "state")
         rates = vector(arm_rates, n, "arm_rates")
         tip = self._tip_in_world(x[:3], vector(body_rates, 3, "body_rates"), x[5:], rates)
-        sine, cosine, speed = math.sin(x[3]), math.cos(x[3]), x[4] * self.distance_from_hinge
         contact = self.door.contact_point(x[3], self.distance_from_hinge, self.height)
-        return VehicleMotion(contact - tip[:3], np.array([-sine * speed, cosine * speed, 0.0]) - tip[3:])
+        return VehicleMotion(contact - tip[:3], x[4] * self.door.lever(x[3], self.distance_from_hinge) - tip[3:])
 
     def door_state(
         self,
@@ -155,9 +155,9 @@ class Coupling:
         arm_angles: ArrayLike,
         arm_rates: ArrayLike,
     ) -> tuple[float, float]:
-        r"""Door angle and rate from the tip: :math:`\alpha = \mathrm{atan2}(P_{ey}-P_{hy},\ P_{ex}-P_{hx})`.
+        r"""Door angle and rate from the tip: :math:`\alpha = \mathrm{atan2}(a^Tr,\ i^Tr) - \arcsin(o/|r|)`, r = P_e − P_h.
 
-        :math:`\dot\alpha = (-\sin\alpha\,\dot x_e + \cos\alpha\,\dot y_e)/D_V` with the tip's velocity
+        :math:`\dot\alpha = -n_D^T\dot P_e/D_V` with the tip's velocity
         :math:`\dot P + R(\Omega\times d) + R\,\dot d` (the paper's state conversion, without its singularity).
 
         Args:
@@ -183,9 +183,8 @@ class Coupling:
         )
         tip = vector(position, 3, "position") + relative[:3] - self.door.hinge_position
         velocity_of_tip = vector(velocity, 3, "velocity") + relative[3:]
-        angle = math.atan2(tip[1], tip[0])
-        rate = (-math.sin(angle) * velocity_of_tip[0] + math.cos(angle) * velocity_of_tip[1]) / self.distance_from_hinge
-        return angle, float(rate)
+        angle = self.door.angle_of(tip)
+        return angle, -float(self.door.normal(angle) @ velocity_of_tip) / self.distance_from_hinge
 
     def _tip_in_world(self, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array) -> Array:
         """Position and velocity of the tip relative to O_B, world axes, shape (6,)."""

@@ -1,9 +1,9 @@
-"""Whether a door's URDF says what this library can fly: one joint that moves, closed at π/2 and open at 0."""
+"""What a door's URDF leaves open: which joint moves, and where that is closed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
-_AT_ZERO = 0.05
-"""End of a range that counts as 0, and the least by which π/2 is outside of it [rad]."""
+_AT_END = 0.05
+"""By which a closed door may be outside of its range [rad]."""
 
 
 @dataclass(frozen=True)
@@ -75,38 +75,39 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     return tuple(model.names[index] for index in others)
 
 
-def closed_at_zero(
-    hinge: Array, size: tuple[float, float], limits: tuple[float, float], boxes: Sequence[FixedBox]
-) -> str:
-    """What shows that a door is closed at 0, as in most data sets, and not at π/2.
+def closed_value(
+    hinge: Array,
+    size: tuple[float, float],
+    limits: tuple[float, float],
+    leaf: Mapping[float, Array],
+    boxes: Sequence[FixedBox],
+) -> float:
+    """Joint value at which a door is closed.
 
-    The jamb at the leaf's free edge tells; without one, a range that ends at 0 and does not hold π/2.
+    The jamb at the leaf's free edge tells. Without one it is π/2 where the range holds that, else an end of the range: the one
+    nearer to 0.
 
     Args:
         hinge: Lower end of the hinge line, shape (3,), world frame [m].
         size: Width and height of the leaf [m].
-        limits: Of the hinge [rad].
+        limits: Of the joint [rad].
+        leaf: Direction of the leaf at joint values that may be the closed one, the likelier first.
         boxes: What stands still beside the leaf.
 
     Returns:
-        The evidence in words; empty where there is none.
+        [rad].
     """
     lower, upper = limits
-    at_zero, at_right_angle = (any(_meets(box, hinge, size, angle) for box in boxes) for angle in (0.0, math.pi / 2))
-    if at_right_angle:
-        return ""
-    if at_zero:
-        return "a fixed box at the leaf's free edge at 0, and none at π/2"
-    outside = upper < math.pi / 2 - _AT_ZERO or lower > math.pi / 2 + _AT_ZERO
-    if outside and min(abs(lower), abs(upper)) < _AT_ZERO:
-        return f"a range of {lower:.3f} to {upper:.3f} rad, which begins at 0 and does not hold π/2"
-    return ""
+    possible = [value for value in leaf if lower - _AT_END <= value <= upper + _AT_END]
+    for value in possible:
+        if any(_meets(box, hinge, size, leaf[value]) for box in boxes):
+            return value
+    return possible[0] if possible[0] == 0.5 * math.pi else min(limits, key=abs)
 
 
-def _meets(box: FixedBox, hinge: Array, size: tuple[float, float], angle: float) -> bool:
+def _meets(box: FixedBox, hinge: Array, size: tuple[float, float], along: Array) -> bool:
     """Whether a box stands just beyond the leaf's free edge, at half its height."""
     width, height = size
-    along = np.array([math.cos(angle), math.sin(angle), 0.0])
     edge = hinge + width * along + np.array([0.0, 0.0, height / 2])
     gap = float(np.linalg.norm(np.maximum(np.abs(edge - box.center) - box.half, 0.0)))
     beyond = float((box.center - edge) @ along) > 0.0

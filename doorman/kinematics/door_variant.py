@@ -24,19 +24,19 @@ from doorman.kinematics.urdf_structure import check_structure
 
 Array = NDArray[np.float64]
 
-_ALONG_LEAF, _ALONG_FRAME = 0, 1
-"""Axis of the link along the closed door: x of the leaf, y of the frame."""
-
 
 def write_door_variant(
-    urdf: Path, leaf: str, hinge: float, width: float, new_width: float | None, new_mass: float | None
-) -> Path:
+    urdf: Path, leaf: str, hinge: Array, along_leaf: Array, along_frame: Array, width: float, new_width: float | None,
+    new_mass: float | None,
+) -> Path:  # fmt: skip
     """Write a door's URDF with another leaf, once for each, to the cache on disk, or to a temporary file if that is full.
 
     Args:
         urdf: URDF of the door.
         leaf: Name of its leaf's link.
-        hinge: y of the hinge line in the world [m].
+        hinge: A point of the hinge line, shape (3,), frame's link [m].
+        along_leaf: From hinge to latch along the leaf, shape (3,), leaf's link; along an axis of it.
+        along_frame: The same along the closed leaf, frame's link.
         width: D_w as the URDF has it [m].
         new_width: Width of the new leaf [m]; None keeps it.
         new_mass: Mass of the new leaf [kg]; None keeps it.
@@ -51,9 +51,11 @@ def write_door_variant(
     robot = check_structure(urdf)
     frame, slab = _frame_and_leaf(robot, leaf, urdf)
     if new_width is not None:
-        _stretch(slab, _ALONG_LEAF, width / 2, new_width - width)
-        _stretch(frame, _ALONG_FRAME, hinge + width / 2, new_width - width)
-    _spread_inertial(slab, 1.0 if new_width is None else new_width / width, new_mass)
+        of_leaf, of_frame = (_axis(urdf, along) for along in (along_leaf, along_frame))
+        _stretch(slab, *of_leaf, width / 2, new_width - width)
+        _stretch(frame, *of_frame, of_frame[1] * float(hinge[of_frame[0]]) + width / 2, new_width - width)
+    ratio = 1.0 if new_width is None else new_width / width
+    _spread_inertial(slab, 1.0 + (ratio - 1.0) * np.abs(along_leaf), new_mass)
     text = ElementTree.tostring(robot, encoding="utf-8")
     name = f"{urdf.stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
     try:
@@ -93,24 +95,36 @@ def _frame_and_leaf(
     return frame, slab
 
 
-def _stretch(link: ElementTree.Element, axis: int, cut: float, difference: float) -> None:
-    """Insert a difference in length at a cut across an axis of the link."""
+def _axis(urdf: Path, along: Array) -> tuple[int, float]:
+    """Axis of a link that a direction lies along, and its sign on it."""
+    axis = int(np.argmax(np.abs(along)))
+    if abs(along[axis]) < 1.0 - 1e-6:
+        raise UrdfError(
+            "a door at an angle to its links' axes cannot be made wider", file=urdf, field="door.width",
+            given=f"a leaf along {along.round(3).tolist()}", allowed="one along x or y of frame and leaf",
+        )  # fmt: skip
+    return axis, float(np.sign(along[axis]))
+
+
+def _stretch(link: ElementTree.Element, axis: int, sign: float, cut: float, difference: float) -> None:
+    """Insert a difference in length at a cut across an axis of the link, both measured along its `sign`."""
     for shape in [*link.findall("visual"), *link.findall("collision")]:
         center, rotation = _placement(shape)
         box = shape.find("geometry/box")
         size = np.zeros(3) if box is None else _numbers(box.get("size", ""))
         edge = int(np.argmax(np.abs(rotation[axis])))
-        if center[axis] - size[edge] / 2 < cut < center[axis] + size[edge] / 2 and box is not None:
-            center[axis] += difference / 2
+        middle = sign * center[axis]
+        if middle - size[edge] / 2 < cut < middle + size[edge] / 2 and box is not None:
+            center[axis] += sign * difference / 2
             size[edge] += difference
             box.set("size", _text(size))
-        elif center[axis] > cut:
-            center[axis] += difference
+        elif middle > cut:
+            center[axis] += sign * difference
         _origin(shape).set("xyz", _text(center))
 
 
-def _spread_inertial(link: ElementTree.Element, ratio: float, new_mass: float | None) -> None:
-    """Spread the leaf's mass along its width by a ratio, and scale it to another mass."""
+def _spread_inertial(link: ElementTree.Element, ratios: Array, new_mass: float | None) -> None:
+    """Spread the leaf's mass along the link's axes by ratios, (3,), and scale it to another mass."""
     inertial = link.find("inertial")
     mass = None if inertial is None else inertial.find("mass")
     inertia = None if inertial is None else inertial.find("inertia")
@@ -119,7 +133,7 @@ def _spread_inertial(link: ElementTree.Element, ratio: float, new_mass: float | 
     center, rotation = _placement(inertial)
     xx, xy, xz, yy, yz, zz = (float(inertia.get(name, "0")) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
     matrix = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
-    spread = np.diag([ratio, 1.0, 1.0])
+    spread = np.diag(ratios)
     second_moments = spread @ (np.trace(matrix) / 2 * np.eye(3) - matrix) @ spread
     old_mass = float(mass.get("value", "0"))
     scale = 1.0 if new_mass is None or old_mass == 0.0 else new_mass / old_mass

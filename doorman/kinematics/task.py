@@ -1,7 +1,9 @@
 r"""A door task in symbols: what dynamics, constraints and costs are written with.
 
-The tip is tied to the contact point, :math:`P + R\,d = P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]`, hence
-:math:`\dot P = D_V\dot\alpha\,[-\sin\alpha,\ \cos\alpha,\ 0]^T - R(\Omega\times d + J_d\dot H)`.
+The tip is tied to the contact point, :math:`P + R\,d = P_h + D_V c(\alpha) - o\,n_D + D_H e_3`, hence
+:math:`\dot P = \dot\alpha J - R(\Omega\times d + J_d\dot H)` with the lever :math:`J = -D_V n_D - o\,c`. The leaf's direction is
+:math:`c = [\cos\beta,\ \sin\beta,\ 0]^T` with its azimuth :math:`\beta = \psi_D + \sigma\alpha`, and
+:math:`n_D = \sigma[\sin\beta,\ -\cos\beta,\ 0]^T`: σ = ±1 is the door's hand and ψ_D the azimuth of a right angle's opening.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from doorman.kinematics.vehicle import GRAVITY
 from doorman.ocp.symbolic_model import SymbolicModel
 
 CLOSED = 0.5 * math.pi
-"""α of the closed door: the world's y axis runs along it [rad]."""
+"""α of the closed door [rad]."""
 
 
 class Task(ABC):
@@ -47,7 +49,7 @@ class Task(ABC):
     door: Any
     """Numbers of the door: `width`, `height`, `inertia`, `hinge_position`, `damping`, `friction`, …, SI units."""
     contact: Any
-    """Numbers of the contact point: `distance_from_hinge`, `height` [m]."""
+    """Numbers of the contact point: `distance_from_hinge`, `height`, and `offset` before the hinge's axis [m]."""
     limits: Any
     """Numbers of the planner: `margin` [m], `least_cosine` of the tilt."""
     push: Any
@@ -117,14 +119,14 @@ class Task(ABC):
 
     @cached_property
     def normal_in_heading(self) -> Any:
-        """n_D in the heading frame, (3, 1): only α − ψ enters."""
-        turn = self.door_angle - self.attitude[2]
-        return ca.vertcat(ca.sin(turn), -ca.cos(turn), 0)
+        """n_D in the heading frame, (3, 1): only β − ψ enters."""
+        turn = self.leaf_azimuth - self.attitude[2]
+        return self.door.hand * ca.vertcat(ca.sin(turn), -ca.cos(turn), 0)
 
     @cached_property
     def leaf_in_heading(self) -> Any:
         """`leaf_direction` in the heading frame, (3, 1)."""
-        turn = self.door_angle - self.attitude[2]
+        turn = self.leaf_azimuth - self.attitude[2]
         return ca.vertcat(ca.cos(turn), ca.sin(turn), 0)
 
     @property
@@ -137,20 +139,45 @@ class Task(ABC):
         """Rate of `opening` [rad/s]."""
         return -self.door_rate
 
+    @cached_property
+    def leaf_azimuth(self) -> Any:
+        """β of the leaf, about z from the world's x axis [rad]."""
+        return self.door.azimuth + self.door.hand * self.door_angle
+
     @property
     def leaf_direction(self) -> Any:
         """From the hinge along the leaf, (3, 1)."""
-        return ca.vertcat(ca.cos(self.door_angle), ca.sin(self.door_angle), 0)
+        return ca.vertcat(ca.cos(self.leaf_azimuth), ca.sin(self.leaf_azimuth), 0)
 
     @property
     def contact_normal(self) -> Any:
         """n_D, the way the tip pushes, (3, 1)."""
-        return ca.vertcat(ca.sin(self.door_angle), -ca.cos(self.door_angle), 0)
+        return self.door.hand * ca.vertcat(ca.sin(self.leaf_azimuth), -ca.cos(self.leaf_azimuth), 0)
+
+    @property
+    def across_doorway(self) -> Any:
+        r"""Distance of O_B from the hinge along the closed leaf, :math:`a^T(P-P_h)` [m]."""
+        door, contact, tip = self.door, self.contact, self.rotation @ self.tip_in_body
+        along = door.hand * (ca.cos(door.azimuth) * tip[1] - ca.sin(door.azimuth) * tip[0])
+        of_contact = contact.distance_from_hinge * ca.sin(self.door_angle) + contact.offset * ca.cos(self.door_angle)
+        return of_contact - along
 
     @cached_property
     def contact_from_hinge(self) -> Any:
         """The contact point relative to P_h, (3, 1) [m]."""
-        return self.contact.distance_from_hinge * self.leaf_direction + ca.vertcat(0, 0, self.contact.height)
+        contact = self.contact
+        on_face = contact.distance_from_hinge * self.leaf_direction - contact.offset * self.contact_normal
+        return on_face + ca.vertcat(0, 0, contact.height)
+
+    @property
+    def lever(self) -> Any:
+        """J, how the door's angle moves the contact point, (3, 1) [m]."""
+        return -self.contact.distance_from_hinge * self.contact_normal - self.contact.offset * self.leaf_direction
+
+    @cached_property
+    def lever_in_heading(self) -> Any:
+        """J in the heading frame, (3, 1) [m]."""
+        return -self.contact.distance_from_hinge * self.normal_in_heading - self.contact.offset * self.leaf_in_heading
 
     @property
     def contact_point(self) -> Any:
@@ -175,10 +202,9 @@ class Task(ABC):
     @cached_property
     def velocity(self) -> Any:
         """Ṗ of O_B, (3, 1) [m/s]."""
-        along = ca.vertcat(-ca.sin(self.door_angle), ca.cos(self.door_angle), 0)
         moved = ca.jtimes(self.tip_in_body, self.arm_angles, self.arm_rates)
         in_body = ca.cross(self.body_rates, self.tip_in_body) + moved
-        return self.contact.distance_from_hinge * self.door_rate * along - self.rotation @ in_body
+        return self.door_rate * self.lever - self.rotation @ in_body
 
     @cached_property
     def points(self) -> Mapping[str, Any]:

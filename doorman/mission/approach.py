@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.kinematics.door import door_normal
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.since import since
@@ -75,6 +74,6 @@ class Approach:
         """Setpoint on the way to a point before the contact point, that point, and what is followed."""
         self._glide = self._glide or Glide(estimate.position, float(estimate.state[2]))
         yaw, arm = float(self._model.start_state[2]), self._model.start_arm
-        target = self._leaf.contact_position(estimate, yaw, arm) - away * door_normal(estimate.door_angle)
+        target = self._leaf.contact_position(estimate, yaw, arm) - away * self._model.door.normal(estimate.door_angle)
         rates = arm_rates_to(arm, estimate.arm_angles)
         return self._glide.to(target, yaw, self._settings.approach_speed, rates, time_step), target, self._glide

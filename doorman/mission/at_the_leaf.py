@@ -12,7 +12,6 @@ from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.mission.motion import arm_rates_to
 from doorman.model import Model
 
@@ -97,9 +96,9 @@ class AtTheLeaf:
             estimate: What is known now.
             push: F_n [N].
         """
-        normal, yaw = door_normal(estimate.door_angle), float(estimate.state[2])
+        normal, yaw = self._model.door.normal(estimate.door_angle), float(estimate.state[2])
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
-        place = place + self._offset[0] * leaf_direction(estimate.door_angle)
+        place = place + self._offset[0] * self._model.door.leaf_direction(estimate.door_angle)
         place[2] += self._offset[1]
         planned = place if self._offset == (0.0, 0.0) else estimate.position
         place = self._doorway.inside(place, planned, estimate.position, estimate.velocity)
@@ -115,7 +114,8 @@ class AtTheLeaf:
             estimate: What is known now.
             force: Away from the leaf [N].
         """
-        aside = -force * float(door_normal(estimate.door_angle)[1])
+        door = self._model.door
+        aside = -force * float(door.normal(estimate.door_angle) @ door.along)
         return self.push(estimate, -force * self._doorway.room(aside, estimate.position, estimate.velocity))
 
     def give_way(self, estimate: Estimate) -> Setpoint:
@@ -126,15 +126,15 @@ class AtTheLeaf:
         Args:
             estimate: What is known now.
         """
-        position, velocity, rest = estimate.position, estimate.velocity, np.zeros(3)
+        position, rest, door = estimate.position, np.zeros(3), self._model.door
+        into, aside, _ = door.in_doorway(estimate.velocity)
         posture = self._model.on_the_way(estimate.tip_angle)
-        place = self._doorway.inside(position, position, position, velocity)
-        place[2] = self._height
-        aside, beyond = float(velocity[1]), self._doorway.beyond(position)
+        place = self._doorway.inside(position, position, position, estimate.velocity)
+        place[2], beyond = self._height, self._doorway.beyond(position)
         back = -math.copysign(math.sqrt(2.0 * _HARDEST * abs(beyond)), beyond)
-        out = np.array([-min(max(-float(velocity[0]), _WAY_OUT), self._fastest), back, 0.0])
+        out = door.from_doorway(np.array([-min(max(-into, _WAY_OUT), self._fastest), back, 0.0]))
         way = max(self._doorway.room_beside(position, aside), _LEAST_WAY)
-        brake = np.array([0.0, -math.copysign(min(aside * aside / (2.0 * way), _HARDEST), aside), 0.0])
+        brake = -math.copysign(min(aside * aside / (2.0 * way), _HARDEST), aside) * door.along
         rates = arm_rates_to(posture[5:], estimate.arm_angles)
         return Setpoint(place, out, brake, float(posture[2]), rest, rest, rates, max_tilt=self._steep)
 
@@ -187,7 +187,7 @@ class AtTheLeaf:
                 long as there is a gap.
         """
         gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
-        closing = float(door_normal(estimate.door_angle) @ estimate.velocity)
+        closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.distance_from_hinge * estimate.door_rate
         soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
         return gap < max(soon, NO_GAP)
@@ -215,7 +215,7 @@ class AtTheLeaf:
         A wind would not stop it for so long: that is estimated, and leaned into. One that a slam has thrown back, and that comes
         on again, has met nothing.
         """
-        advance = float(door_normal(estimate.door_angle) @ estimate.position)
+        advance = float(self._model.door.normal(estimate.door_angle) @ estimate.position)
         if self._moved_at is None or abs(advance - self._stood) > _MOVES:
             self._stood, self._moved_at, self.free_wind = advance, estimate.time, estimate.wind.copy()
         return not estimate.near and estimate.time - self._moved_at >= _BLOCKED

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from doorman.control.doorway import Doorway
 from doorman.control.position_controller import Setpoint
-from doorman.kinematics.door import door_normal
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -87,7 +86,8 @@ def in_the_doorway(model: Model, position: Array) -> bool:
         model: Model of the scenario.
         position: P, shape (3,), world frame [m].
     """
-    return bool(position[0] > model.door.hinge_position[0] - model.door.frame_depth - model.vehicle.radius)
+    before = model.door.in_doorway(position - model.door.hinge_position)[0]
+    return bool(before > -model.door.frame_depth - model.vehicle.radius)
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
@@ -101,12 +101,18 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     Returns:
         Targets of O_B, each of shape (3,), world frame [m].
     """
-    radius, hinge, doorway = model.vehicle.radius, model.door.hinge_position, Doorway(model, margin=_ROOM)
-    outside = hinge[0] - radius - model.scenario.mission.hover_distance
+    door, doorway = model.door, Doorway(model, margin=_ROOM)
+    outside = -model.vehicle.radius - model.scenario.mission.hover_distance
+
+    def placed(components: Array) -> Array:
+        return door.hinge_position + door.from_doorway(components)
+
+    into, _, up = door.in_doorway(position - door.hinge_position)
     if in_the_doorway(model, position):
         # away from the hinge, where a leaf that shuts comes from
         beside = 0.5 * (doorway.middle + max(doorway.highest, doorway.middle))
-        out, beyond = np.array([outside, beside, position[2]]), doorway.beyond(position)
-        return [out] if beyond == 0.0 else [position - np.array([0.0, beyond, 0.0]), out]
-    back = position - _BACK * door_normal(door_angle)
-    return [back, np.array([min(back[0], outside), back[1], position[2]])]
+        out, beyond = placed(np.array([outside, beside, up])), doorway.beyond(position)
+        return [out] if beyond == 0.0 else [position - beyond * door.along, out]
+    back = position - _BACK * door.normal(door_angle)
+    into, along, _ = door.in_doorway(back - door.hinge_position)
+    return [back, placed(np.array([min(into, outside), along, up]))]

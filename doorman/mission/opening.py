@@ -119,7 +119,7 @@ class Opening:
                 self._schedule.forget()
         state = self._converter.planner_state(estimate.state, body_rates)
         if self._push is not None:
-            state = push_state(state, self._push.push, self._weight)
+            state = push_state(self._model, state, self._push.push)
         torque = self.resistance.torque(estimate, time_step)
         current = self._schedule.update(now, state, self.resistance.hinge(estimate, torque), self._lean(estimate))
         if current is None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.kinematics.door import door_normal
 from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway, way_out
 from doorman.model import Model
 
@@ -39,7 +38,7 @@ class Retreat:
 
     def speed_from_leaf(self, estimate: Estimate) -> float:
         """Speed with which the reference goes back from the leaf [m/s]."""
-        return max(0.0, -float(self.glide.velocity @ door_normal(estimate.door_angle)))
+        return max(0.0, -float(self.glide.velocity @ self._model.door.normal(estimate.door_angle)))
 
     def step(self, estimate: Estimate, time_step: float) -> tuple[Setpoint, bool]:
         """Go on, once per tick.

@@ -76,5 +76,5 @@ class PushPlanning(QuasiStaticPlanning):
         torque += numbers.one("door.stiffness") * (angle - numbers.one("door.rest_angle"))
         torque += numbers.one("door.friction") * np.tanh(rate / numbers.one("door.friction_rate"))
         lever = numbers.one("vehicle.mass") * numbers.one("contact.distance_from_hinge")
-        moved = numbers.one("door.inertia") * push_along_normal(states, inputs) - lever * torque
+        moved = numbers.one("door.inertia") * push_along_normal(self.model.door, states, inputs) - lever * torque
         return np.asarray(moved / numbers.one("door.moving_inertia"))

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.kinematics.door import Door
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -50,7 +51,7 @@ class GripPlanning(ABC):
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal, see `PlanningModel`."""
-        return push_along_normal(*self.reduced(states, inputs))
+        return push_along_normal(self.model.door, *self.reduced(states, inputs))
 
 
 class QuasiStaticPlanning(GripPlanning):
@@ -107,22 +108,20 @@ class QuasiStaticPlanning(GripPlanning):
         return reduced.step
 
 
-def push_along_normal(states: Array, inputs: Array) -> Array:
+def push_along_normal(door: Door, states: Array, inputs: Array) -> Array:
     r"""Push of the rotors along the door's normal, :math:`f_t\,n_D^T R e_3`.
 
     Args:
+        door: The door.
         states: Reduced, shape (m, 5 + n); a last one without input is left out.
         inputs: Reduced, shape (m or m − 1, 4 + n).
 
     Returns:
         Shape of the inputs' first axis [N].
     """
-    roll, pitch, turn = (
-        states[: len(inputs), 0],
-        states[: len(inputs), 1],
-        states[: len(inputs), 3] - states[: len(inputs), 2],
-    )
-    direction = np.cos(roll) * np.sin(pitch) * np.sin(turn) + np.sin(roll) * np.cos(turn)
+    roll, pitch, yaw, angle = states[: len(inputs), :4].T
+    beside = door.heading(angle) - yaw
+    direction = np.cos(roll) * np.sin(pitch) * np.cos(beside) - np.sin(roll) * np.sin(beside)
     return np.asarray(inputs[:, 0] * direction)
 
 
@@ -177,27 +176,27 @@ def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
     closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
     push = -(hinge.disturbance + closer) / model.coupling.distance_from_hinge
     leans = goal.copy()
-    leans[:2] += push_state(goal, push, model.vehicle.mass * GRAVITY)[:2]
+    leans[:2] += push_state(model, goal, push)[:2]
     return leans
 
 
-def push_state(state: Array, push: float, weight: float) -> Array:
+def push_state(model: Model, state: Array, push: float) -> Array:
     r"""A state with the attitude that a push makes by itself, whatever else the rotors hold against.
 
     A plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
     for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
 
     Args:
+        model: Model of the scenario.
         state: Begins with Φ and α, such as the reduced one, x = [Φ, α, α̇, H], shape (nx,).
         push: F_n [N].
-        weight: m_A g [N].
 
     Returns:
         The same with that roll and pitch.
     """
-    start = state.copy()
-    turn = float(state[3] - state[2])
-    forward, left = push * math.sin(turn), -push * math.cos(turn)
+    start, weight = state.copy(), model.vehicle.mass * GRAVITY
+    beside = model.door.heading(float(state[3])) - float(state[2])
+    forward, left = push * math.cos(beside), push * math.sin(beside)
     start[0] = math.atan2(-left, math.hypot(forward, weight))
     start[1] = math.atan2(forward, weight)
     return start

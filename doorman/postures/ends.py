@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.coupling import BESIDE
+from doorman.kinematics.door import Door
 from doorman.postures.room import Room
 from doorman.postures.search import YAW
 from doorman.scenario import GoalSection, Scenario, StartSection
@@ -41,22 +42,20 @@ class End:
     """H where the scenario pins it down [rad]."""
     n_arm: int
     """Number of joints."""
+    normal: float
+    """Heading along the leaf's normal [rad]."""
 
     @classmethod
-    def of(cls, name: str, section: StartSection | GoalSection, n_arm: int) -> End:
+    def of(cls, name: str, section: StartSection | GoalSection, door: Door, n_arm: int) -> End:
         """End of a scenario's section."""
-        return cls(name, section.door_angle, section.attitude, section.arm, n_arm)
+        angle = section.door_angle
+        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle))
 
     @property
     def free(self) -> NDArray[np.int64]:
         """Indices of x = [Φ, α, α̇, H] that a search may change: a vehicle that is free to turn stays level."""
         yaw = [] if self.attitude is not None else [YAW]
         return np.array([*yaw, *(range(5, 5 + self.n_arm) if self.arm is None else ())], dtype=np.int64)
-
-    @property
-    def normal(self) -> float:
-        """Heading along the leaf's normal [rad]."""
-        return self.door_angle - math.pi / 2
 
     def state(self, arm: tuple[float, ...] | Array) -> Array:
         """Posture at rest with what is pinned down, along the leaf's normal where the attitude is not.
@@ -76,20 +75,21 @@ class End:
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 
 
-def beside_the_normal(goal: Array, room: Room, scenario: Scenario) -> Array:
+def beside_the_normal(goal: Array, room: Room, scenario: Scenario, door: Door) -> Array:
     """Goal of a tip that pushes: in a narrow doorway its heading lies beside the normal, as on the way there.
 
     Args:
         goal: Along the leaf's normal, shape (5 + n,).
         room: Tells the constraints.
         scenario: The scenario.
+        door: The door.
 
     Returns:
         The nearest heading that is clear of the latch jamb with a reserve, or the one farthest beside.
     """
     goal, yaw = goal.copy(), float(goal[YAW])
     for beside in np.linspace(0.0, BESIDE, 15):
-        goal[YAW] = yaw + math.copysign(beside, scenario.start.door_angle - goal[3])
+        goal[YAW] = yaw + door.hand * math.copysign(beside, scenario.start.door_angle - goal[3])
         if room.constraints(goal)[room.latch] < -(scenario.planner.margin + _RESERVE):
             break
     return goal

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
+from doorman.kinematics.door import Door
 from doorman.kinematics.vehicle import Vehicle
 from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
 from doorman.postures.room import Room
@@ -48,45 +49,49 @@ class Postures:
     """What the scenario leaves open, by key: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
 
 
-def propose(scenario: Scenario, vehicle: Vehicle, reduced: ReducedModel) -> Postures:
+def propose(scenario: Scenario, vehicle: Vehicle, door: Door, reduced: ReducedModel) -> Postures:
     """Postures of start and goal.
 
     Args:
         scenario: The scenario; arms that it pins down have as many joints as the vehicle's.
         vehicle: The vehicle.
+        door: The door.
         reduced: The constraints in numbers.
 
     Returns:
         The postures; the widest that there are where none keeps all limits.
     """
-    finder = _Finder(scenario, vehicle, reduced)
-    start, goal = (End.of(name, getattr(scenario, name), vehicle.n_arm) for name in ("start", "goal"))
+    finder = _Finder(scenario, vehicle, door, reduced)
+    start, goal = (End.of(name, getattr(scenario, name), door, vehicle.n_arm) for name in ("start", "goal"))
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
 
 
-def start_arm(scenario: Scenario, vehicle: Vehicle, reduced: ReducedModel) -> Array:
+def start_arm(scenario: Scenario, vehicle: Vehicle, door: Door, reduced: ReducedModel) -> Array:
     """Arm of the start where no jamb is near: how far it reaches decides how near to the hinge a narrow doorway is pushed open.
 
     Args:
         scenario: The scenario.
         vehicle: The vehicle.
+        door: The door.
         reduced: The constraints in numbers.
 
     Returns:
         H, shape (n,) [rad].
     """
-    finder = _Finder(scenario, vehicle, reduced, jambs=False)
-    return finder.alone(End.of("start", scenario.start, vehicle.n_arm))[5:]
+    finder = _Finder(scenario, vehicle, door, reduced, jambs=False)
+    return finder.alone(End.of("start", scenario.start, door, vehicle.n_arm))[5:]
 
 
 class _Finder:
     """Finds the postures of one scenario."""
 
-    def __init__(self, scenario: Scenario, vehicle: Vehicle, reduced: ReducedModel, jambs: bool = True) -> None:
-        self._scenario, self._vehicle, self._reduced, self._jambs = scenario, vehicle, reduced, jambs
+    def __init__(
+        self, scenario: Scenario, vehicle: Vehicle, door: Door, reduced: ReducedModel, jambs: bool = True
+    ) -> None:
+        self._scenario, self._vehicle, self._door, self._reduced, self._jambs = scenario, vehicle, door, reduced, jambs
         self._pushes = scenario.contact.kind == "push"
-        self._clear = Room(vehicle, reduced, margin=0.0, jambs=jambs)
+        self._clear = Room(vehicle, door, reduced, margin=0.0, jambs=jambs)
         self._middle = 0.5 * np.add(*joint_bounds(vehicle))
         self._known: dict[str, list[Found]] = {}
 
@@ -119,13 +124,13 @@ class _Finder:
             return state
         narrow = self._pushes and self._scenario.contact.fit_doorway and end.attitude is None
         if end.name == "goal" and narrow:
-            state = beside_the_normal(state, room, self._scenario)
+            state = beside_the_normal(state, room, self._scenario, self._door)
         return state if room.keeps(state) else None
 
     def _reached(self, end: End, other: Array) -> Array:
         """Posture of an end with a way to the other end's."""
         there, clear = follow(self._clear, other, end.door_angle)
-        found = self._candidates(end, there, turned(other, end.door_angle))
+        found = self._candidates(end, there, turned(self._clear, other, end.door_angle))
         if clear:
             for posture in found:
                 if posture.width >= 0.0 and straight_way_is_clear(self._clear, there, posture.state):
@@ -161,7 +166,7 @@ class _Finder:
     def _room(self, end: End) -> Room:
         margin = self._scenario.planner.margin
         mobile = end.arm is None and self._can_move_along_the_normal(end)
-        return Room(self._vehicle, self._reduced, margin, self._pushes, mobile, self._jambs)
+        return Room(self._vehicle, self._door, self._reduced, margin, self._pushes, mobile, self._jambs)
 
     def _can_move_along_the_normal(self, end: End) -> bool:
         generator, n = np.random.default_rng(0), self._vehicle.n_arm

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
 from doorman.kinematics.coupling import BESIDE
-from doorman.kinematics.door import door_normal, leaf_direction
+from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.vehicle import Vehicle
 
@@ -36,6 +36,7 @@ class Room:
 
     Args:
         vehicle: The vehicle.
+        door: The door.
         reduced: The constraints in numbers.
         margin: m, of the constraints [m].
         pushes: Whether the tip can only push: it then stays near the leaf's normal.
@@ -46,13 +47,14 @@ class Room:
     def __init__(
         self,
         vehicle: Vehicle,
+        door: Door,
         reduced: ReducedModel,
         margin: float,
         pushes: bool = False,
         mobile: bool = False,
         jambs: bool = True,
     ) -> None:
-        self.vehicle, self.margin, self._reduced = vehicle, margin, reduced
+        self.vehicle, self.margin, self._door, self._reduced = vehicle, margin, door, reduced
         self._pushes, self._mobile = pushes, mobile
         self._leaf = len(vehicle.point_names)
         self.latch = self._leaf + 1
@@ -146,8 +148,11 @@ class Room:
         slopes[:, 5:] = limits @ rotation @ self.vehicle.tip_jacobian(state[5:])
         return slopes
 
-    @staticmethod
-    def _limits_beside(state: Array) -> Array:
+    def heading(self, state: Array) -> float:
+        """Heading along the leaf's normal [rad]."""
+        return self._door.heading(float(state[3]))
+
+    def _limits_beside(self, state: Array) -> Array:
         angle = float(state[3])
-        ahead, aside = math.tan(BESIDE) * door_normal(angle), leaf_direction(angle)
+        ahead, aside = math.tan(BESIDE) * self._door.normal(angle), self._door.leaf_direction(angle)
         return np.array([ahead - aside, ahead + aside])

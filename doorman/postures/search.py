@@ -65,7 +65,7 @@ def widest(room: Room, state: Array, free: NDArray[np.int64]) -> Found:
         np.clip(state[free], lower, upper), lower, upper, _SMALLEST_GAIN,
     )  # fmt: skip
     best = moved(np.clip(point.round(_DECIMALS) + 0.0, lower, upper))  # and −0 is 0
-    normal = _normal(state)
+    normal = room.heading(state)
     if YAW in free:
         best[YAW] = round(normal + math.remainder(float(best[YAW]) - normal, 2.0 * math.pi), _DECIMALS) + 0.0
     return Found(best, room.width(best))
@@ -117,7 +117,7 @@ def _best_samples(room: Room, state: Array, free: NDArray[np.int64]) -> list[Arr
     """The widest of many random postures, each apart from the wider ones."""
     generator = np.random.default_rng(0)
     lower, upper = _bounds(room, state, free)
-    yaw, normal, half = free == YAW, _normal(state), _SAMPLES // 2
+    yaw, normal, half = free == YAW, room.heading(state), _SAMPLES // 2
     lower[yaw], upper[yaw] = normal - math.pi, normal + math.pi
     points = generator.uniform(lower, upper, (_SAMPLES, len(free)))
     points[:half, yaw] = generator.uniform(normal - _NEAR_NORMAL, normal + _NEAR_NORMAL, (half, int(yaw.sum())))
@@ -150,8 +150,3 @@ def _bounds(room: Room, state: Array, free: NDArray[np.int64]) -> tuple[Array, A
     lower, upper = np.full(len(state), -np.inf), np.full(len(state), np.inf)
     lower[5:], upper[5:] = joint_bounds(room.vehicle)
     return lower[free], upper[free]
-
-
-def _normal(state: Array) -> float:
-    """Heading along the leaf's normal [rad]."""
-    return float(state[3]) - math.pi / 2

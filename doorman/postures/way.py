@@ -16,11 +16,12 @@ _SPACING = math.radians(7.5)
 _ACROSS = np.linspace(0.0, 1.0, 15)
 
 
-def turned(state: Array, door_angle: float) -> Array:
+def turned(room: Room, state: Array, door_angle: float) -> Array:
     """The same posture relative to the leaf at another door angle."""
     other = state.copy()
-    other[YAW] += door_angle - state[3]
+    other[YAW] -= room.heading(state)
     other[3] = door_angle
+    other[YAW] += room.heading(other)
     return other
 
 
@@ -39,7 +40,7 @@ def follow(room: Room, state: Array, door_angle: float) -> tuple[Array, bool]:
     clear = bool(room.constraints(state).max() <= 0.0)
     start = float(state[3])
     for angle in np.linspace(start, door_angle, max(2, math.ceil(abs(door_angle - start) / _SPACING) + 1)):
-        state = widest(room, turned(state, float(angle)), free).state
+        state = widest(room, turned(room, state, float(angle)), free).state
         clear = clear and bool(room.constraints(state).max() <= 0.0)
     return state, clear
 

@@ -28,6 +28,8 @@ class DoorSection(Section):
     urdf: Name = "hinged_door"
     leaf: Name = "leaf"
     hinge: Name = "hinge"
+    closed: Angle | None = None
+    """Value of the hinge's joint where the door is closed [rad]; by default where the leaf's free edge meets a jamb."""
     width: Positive | None = None
     """D_w [m]; leaf and frame are stretched to it. By default the URDF's."""
     mass: Positive | None = None

@@ -143,7 +143,7 @@ def _set_hinge(spec: Any, model: Model) -> None:
     hinge.frictionloss = told.friction if true.door_friction is None else true.door_friction
     hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
     hinge.stiffness[0] = told.stiffness if true.door_stiffness is None else true.door_stiffness
-    hinge.springref = told.rest_angle if true.door_rest_angle is None else true.door_rest_angle
+    hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
     hinge.limited = bool(told.lower_limit < told.upper_limit)
     hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
     if true.door_mass is not None:

@@ -138,11 +138,11 @@ class SimulatedBackend(Backend):
         wind, given = self.model.scenario.simulation.gust, self._disturbance
         if wind.vehicle == 0.0 and wind.leaf == 0.0:
             return given
-        gust = Gust(wind, self.model.true_door.width, self.seed)
+        gust = Gust(wind, self.model.true_door, self.seed)
 
         def disturbance(time: float) -> Disturbance:
             plant = self._opened().plant
-            blown = gust.at(time, float(plant.data.qpos[plant.hinge_position]))
+            blown = gust.at(time, plant.door_angle)
             return blown if given is None else together(blown, given(time))
 
         return disturbance

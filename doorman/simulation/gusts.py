@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 
+from doorman.kinematics.door import Door
 from doorman.scenario import GustSection
 from doorman.simulation.simulator import Disturbance
 
@@ -27,13 +28,13 @@ class Gust:
 
     Args:
         section: Means, direction and variation.
-        width: Of the leaf, D_w [m].
+        door: The door, whose leaf it blows on.
         seed: Of the variation; the same seed gives the same wind to the bit.
     """
 
-    def __init__(self, section: GustSection, width: float, seed: int) -> None:
+    def __init__(self, section: GustSection, door: Door, seed: int) -> None:
         self._section = section
-        self._lever = width / 2
+        self._door, self._lever = door, door.width / 2
         self._generator = np.random.default_rng([seed, _GUSTS])
         self._variation = self._generator.standard_normal(2)
         self._time = 0.0
@@ -51,9 +52,10 @@ class Gust:
         wind = self._section
         self._vary(time)
         vehicle, leaf = (1.0 + wind.variation * self._variation) * (wind.vehicle, wind.leaf)
+        way = np.array([math.cos(wind.direction), math.sin(wind.direction), 0.0])
         return Disturbance(
-            force=(vehicle * math.cos(wind.direction), vehicle * math.sin(wind.direction), 0.0),
-            hinge_torque=self._lever * leaf * math.sin(wind.direction - door_angle),
+            force=(vehicle * float(way[0]), vehicle * float(way[1]), 0.0),
+            hinge_torque=-self._lever * leaf * float(self._door.normal(door_angle) @ way),
         )
 
     def _vary(self, time: float) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal
+from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.simulation.assembly import DOOR, VEHICLE, assemble
@@ -42,12 +42,24 @@ class Plant:
     """Index of the hinge in qpos."""
     hinge_velocity: int
     """Index of the hinge in qvel."""
+    hinge: Door
+    """The door as it is."""
     tip_shapes: frozenset[int]
     """Geometry indices of the tip."""
     leaf_shapes: frozenset[int]
     """Geometry indices of the leaf."""
     n_rotors: int
     """Number of rotors; their controls come first."""
+
+    @property
+    def door_angle(self) -> float:
+        """α now [rad]."""
+        return self.hinge.angle_of_joint(float(self.data.qpos[self.hinge_position]))
+
+    @property
+    def door_rate(self) -> float:
+        """α̇ now [rad/s]."""
+        return self.hinge.joint_rate(float(self.data.qvel[self.hinge_velocity]))
 
     @property
     def rotor_thrusts(self) -> Array:
@@ -110,6 +122,7 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
         arm_velocities=np.array([int(joint.dofadr[0]) for joint in joints]),
         hinge_position=int(hinge.qposadr[0]),
         hinge_velocity=int(hinge.dofadr[0]),
+        hinge=model.true_door,
         tip_shapes=shapes["tip"],
         leaf_shapes=shapes["contact"],
         n_rotors=n_rotors,
@@ -126,7 +139,7 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
     data.qpos[:3] = motion.position + rotation @ inverse[:3, 3]
     mujoco.mju_mat2Quat(data.qpos[3:7], (rotation @ inverse[:3, :3]).ravel())
     data.qpos[plant.arm_positions] = state[5:]
-    data.qpos[plant.hinge_position] = state[3]
+    data.qpos[plant.hinge_position] = model.true_door.joint_value(state[3])
     mission = model.scenario.mission
     if model.scenario.contact.kind == "push" or mission.start == "hover":
         mujoco.mj_kinematics(compiled, data)
@@ -137,7 +150,7 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
             for face in plant.leaf_shapes
         )
         away = mission.hover_distance if mission.start == "hover" else 0.0
-        data.qpos[:3] += (gap - away) * door_normal(float(state[3]))
+        data.qpos[:3] += (gap - away) * model.door.normal(float(state[3]))
 
 
 def hover_wrench(model: Model) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -84,7 +83,7 @@ class Simulator(Uncopied):
         self._steps = 0
         self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
         self._begin_interval()
-        self._note_contacts(float(self._qpos[self.plant.hinge_position]))
+        self._note_contacts(self.plant.door_angle)
 
     def _compile(self, parameters: OnboardParameters) -> None:
         """Run the onboard loop once, on memory of its own: nothing is compiled in flight."""
@@ -139,14 +138,13 @@ class Simulator(Uncopied):
         """
         self._begin_interval()
         engine_model, data, step = self.plant.engine_model, self.plant.data, self._mujoco.mj_step
-        hinge = self.plant.hinge_position
         for _ in range(steps):
             if self._disturbance is not None:
                 self._disturb(self._disturbance(self.time))
             onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
             if self._rotors is not None:
                 self._control[: self.layout.count] = self._rotors
-            door_angle = float(self._qpos[hinge])
+            door_angle = self.plant.door_angle
             step(engine_model, data)
             self._steps += 1
             self._note_contacts(door_angle)
@@ -176,8 +174,8 @@ class Simulator(Uncopied):
             velocity=frozen(self._qvel[:3] + root @ lever),
             attitude=frozen(attitude),
             body_rates=frozen(to_base[:3, :3].T @ self._qvel[3:6]),
-            door_angle=float(self._qpos[plant.hinge_position]),
-            door_rate=float(self._qvel[plant.hinge_velocity]),
+            door_angle=plant.door_angle,
+            door_rate=plant.door_rate,
             arm_angles=frozen(self._qpos[plant.arm_positions]),
             arm_rates=frozen(self._qvel[plant.arm_velocities]),
             tip_force=frozen(self._tip_force),
@@ -198,7 +196,7 @@ class Simulator(Uncopied):
         """Take in the contacts of a step that began at this door angle."""
         forces = self._contacts.read()
         self._tip_force = forces.tip
-        self._normal_force = float(math.sin(door_angle) * forces.tip[0] - math.cos(door_angle) * forces.tip[1])
+        self._normal_force = float(self.plant.hinge.normal(door_angle) @ forces.tip)
         self._max_pull = max(self._max_pull, -self._normal_force)
         self._max_push = max(self._max_push, self._normal_force)
         if forces.others:
@@ -209,7 +207,7 @@ class Simulator(Uncopied):
         data, plant = self.plant.data, self.plant
         data.xfrc_applied[plant.base_body, :3] = disturbance.force
         data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
-        data.qfrc_applied[plant.hinge_velocity] = disturbance.hinge_torque
+        data.qfrc_applied[plant.hinge_velocity] = plant.hinge.joint_rate(disturbance.hinge_torque)
 
 
 def _onboard_parameters(

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recording
@@ -133,7 +132,7 @@ def planned_normal_force(states: Array, inputs: Array, model: Model) -> Array:
     force = np.full(len(states), np.nan)
     for k in np.flatnonzero(np.isfinite(states).all(axis=1)):
         lift = inputs[k, 0] * rotation_body_to_world(states[k, :3])[:, 2]
-        force[k] = door_normal(states[k, 3]) @ (lift - weight)
+        force[k] = model.door.normal(states[k, 3]) @ (lift - weight)
     return force
 
 

@@ -177,8 +177,9 @@ def _surroundings() -> list[Command]:
 
 def _camera(model: Model) -> dict[str, list[float]]:
     """Eye and target of the camera: from the vehicle's side, a little above, on the doorway."""
-    width = model.door.width
-    target = model.door.hinge_position + [0.2, 0.5 * width, 0.95 * model.scenario.contact.height]
-    eye = target + width * np.array([-2.45, 1.5, 0.4])
+    door, width = model.door, model.door.width
+    middle = np.array([0.2, 0.5 * width, 0.95 * model.scenario.contact.height])
+    target = door.hinge_position + door.from_doorway(middle)
+    eye = target + width * door.from_doorway(np.array([-2.45, 1.5, 0.4]))
     y_up = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # the camera's own frame
     return {"eye": (y_up @ eye).round(3).tolist(), "target": (y_up @ target).round(3).tolist()}

@@ -11,11 +11,13 @@ Where the tip is at its contact point they are :math:`-h(x)`.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.urdf_shapes import link_name
 from doorman.model import Model
 from doorman.visualization.moments import Moment
 from doorman.visualization.shapes import VisualShape
@@ -46,10 +48,10 @@ def clearances(model: Model, moment: Moment) -> Array:
         Shape (4,), in the order of `SURFACES`; negative where a constraint is violated [m].
     """
     radius, width, hinge = model.vehicle.radius, model.door.width, model.door.hinge_position
-    normal = door_normal(moment.door_angle)
+    normal = model.door.normal(moment.door_angle)
     in_body = rotation_body_to_world(moment.attitude).T @ normal
-    leaf = normal @ (hinge - moment.position) - radius * np.hypot(in_body[0], in_body[1])
-    across = moment.position[1] - hinge[1]
+    leaf = normal @ (hinge - moment.position) - model.door.surface_offset - radius * np.hypot(in_body[0], in_body[1])
+    across = float((moment.position - hinge) @ model.door.along)
     arm = -model.vehicle.point_positions(moment.arm_angles)[:, 2].max()
     return np.array([leaf, across - radius, width - radius - across, arm])
 
@@ -65,10 +67,14 @@ def surface_shapes(model: Model) -> dict[str, VisualShape]:
     """
     door, base = model.door, model.vehicle.names.base_link
     height = model.scenario.contact.height
-    leaf = _box((door.width, _THIN, _HIGH), [0.5 * door.width, _PROUD, height])
+    leaf = _on_the_leaf(model)
     length, middle = _DEPTH[1] - _DEPTH[0], 0.5 * (_DEPTH[0] + _DEPTH[1])
     jambs = [
-        _box((length, _THIN, _HIGH), door.hinge_position + [middle, across, height])
+        _box(
+            (length, _THIN, _HIGH),
+            door.hinge_position + door.from_doorway(np.array([middle, across, height])),
+            door.azimuth,
+        )
         for across in (_PROUD, door.width - _PROUD)
     ]
     disc = VisualShape("", "cylinder", (model.vehicle.radius, 0.001), np.eye(4), _COLOR)
@@ -80,7 +86,17 @@ def surface_shapes(model: Model) -> dict[str, VisualShape]:
     }
 
 
-def _box(size: tuple[float, float, float], center: Array | list[float]) -> VisualShape:
+def _on_the_leaf(model: Model) -> VisualShape:
+    """A plane before the leaf's face, in the leaf's frame."""
+    door = model.door
+    placement = door.link_placements(0.5 * np.pi)[link_name(door.urdf, door.section.leaf)]
+    middle = np.array([-_PROUD - door.surface_offset, 0.5 * door.width, model.scenario.contact.height])
+    there = _box((_THIN, door.width, _HIGH), door.hinge_position + door.from_doorway(middle), door.azimuth)
+    return replace(there, placement=np.linalg.inv(placement) @ there.placement)
+
+
+def _box(size: tuple[float, float, float], center: Array, azimuth: float) -> VisualShape:
     placement = np.eye(4)
+    placement[:3, :3] = rotation_body_to_world([0.0, 0.0, azimuth])
     placement[:3, 3] = center
     return VisualShape("", "box", size, placement, _COLOR)

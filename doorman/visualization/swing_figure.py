@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
-from doorman.kinematics.door import leaf_direction
+from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
@@ -46,7 +46,8 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     figure = Figure(figsize=(7.0, 6.4), layout="constrained")
     axes = figure.subplots()
     _draw_doorway(axes, model)
-    vehicle = np.array([moment.position for moment in swing]) - model.true_door.hinge_position
+    door = model.true_door
+    vehicle = _from_above(door, np.array([moment.position for moment in swing]) - door.hinge_position)
     tips = np.array([_points(moment, model)[-1] for moment in swing])
     axes.plot(
         vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
@@ -58,8 +59,8 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
         _draw_moment(axes, moment, model, tuple(float(value) for value in color))
     axes.set_aspect("equal")
     axes.set_xlim(_BEFORE, _BEHIND)
-    axes.set_xlabel("x from the hinge, through the doorway [m]")
-    axes.set_ylabel("y from the hinge, along the closed door [m]")
+    axes.set_xlabel("from the hinge through the doorway [m]")
+    axes.set_ylabel("from the hinge along the closed door [m]")
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.true_door.width:.2f} m",
                 title_fontsize=8)  # fmt: skip
@@ -79,15 +80,21 @@ def _at_intervals(swing: list[Moment]) -> list[Moment]:
 
 
 def _points(moment: Moment, model: Model) -> Array:
-    """O_B, the constrained points of the arm and the tip, from the hinge."""
+    """O_B, the constrained points of the arm and the tip, from the hinge, as in the picture."""
     rotation = rotation_body_to_world(moment.attitude)
     in_body = np.vstack([np.zeros(3), model.vehicle.point_positions(moment.arm_angles)])
     offset: Array = moment.position - model.true_door.hinge_position
-    return in_body @ rotation.T + offset
+    return _from_above(model.true_door, in_body @ rotation.T + offset)
+
+
+def _from_above(door: Door, vectors: Array) -> Array:
+    """Vectors with the way through the doorway to the right of the picture, (m, 3)."""
+    return door.in_doorway(vectors) * [1.0, door.hand, 1.0]
 
 
 def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, ...]) -> None:
-    leaf = np.outer([0.0, model.true_door.width], leaf_direction(moment.door_angle))
+    door = model.true_door
+    leaf = _from_above(door, np.outer([0.0, door.width], door.leaf_direction(moment.door_angle)))
     label = f"{np.degrees(moment.door_angle):.0f}° at {moment.time:.1f} s"
     axes.plot(leaf[:, 0], leaf[:, 1], color=color, linewidth=3.0, solid_capstyle="butt", label=label, zorder=3)
     points = _points(moment, model)
@@ -99,8 +106,8 @@ def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, .
 
 
 def _draw_doorway(axes: Axes, model: Model) -> None:
-    width = model.true_door.width
-    for low, high in ((-0.35, 0.0), (width, width + 0.35)):
+    width = model.true_door.hand * model.true_door.width
+    for low, high in ((-np.copysign(0.35, width), 0.0), (width, width + np.copysign(0.35, width))):
         axes.fill_between([-_JAMB, 0.0], low, high, color="0.55", linewidth=0, zorder=1)
     for jamb in (0.0, width):
         axes.axhline(jamb, color="0.55", linewidth=0.8, linestyle=":", zorder=1)

@@ -38,7 +38,7 @@ def converter(model: Model) -> StateConverter:
 
 @pytest.fixture(scope="module")
 def plan(model: Model, converter: StateConverter) -> Plan:
-    state = push_state(converter.planner_state(model.start_state, np.zeros(3)), 1.0, model.vehicle.mass * GRAVITY)
+    state = push_state(model, converter.planner_state(model.start_state, np.zeros(3)), 1.0)
     return Planner(model).plan(state)
 
 

@@ -124,7 +124,7 @@ def test_a_margin_keeps_plans_farther_away(model: Model) -> None:
     for margin in (0.0, 0.05):
         planner.update_margin(margin)
         planner.update_door(friction=0.0, disturbance=-RESISTANCE)
-        plan = planner.plan(push_state(model.start_state, 1.2, model.vehicle.mass * GRAVITY))
+        plan = planner.plan(push_state(model, model.start_state, 1.2))
         gaps.append(-model.constraints(plan.states[-1]).max())
     assert gaps[0] > -1e-6 and gaps[1] > 0.05 - 1e-6
     with pytest.raises(DimensionError, match="margin"):
@@ -156,7 +156,7 @@ def opening(planner: Planner, seconds: float) -> list[Plan]:
     """Closed loop without noise."""
     model = planner.model
     planner.update_door(friction=0.0, disturbance=-RESISTANCE)
-    plan = planner.plan(push_state(model.start_state, 1.2, model.vehicle.mass * GRAVITY))
+    plan = planner.plan(push_state(model, model.start_state, 1.2))
     plans = [plan]
     for _ in range(round(seconds / plan.time_step)):
         plan = planner.replan(plan.states[1])
@@ -179,7 +179,7 @@ def test_plans_press_all_the_way_and_stop_at_the_goal(planner: Planner) -> None:
 def test_a_start_that_is_too_fast_is_planned_and_said(planner: Planner) -> None:
     model = planner.model
     planner.update_door(friction=0.0, disturbance=-RESISTANCE)
-    start = push_state(model.start_state, 0.8, model.vehicle.mass * GRAVITY)
+    start = push_state(model, model.start_state, 0.8)
     start[4] = -0.3
     plan = planner.plan(start)
     assert plan.status is PlanStatus.RELAXED
@@ -193,14 +193,14 @@ def test_a_door_that_wind_opens_is_planned_and_said(planner: Planner) -> None:
     model = planner.model
     for opening, rate in ((0.1, -0.05), (0.5, -0.1), (1.0, -0.25)):
         planner.update_door(friction=0.3, disturbance=0.3 + opening)
-        start = push_state(model.start_state, 0.2, model.vehicle.mass * GRAVITY)
+        start = push_state(model, model.start_state, 0.2)
         start[3:5] = start[3] - 0.05, rate
         plan = planner.plan(start)
         assert plan.status is PlanStatus.RELAXED, plan.violated
         assert plan.states[-1, 4] < rate - 0.01
         assert planner.normal_forces(plan)[1:].min() > 0.0
         assert model.constraints_along(plan.states[1:]).max() <= 1e-6
-    standing = push_state(model.start_state, 0.2, model.vehicle.mass * GRAVITY)
+    standing = push_state(model, model.start_state, 0.2)
     planner.update_door(friction=0.3, disturbance=0.0)
     assert planner.plan(standing).status is PlanStatus.CONVERGED
     planner.update_door(friction=0.3, disturbance=0.8)
@@ -214,7 +214,7 @@ def test_planned_motion_is_that_of_vehicle_and_leaf_together(planner: Planner) -
     """One step with the plan's own force balance: I_e, not I_D."""
     model = planner.model
     numbers = numbers_of(model, model.start_state).replaced({"door.disturbance": 0.0, "door.friction": 0.0})
-    x = push_state(model.start_state, 2.0, model.vehicle.mass * GRAVITY)
+    x = push_state(model, model.start_state, 2.0)
     out = np.empty(model.nx)
     functions.step(push_problem(model, numbers).model, x, model.hover_input.copy(), out)
     inertia = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2

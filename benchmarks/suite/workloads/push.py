@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 import doorman
-from doorman.model import GRAVITY
 from doorman.planning.quasi_static_planning import push_state
 from suite.session import Session
 from suite.states import DOOR_RATE_NOISE, NOISE
@@ -87,7 +86,7 @@ def _start(planner: doorman.Planner) -> Array:
     start = np.array(model.start_state)
     if model.scenario.contact.kind != "push":
         return start
-    return push_state(start, RESISTANCE / model.scenario.contact.distance_from_hinge, model.vehicle.mass * GRAVITY)
+    return push_state(model, start, RESISTANCE / model.scenario.contact.distance_from_hinge)
 
 
 def _noise(nx: int, rng: np.random.Generator) -> Array:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.urdf import frozen
 from doorman.model import Model
 
@@ -39,7 +38,7 @@ class Places:
         """
         state = model.start_state
         touch = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(model.n_arm)).position
-        hover = touch - model.scenario.mission.hover_distance * door_normal(float(state[3]))
+        hover = touch - model.scenario.mission.hover_distance * model.door.normal(float(state[3]))
         lowest = min(float(point[2]) for point in model.vehicle.point_positions(model.start_arm))
         pad = np.array([hover[0], hover[1], LEG_CLEARANCE - min(lowest, 0.0)])
         return cls(frozen(touch), frozen(hover), frozen(pad), float(state[2]))

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from doorman import Plan, Planner, Scenario
-from doorman.kinematics.vehicle import GRAVITY
 from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, Problem, PythonModel, Solution
 from doorman.planning.quasi_static_planning import push_state
 
@@ -31,7 +30,7 @@ def doors() -> Iterator[tuple[str, Plan]]:
         planner, rng = Planner(Scenario.load(scenario, short)), np.random.default_rng(5)
         model = planner.model
         planner.update_door(friction=0.3, disturbance=-1.2)
-        state = push_state(model.start_state, 1.2, model.vehicle.mass * GRAVITY)
+        state = push_state(model, model.start_state, 1.2)
         if name == "lagrangian":
             state = planner.planning.state(state, np.zeros(3))
         plan = planner.plan(state)
