@@ -191,3 +191,37 @@ def _child(parent: ElementTree.Element, tag: str) -> ElementTree.Element:
 
 def _text(*numbers: float) -> str:
     return " ".join(f"{number:.17g}" for number in numbers)
+
+
+def write_mirrored(path: Path, source: Path) -> Path:
+    """Write a URDF's mirror image, y to −y: with the hinge on the other side, if it is a door."""
+    tree = ElementTree.parse(source)
+    for element in tree.iter():
+        if element.tag == "origin":
+            x, y, z = map(float, element.get("xyz", "0 0 0").split())
+            roll, pitch, yaw = map(float, element.get("rpy", "0 0 0").split())
+            element.set("xyz", _text(x, -y, z))
+            element.set("rpy", _text(-roll, pitch, -yaw))
+        elif element.tag == "axis":
+            x, y, z = map(float, element.get("xyz", "1 0 0").split())
+            element.set("xyz", _text(-x, y, -z))
+        elif element.tag == "inertia":
+            for name in ("ixy", "iyz"):
+                element.set(name, _text(-float(element.get(name, "0"))))
+    tree.write(path)
+    return path
+
+
+def write_moved(path: Path, source: Path, position: tuple[float, float, float], yaw: float) -> Path:
+    """Write a URDF whose root link stands elsewhere and is turned, on a link of its own."""
+    tree = ElementTree.parse(source)
+    robot = tree.getroot()
+    children = {joint.find("child").get("link") for joint in robot.findall("joint")}  # type: ignore[union-attr]
+    (root,) = (link.get("name") for link in robot.findall("link") if link.get("name") not in children)
+    ElementTree.SubElement(robot, "link", name="elsewhere")
+    joint = ElementTree.SubElement(robot, "joint", name="moved", type="fixed")
+    ElementTree.SubElement(joint, "origin", xyz=_text(*position), rpy=_text(0.0, 0.0, yaw))
+    ElementTree.SubElement(joint, "parent", link="elsewhere")
+    ElementTree.SubElement(joint, "child", link=str(root))
+    tree.write(path)
+    return path

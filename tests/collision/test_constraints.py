@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from finite_differences import central_difference
+from paper_door import door_normal
 from urdf_variants import robot_data_vehicle, write_arm_of, write_door
 
 from doorman.exceptions import DimensionError
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import ContactSection, DoorSection, Scenario, VehicleSection

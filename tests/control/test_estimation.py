@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from paper_door import door_normal
 
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.disturbance_observer import DisturbanceObserver
@@ -13,7 +14,6 @@ from doorman.control.door_filter import ANGLE, FRICTION, STIFFNESS, DoorFilter
 from doorman.control.estimator import Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
-from doorman.kinematics.door import door_normal
 from doorman.model import GRAVITY, Model
 from doorman.scenario import ContactStateSection, EstimationSection, Scenario
 from doorman.signals import Measurement

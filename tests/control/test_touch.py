@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from paper_door import door_normal, leaf_direction
 
 from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.opening import Opening
 from doorman.mission.phases import Phase, Sequence

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from paper_door import door_normal
 
 import doorman
 from doorman.control.turning_aid import TurningAid
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.scenario import Scenario

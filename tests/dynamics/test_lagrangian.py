@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from finite_differences import central_difference
+from paper_door import door_normal
 from pinocchio_reference import constrained_dynamics
 from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited
 
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import DimensionError, SingularityError, SolverError
 from doorman.kinematics.coupling import Coupling
-from doorman.kinematics.door import Door, door_normal
+from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
 from doorman.kinematics.vehicle import Vehicle
 from doorman.model import Model

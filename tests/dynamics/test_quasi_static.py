@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from finite_differences import central_difference
+from paper_door import door_normal
 from urdf_variants import write_arm_of
 
 from doorman.exceptions import DimensionError, SingularityError
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario, VehicleSection

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from paper_door import door_normal, leaf_direction
 from urdf_variants import DOOR, write_door, write_edited
 
-from doorman.kinematics.door import Door, door_normal, leaf_direction
+from doorman.kinematics.door import Door
 from doorman.kinematics.urdf import load_description
 from doorman.scenario import DoorSection
 

@@ -19,6 +19,9 @@ from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
 from doorman.visualization.shapes import visual_shapes
 
+ALONG = (np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+"""The shipped leaf, in its link and, closed, in the world."""
+
 
 @pytest.mark.parametrize(("width", "mass"), [(1.1, 6.0), (1.4, 20.0), (1.35, 11.0)])
 def test_a_variant_is_the_door_written_with_that_width_and_mass(width, mass, tmp_path: Path) -> None:
@@ -101,7 +104,7 @@ def test_threads_that_make_the_same_door_do_not_meet_a_half_written_file(tmp_pat
     paths: list[Path] = []
 
     def make(width: float) -> None:
-        path = write_door_variant(DOOR, "leaf", 0.0, 1.2, width, None)
+        path = write_door_variant(DOOR, "leaf", np.zeros(3), *ALONG, 1.2, width, None)
         paths.append(path)
         load_pinocchio(path)
 
@@ -115,16 +118,16 @@ def test_threads_that_make_the_same_door_do_not_meet_a_half_written_file(tmp_pat
 @pytest.mark.parametrize("damage", [b"", b"<robot"])
 def test_a_damaged_variant_is_written_anew(damage, tmp_path, monkeypatch):
     monkeypatch.setattr(door_variant, "cache_directory", lambda: tmp_path)
-    path = write_door_variant(DOOR, "leaf", 0.0, 1.2, 1.1, None)
+    path = write_door_variant(DOOR, "leaf", np.zeros(3), *ALONG, 1.2, 1.1, None)
     whole = path.read_bytes()
     path.write_bytes(damage)
-    assert write_door_variant(DOOR, "leaf", 0.0, 1.2, 1.1, None) == path
+    assert write_door_variant(DOOR, "leaf", np.zeros(3), *ALONG, 1.2, 1.1, None) == path
     assert path.read_bytes() == whole
 
 
 def test_a_variant_goes_elsewhere_where_the_cache_cannot_be_written(tmp_path, monkeypatch):
     (tmp_path / "doors").write_text("no directory")
     monkeypatch.setattr(door_variant, "cache_directory", lambda: tmp_path)
-    path = write_door_variant(DOOR, "leaf", 0.0, 1.2, 1.1, None)
+    path = write_door_variant(DOOR, "leaf", np.zeros(3), *ALONG, 1.2, 1.1, None)
     assert not path.is_relative_to(tmp_path)
     load_pinocchio(path)

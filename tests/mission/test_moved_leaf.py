@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 from hands import Torque, flown, hand, phases
+from paper_door import door_normal
 
-from doorman.kinematics.door import door_normal
 from doorman.mission import Mission, Phase
 from doorman.summary import verdict
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 from hands import flown, phases
+from paper_door import door_normal
 
 from doorman import Model
-from doorman.kinematics.door import door_normal
 from doorman.mission import Mission, Phase
 from doorman.mission.motion import Glide, arm_rates_to, way_out
 

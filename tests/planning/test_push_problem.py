@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from paper_door import door_normal, leaf_direction
 
 from doorman.exceptions import DimensionError, ScenarioError
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.kernels import functions

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from paper_door import door_normal, leaf_direction
 from urdf_variants import VEHICLE, write_arm, write_arm_of, write_edited
 
 from doorman.kinematics.coupling import BESIDE
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import Scenario

@@ -16,7 +16,7 @@ from doorman.scenario import Scenario
 
 
 def room_of(model: Model, **options: bool) -> Room:
-    return Room(model.vehicle, model.reduced, model.scenario.planner.margin, **options)
+    return Room(model.vehicle, model.door, model.reduced, model.scenario.planner.margin, **options)
 
 
 @pytest.mark.parametrize("joints", [1, 3, 6])
@@ -47,7 +47,7 @@ def test_a_stretched_arm_has_no_mobility(tmp_path: Path) -> None:
 def test_without_jambs_a_doorway_has_no_sides(model: Model) -> None:
     state = np.array(model.start_state)
     narrow = model.reduced.with_numbers({"door.width": 0.5})
-    assert not Room(model.vehicle, narrow, 0.03).keeps(state)
-    assert Room(model.vehicle, narrow, 0.03, jambs=False).keeps(state)
+    assert not Room(model.vehicle, model.door, narrow, 0.03).keeps(state)
+    assert Room(model.vehicle, model.door, narrow, 0.03, jambs=False).keeps(state)
     state[5:] = [0.0, 1.7, -1.6, 0.0]
-    assert not Room(model.vehicle, narrow, 0.0, jambs=False).keeps(state), "outside a joint's limit"
+    assert not Room(model.vehicle, model.door, narrow, 0.0, jambs=False).keeps(state), "outside a joint's limit"

@@ -108,7 +108,7 @@ def test_any_arm_gets_postures_inside_all_limits(tmp_path: Path, joints: int, de
         assert model.proposed[f"{end}.arm"] == tuple(state[5:]) and model.proposed[f"{end}.attitude"] == tuple(
             state[:3]
         )
-    room = Room(model.vehicle, model.reduced, 0.0)
+    room = Room(model.vehicle, model.door, model.reduced, 0.0)
     there, clear = follow(room, model.start_state, model.goal_state[3])
     assert clear and straight_way_is_clear(room, there, model.goal_state)
 

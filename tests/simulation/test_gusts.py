@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from urdf_variants import DOOR
 
 from doorman.hardware.interface import Command
+from doorman.kinematics.door import Door
 from doorman.scenario import GustSection
 from doorman.simulation import Disturbance, SimulatedBackend
 from doorman.simulation.gusts import Gust, together
 
+SHIPPED = Door(DOOR)
 STEADY = {"simulation__gust__variation": 0.0}
 
 
@@ -23,7 +26,7 @@ def series(gust: Gust, seconds: float, step: float = 0.001) -> np.ndarray:
 
 def test_a_steady_wind_is_its_mean():
     for direction in (0.0, 1.0, -2.5):
-        gust = Gust(GustSection(vehicle=1.5, leaf=2.0, direction=direction, variation=0.0), 1.2, 0)
+        gust = Gust(GustSection(vehicle=1.5, leaf=2.0, direction=direction, variation=0.0), SHIPPED, 0)
         for angle in (math.pi / 2, 0.7):
             found = gust.at(0.3, angle)
             wind = np.array([math.cos(direction), math.sin(direction), 0.0])
@@ -35,7 +38,7 @@ def test_a_steady_wind_is_its_mean():
 
 def test_the_variation_has_its_deviation_and_its_correlation_time():
     section = GustSection(vehicle=2.0, leaf=1.0, variation=0.15, correlation_time=0.5)
-    force, torque = series(Gust(section, 1.2, seed=11), 2000.0, step=0.02).T
+    force, torque = series(Gust(section, SHIPPED, seed=11), 2000.0, step=0.02).T
     assert force.mean() == pytest.approx(2.0, rel=0.02) and force.std() == pytest.approx(0.3, rel=0.06)
     assert torque.mean() == pytest.approx(-0.6, rel=0.02) and torque.std() == pytest.approx(0.09, rel=0.06)
     for lag, kept in ((1, math.exp(-0.04)), (25, math.exp(-1.0)), (50, math.exp(-2.0))):
@@ -45,7 +48,7 @@ def test_the_variation_has_its_deviation_and_its_correlation_time():
 
 def test_same_seed_same_wind():
     section = GustSection(vehicle=1.0, leaf=1.0)
-    first, second, other = (series(Gust(section, 1.2, seed), 0.5) for seed in (1, 1, 2))
+    first, second, other = (series(Gust(section, SHIPPED, seed), 0.5) for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, second)
     assert not np.array_equal(first, other)
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from paper_door import door_normal
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.simulation import Disturbance
 

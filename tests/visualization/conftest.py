@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from paper_door import door_normal
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder, Recording

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from paper_door import door_normal
 from urdf_variants import write_arm_of
 
-from doorman.kinematics.door import door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording

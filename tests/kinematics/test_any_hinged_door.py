@@ -1,0 +1,128 @@
+"""Doors of either hand, anywhere in the world, closed at any value of their joint, with a face before the axis."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from urdf_variants import DOOR, write_door, write_edited, write_mirrored, write_moved
+
+from doorman.kinematics.door import Door
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.scenario import DoorSection
+
+Array = NDArray[np.float64]
+
+MIRROR = np.diag([1.0, -1.0, 1.0])
+SIZES = (
+    "mass",
+    "inertia",
+    "width",
+    "height",
+    "thickness",
+    "surface_offset",
+    "frame_depth",
+    "lower_limit",
+    "upper_limit",
+)
+ANGLES = (math.pi / 2, 0.9, 0.0, -0.4)
+
+
+def same_sizes(one: Door, other: Door) -> None:
+    for name in SIZES:
+        assert getattr(one, name) == pytest.approx(getattr(other, name), abs=1e-9), name
+
+
+def is_image_of(one: Door, other: Door, change: Array, position: Array) -> None:
+    """Whether a door is another one's image at all its angles: the points of its leaf, and so leaf and normal."""
+    for angle in ANGLES:
+        there = position + change @ other.contact_point(angle, 0.7, 0.8)
+        np.testing.assert_allclose(one.contact_point(angle, 0.7, 0.8), there, atol=1e-9)
+        np.testing.assert_allclose(one.normal(angle), change @ other.normal(angle), atol=1e-9)
+        np.testing.assert_allclose(one.leaf_direction(angle), change @ other.leaf_direction(angle), atol=1e-9)
+        assert one.angle_of(one.contact_point(angle, 0.7, 0.8) - one.hinge_position) == pytest.approx(angle, abs=1e-9)
+        facing = rotation_body_to_world([0.0, 0.0, one.heading(angle)])[:, 0]
+        np.testing.assert_allclose(facing, one.normal(angle), atol=1e-9)
+
+
+def test_a_mirrored_door_is_a_left_one(tmp_path: Path) -> None:
+    door, left = Door(DOOR), Door(write_mirrored(tmp_path / "left.urdf", DOOR))
+    assert (door.hand, left.hand) == (1.0, -1.0)
+    same_sizes(left, door)
+    is_image_of(left, door, MIRROR, np.zeros(3))
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("yaw", [0.5, math.pi / 2, -2.6])
+def test_a_door_may_stand_anywhere(mirrored: bool, yaw: float, tmp_path: Path) -> None:
+    source = write_mirrored(tmp_path / "left.urdf", DOOR) if mirrored else DOOR
+    door, moved = Door(source), Door(write_moved(tmp_path / "moved.urdf", source, (3.0, -2.0, 0.5), yaw))
+    same_sizes(moved, door)
+    is_image_of(moved, door, rotation_body_to_world([0.0, 0.0, yaw]), np.array([3.0, -2.0, 0.5]))
+
+
+@pytest.mark.parametrize("turn", [-math.pi / 2, 0.3, 2.0])
+@pytest.mark.parametrize("axis", [1.0, -1.0])
+def test_a_joint_may_be_closed_at_any_value(turn: float, axis: float, tmp_path: Path) -> None:
+    """The joint's origin is turned, so that the same door has another zero, or its axis points down."""
+    first, second = axis * (-1.5 - turn), axis * (1.5708 - turn)
+    path = write_edited(
+        tmp_path / "door.urdf",
+        DOOR,
+        ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', f'<origin xyz="0 0 0.4" rpy="0 0 {turn}"/>'),
+        ('<axis xyz="0 0 1"/>', f'<axis xyz="0 0 {axis}"/>'),
+        ('lower="-1.5" upper="1.5708"', f'lower="{min(first, second)}" upper="{max(first, second)}"'),
+    )
+    door, other = Door(DOOR), Door(path)
+    assert other.closed == pytest.approx(axis * (math.pi / 2 - turn), abs=1e-5)
+    assert other.angle_of_joint(other.joint_value(0.3)) == pytest.approx(0.3, abs=1e-12)
+    for angle in ANGLES:
+        one, there = (each.link_placements(angle)["leaf"] for each in (door, other))
+        np.testing.assert_allclose(there, one, atol=1e-4)  # π/2 is rounded in the URDF
+    assert other.joint_rate(-0.2) == pytest.approx((other.joint_value(0.28) - other.joint_value(0.3)) / 0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("range_of", [(0.0, 1.4), (-0.01, 1.2), (-1.5, 0.0)])
+def test_without_a_frame_a_range_that_ends_near_zero_is_closed_there(
+    tmp_path: Path, range_of: tuple[float, float]
+) -> None:
+    text = DOOR.read_text(encoding="utf-8")
+    start, end = text.index('<link name="frame">'), text.index("</link>") + len("</link>")
+    path = write_edited(
+        tmp_path / "door.urdf", DOOR, (text[start:end], '<link name="frame"/>'),
+        ('lower="-1.5" upper="1.5708"', f'lower="{range_of[0]}" upper="{range_of[1]}"'),
+    )  # fmt: skip
+    door = Door(path)
+    assert door.closed == min(range_of, key=abs)
+    opened = door.joint_value(math.pi / 2 - 0.5) - door.closed
+    assert abs(opened) == pytest.approx(0.5) and range_of[0] < door.closed + opened < range_of[1]
+    assert Door(path, DoorSection(closed=range_of[1])).closed == range_of[1], "the scenario knows better"
+
+
+@pytest.mark.parametrize("offset", [0.05, -0.03])
+def test_a_face_beside_the_axis_moves_the_contact_point(offset: float, tmp_path: Path) -> None:
+    old = '<collision name="leaf">\n      <origin xyz="0.6 -0.02 0.8"'
+    path = write_edited(tmp_path / "door.urdf", DOOR, (old, old.replace("-0.02", f"{-0.02 + offset}")))
+    door, plain = Door(path), Door(DOOR)
+    assert door.surface_offset == pytest.approx(offset)
+    for angle in ANGLES:
+        point = door.contact_point(angle, 0.7, 0.8)
+        np.testing.assert_allclose(
+            point, plain.contact_point(angle, 0.7, 0.8) - offset * door.normal(angle), atol=1e-12
+        )
+        ahead, behind = (door.contact_point(angle + step, 0.7, 0.8) for step in (1e-6, -1e-6))
+        np.testing.assert_allclose(door.lever(angle, 0.7), (ahead - behind) / 2e-6, atol=1e-9)
+        assert door.angle_of(point - door.hinge_position) == pytest.approx(angle, abs=1e-12)
+
+
+def test_a_mirrored_door_can_be_given_another_leaf(tmp_path: Path) -> None:
+    left = write_mirrored(tmp_path / "left.urdf", DOOR)
+    wide = write_mirrored(tmp_path / "wide.urdf", write_door(tmp_path / "right.urdf", width=1.35, mass=14.0))
+    variant, written = Door(left, DoorSection(width=1.35, mass=14.0)), Door(wide)
+    same_sizes(variant, written)
+    np.testing.assert_allclose(
+        variant.model.inertias[1].toDynamicParameters(), written.model.inertias[1].toDynamicParameters(), atol=1e-7
+    )
