@@ -1,0 +1,56 @@
+"""Doors on the left, elsewhere in the world, and with a face before the axis, flown."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from urdf_variants import DOOR, write_edited, write_mirrored, write_moved
+
+from doorman import Model, Scenario, simulate
+
+FACE = '<collision name="leaf">\n      <origin xyz="0.6 -0.02 0.8"'
+
+
+def write_proud(path: Path, offset: float) -> Path:
+    """Write the shipped door with a leaf that stands so far before its hinge's axis [m]."""
+    return write_edited(path, DOOR, (FACE, FACE.replace("-0.02", str(offset - 0.02))))
+
+
+def flown(source: str, duration: float | None = None, seed: int = 0, **overrides: Any) -> dict[str, Any]:
+    model = Model(Scenario.load(source, {key.replace("__", "."): value for key, value in overrides.items()}))
+    summary = simulate(model, duration, seed=seed).summary
+    assert summary is not None
+    assert summary["opened"] and summary["collisions"] == 0, summary
+    assert abs(summary["final_door_angle_deg"] - math.degrees(model.goal_state[3])) < 1.0
+    assert summary["min_clearance_m"] > 0.0 and summary["max_constraint_violation_m"] <= 0.01
+    assert summary["door_angle_estimate_error_deg_max"] < 0.5
+    return dict(summary)
+
+
+def test_a_door_on_the_left_elsewhere_with_a_face_before_the_axis_is_pushed_open(tmp_path: Path) -> None:
+    left = write_mirrored(tmp_path / "left.urdf", write_proud(tmp_path / "proud.urdf", 0.04))
+    moved = write_moved(tmp_path / "moved.urdf", left, (2.0, -3.0, 0.0), 2.2)
+    summary = flown("push", door__urdf=str(moved))
+    assert summary["outcome"] == "completed" and summary["contact_fraction"] >= 0.97
+    assert summary["max_push_force_n"] < 8.0
+
+
+def test_a_door_on_the_left_is_gripped_open() -> None:
+    flown("paper", 9.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_the_shipped_left_door_is_pushed_open(seed: int) -> None:
+    summary = flown("push_left", seed=seed)
+    assert summary["outcome"] == "completed" and summary["contact_fraction"] >= 0.97
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("offset", [-0.03, 0.03, 0.06])
+@pytest.mark.parametrize("kind", ["paper", "push"])
+def test_a_face_beside_the_axis(kind: str, offset: float, tmp_path: Path) -> None:
+    flown(kind, door__urdf=str(write_proud(tmp_path / "proud.urdf", offset)))
