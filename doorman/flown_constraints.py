@@ -18,10 +18,11 @@ Array = NDArray[np.float64]
 def flown_constraints(model: Model, position: Array, attitude: Array, door_angle: Array, arm_angles: Array) -> Array:
     r"""Rows h ≤ 0 at true states.
 
-    With :math:`r = P - P_h`, the leaf's direction :math:`e` and its normal :math:`n_D`, the rows of the disc are
+    With :math:`r = P - P_h` along the axes of the true doorway, the true leaf's direction :math:`e`, its normal :math:`n_D` and
+    the distance d of its face before the hinge axis, the rows of the disc are
 
     .. math::
-        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r, \qquad r_y - D_w + R_A, \qquad R_A - r_y .
+        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r + d, \qquad r_y - D_w + R_A, \qquad R_A - r_y .
 
     Args:
         model: Model of the scenario; the doorway is the true one.
@@ -35,12 +36,13 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     """
     door, radius, arm = model.true_door, model.vehicle.radius, len(model.vehicle.point_names)
     states = np.hstack([attitude, door_angle[:, None], np.zeros((len(attitude), 1)), arm_angles])
-    upright = np.array([rotation_body_to_world(one)[:, 2] for one in attitude]).reshape(-1, 3)
-    away, sine, cosine = position - door.hinge_position, np.sin(door_angle), np.cos(door_angle)
+    turned = door.placement[:3, :3]
+    upright = np.array([rotation_body_to_world(one)[:, 2] for one in attitude]).reshape(-1, 3) @ turned
+    away, sine, cosine = (position - door.hinge_position) @ turned, np.sin(door_angle), np.cos(door_angle)
     before_leaf = cosine * away[:, 1] - sine * away[:, 0]
     along_leaf = cosine * away[:, 0] + sine * away[:, 1]
     facing = sine * upright[:, 0] - cosine * upright[:, 1]
-    leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf
+    leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf + door.surface_offset
     beside_leaf = (along_leaf > -radius) & (along_leaf < door.width + radius)
     in_doorway = (away[:, 0] > -door.frame_depth - radius) & (away[:, 0] < radius)
     return np.column_stack(

@@ -43,6 +43,11 @@ class Door:
             on the leaf moves, or the door is closed at 0.
     """
 
+    placement: Array = frozen(np.eye(4))
+    """Of the whole door in the world against where its URDF has it, homogeneous, shape (4, 4)."""
+    yaw: float = 0.0
+    """By which that turns it about the vertical [rad]; the leaf points along α + yaw."""
+
     def __init__(self, urdf: Path, section: DoorSection | None = None) -> None:
         self.section = section or DoorSection()
         if self.section.width is not None or self.section.mass is not None:
@@ -96,7 +101,7 @@ class Door:
         }
 
     def contact_point(self, door_angle: float, distance_from_hinge: float, height: float) -> Array:
-        r"""Point of the leaf's surface, :math:`P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]`.
+        r"""Point of the plane through hinge axis and leaf, :math:`P_h + [D_V\cos\alpha,\ D_V\sin\alpha,\ D_H]`.
 
         Args:
             door_angle: α [rad].
@@ -106,8 +111,21 @@ class Door:
         Returns:
             Shape (3,), world frame [m].
         """
-        offset = distance_from_hinge * leaf_direction(door_angle) + np.array([0.0, 0.0, height])
+        offset = distance_from_hinge * leaf_direction(door_angle + self.yaw) + np.array([0.0, 0.0, height])
         return np.asarray(self.hinge_position + offset)
+
+    def onto_face(self, point: Array, door_angle: float) -> Array:
+        r"""A point moved along the leaf's normal onto its face to the vehicle, :math:`q + (n_D^T(P_h - q) - d)\,n_D`.
+
+        Args:
+            point: q, shape (3,), world frame [m].
+            door_angle: α [rad]; d is the `surface_offset`.
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
+        normal = door_normal(door_angle + self.yaw)
+        return np.asarray(point + (normal @ (self.hinge_position - point) - self.surface_offset) * normal)
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
         r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0)`.

@@ -1,12 +1,14 @@
-r"""Gusts: wind of one direction on vehicle and leaf, a steady force that varies by chance.
+r"""Gusts: wind on vehicle and leaf, a force that varies by chance and whose direction turns.
 
 .. math::
     F(t) = \bar F\,(1 + v\,\xi(t)), \qquad
-    d\xi = -\frac{\xi}{T}\,dt + \sqrt{\frac{2}{T}}\,dW
+    d\xi = -\frac{\xi}{T}\,dt + \sqrt{\frac{2}{T}}\,dW, \qquad
+    d(t) = d_0 + \omega t
 
 ξ is an Ornstein-Uhlenbeck process of mean 0 and deviation 1, one for the vehicle and one for the leaf, v the `variation` and
-T the `correlation_time`. On the leaf the force acts at half its width w: the torque in the hinge is
-:math:`\frac{w}{2} F \sin(d - \alpha)` for a wind towards d.
+T the `correlation_time`. The wind blows towards d, with the `direction` d₀ and the `turn_rate` ω: of constant strength where v is
+0. On the leaf the force acts at half its width w: the torque in the hinge is :math:`\frac{w}{2} F \sin(d - \beta)` for a leaf
+along β, which is α where the door stands as its URDF has it.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ class Gust:
     """Wind of one flight.
 
     Args:
-        section: Means, direction and variation.
+        section: Means, direction, its rate, and variation.
         width: Of the leaf, D_w [m].
         seed: Of the variation; the same seed gives the same wind to the bit.
     """
@@ -38,12 +40,12 @@ class Gust:
         self._variation = self._generator.standard_normal(2)
         self._time = 0.0
 
-    def at(self, time: float, door_angle: float) -> Disturbance:
+    def at(self, time: float, leaf_heading: float) -> Disturbance:
         """Force and torque at one time.
 
         Args:
             time: Not before that of the last call [s].
-            door_angle: α [rad].
+            leaf_heading: β, from the world's x axis to the leaf [rad].
 
         Returns:
             Force on the vehicle and torque in the hinge.
@@ -51,9 +53,10 @@ class Gust:
         wind = self._section
         self._vary(time)
         vehicle, leaf = (1.0 + wind.variation * self._variation) * (wind.vehicle, wind.leaf)
+        towards = wind.direction + wind.turn_rate * time
         return Disturbance(
-            force=(vehicle * math.cos(wind.direction), vehicle * math.sin(wind.direction), 0.0),
-            hinge_torque=self._lever * leaf * math.sin(wind.direction - door_angle),
+            force=(vehicle * math.cos(towards), vehicle * math.sin(towards), 0.0),
+            hinge_torque=self._lever * leaf * math.sin(towards - leaf_heading),
         )
 
     def _vary(self, time: float) -> None:

@@ -198,7 +198,8 @@ class Simulator(Uncopied):
         """Take in the contacts of a step that began at this door angle."""
         forces = self._contacts.read()
         self._tip_force = forces.tip
-        self._normal_force = float(math.sin(door_angle) * forces.tip[0] - math.cos(door_angle) * forces.tip[1])
+        heading = door_angle + self.model.true_door.yaw
+        self._normal_force = float(math.sin(heading) * forces.tip[0] - math.cos(heading) * forces.tip[1])
         self._max_pull = max(self._max_pull, -self._normal_force)
         self._max_push = max(self._max_push, self._normal_force)
         if forces.others:

@@ -2,11 +2,11 @@ r"""Surfaces of the constraints, and how far the vehicle is from each of them.
 
 The clearances are the paper's hard constraints with their sign turned, written for any pose of the vehicle:
 
-- leaf: :math:`n_D^T (P_h - P) - R_A \sqrt{n_x^2 + n_y^2}` with :math:`n = R^T n_D`;
-- jambs: :math:`P_y - P_{hy} - R_A` and :math:`D_w - R_A - (P_y - P_{hy})`;
+- leaf: :math:`n_D^T (P_h - P) - d - R_A \sqrt{n_x^2 + n_y^2}` with :math:`n = R^T n_D`, for a face d before the hinge axis;
+- jambs: :math:`r_y - R_A` and :math:`D_w - R_A - r_y` with r = P − P_h along the axes of the doorway;
 - disc: how far the arm's highest point is below the plane of the rotors.
 
-Where the tip is at its contact point they are :math:`-h(x)`.
+The door is the true one. Where the planner is told of the same, they are :math:`-h(x)` with the tip at its contact point.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal
+from doorman.kinematics.door import Door, door_normal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.visualization.moments import Moment
@@ -45,11 +45,11 @@ def clearances(model: Model, moment: Moment) -> Array:
     Returns:
         Shape (4,), in the order of `SURFACES`; negative where a constraint is violated [m].
     """
-    radius, width, hinge = model.vehicle.radius, model.door.width, model.door.hinge_position
-    normal = door_normal(moment.door_angle)
+    door, radius, width = model.true_door, model.vehicle.radius, model.true_door.width
+    normal, away = door_normal(moment.door_angle + door.yaw), moment.position - door.hinge_position
     in_body = rotation_body_to_world(moment.attitude).T @ normal
-    leaf = normal @ (hinge - moment.position) - radius * np.hypot(in_body[0], in_body[1])
-    across = moment.position[1] - hinge[1]
+    leaf = -normal @ away - door.surface_offset - radius * np.hypot(in_body[0], in_body[1])
+    across = door.placement[:3, 1] @ away
     arm = -model.vehicle.point_positions(moment.arm_angles)[:, 2].max()
     return np.array([leaf, across - radius, width - radius - across, arm])
 
@@ -63,12 +63,12 @@ def surface_shapes(model: Model) -> dict[str, VisualShape]:
     Returns:
         Shapes by node, in the order of `SURFACES`.
     """
-    door, base = model.door, model.vehicle.names.base_link
-    height = model.scenario.contact.height
-    leaf = _box((door.width, _THIN, _HIGH), [0.5 * door.width, _PROUD, height])
+    door, base = model.true_door, model.vehicle.names.base_link
+    height, turned = model.scenario.contact.height, door.placement[:3, :3]
+    leaf = _box((door.width, _THIN, _HIGH), _before_leaf(door, height))
     length, middle = _DEPTH[1] - _DEPTH[0], 0.5 * (_DEPTH[0] + _DEPTH[1])
     jambs = [
-        _box((length, _THIN, _HIGH), door.hinge_position + [middle, across, height])
+        _box((length, _THIN, _HIGH), door.hinge_position + turned @ [middle, across, height], turned)
         for across in (_PROUD, door.width - _PROUD)
     ]
     disc = VisualShape("", "cylinder", (model.vehicle.radius, 0.001), np.eye(4), _COLOR)
@@ -80,7 +80,15 @@ def surface_shapes(model: Model) -> dict[str, VisualShape]:
     }
 
 
-def _box(size: tuple[float, float, float], center: Array | list[float]) -> VisualShape:
+def _before_leaf(door: Door, height: float) -> Array:
+    """A point just before the middle of the leaf's face, in the leaf's frame, shape (3,)."""
+    frame, middle = door.link_placements(0.0)[door.section.leaf], door.contact_point(0.0, 0.5 * door.width, height)
+    proud = door.onto_face(middle, 0.0) - _PROUD * door_normal(door.yaw)
+    return np.asarray(frame[:3, :3].T @ (proud - frame[:3, 3]))
+
+
+def _box(size: tuple[float, float, float], center: Array | list[float], rotation: Array | None = None) -> VisualShape:
     placement = np.eye(4)
     placement[:3, 3] = center
+    placement[:3, :3] = np.eye(3) if rotation is None else rotation
     return VisualShape("", "box", size, placement, _COLOR)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
-from doorman.kinematics.door import leaf_direction
+from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
@@ -46,7 +46,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     figure = Figure(figsize=(7.0, 6.4), layout="constrained")
     axes = figure.subplots()
     _draw_doorway(axes, model)
-    vehicle = np.array([moment.position for moment in swing]) - model.true_door.hinge_position
+    vehicle = np.array([_points(moment, model)[0] for moment in swing])
     tips = np.array([_points(moment, model)[-1] for moment in swing])
     axes.plot(
         vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
@@ -79,15 +79,17 @@ def _at_intervals(swing: list[Moment]) -> list[Moment]:
 
 
 def _points(moment: Moment, model: Model) -> Array:
-    """O_B, the constrained points of the arm and the tip, from the hinge."""
+    """O_B, the constrained points of the arm and the tip, from the true hinge along the axes of its doorway."""
+    door = model.true_door
     rotation = rotation_body_to_world(moment.attitude)
     in_body = np.vstack([np.zeros(3), model.vehicle.point_positions(moment.arm_angles)])
-    offset: Array = moment.position - model.true_door.hinge_position
-    return in_body @ rotation.T + offset
+    away: Array = in_body @ rotation.T + (moment.position - door.hinge_position)
+    return away @ door.placement[:3, :3]
 
 
 def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, ...]) -> None:
-    leaf = np.outer([0.0, model.true_door.width], leaf_direction(moment.door_angle))
+    door, angle = model.true_door, moment.door_angle
+    leaf = np.outer([0.0, door.width], leaf_direction(angle)) - door.surface_offset * door_normal(angle)
     label = f"{np.degrees(moment.door_angle):.0f}° at {moment.time:.1f} s"
     axes.plot(leaf[:, 0], leaf[:, 1], color=color, linewidth=3.0, solid_capstyle="butt", label=label, zorder=3)
     points = _points(moment, model)
