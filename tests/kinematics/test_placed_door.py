@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -11,9 +12,11 @@ from urdf_variants import DOOR, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import ScenarioError
+from doorman.flown import recorded_header, recorded_scenario
 from doorman.kinematics.door import Door
 from doorman.kinematics.true_door import TrueDoor, is_another
 from doorman.model import Model
+from doorman.recording import Recording
 from doorman.scenario import DoorSection, Scenario, SimulationSection
 
 OFFSET, YAW = (0.03, -0.02, 0.01), 0.07
@@ -113,6 +116,21 @@ def test_planner_and_check_believe_the_scenarios_door() -> None:
     np.testing.assert_array_equal(other.reduced.numbers.vector, told.reduced.numbers.vector)
     np.testing.assert_array_equal(other.goal_state, told.goal_state)
     np.testing.assert_array_equal(other.door.hinge_position, told.door.hinge_position)
+
+
+def test_scenario_files_and_recordings_keep_the_true_door(tmp_path: Path) -> None:
+    keys = {
+        "door_offset": OFFSET,
+        "door_yaw": YAW,
+        "door_face_offset": 0.04,
+        "gust.turn_rate": 0.1,
+        "hand.door_angle": 0.7,
+    }
+    scenario = Scenario.load("push", {f"simulation.{key}": value for key, value in keys.items()})
+    recorded = recorded_scenario(Recording({}, json.loads(json.dumps(recorded_header(scenario)))))
+    for kept in (Scenario.load(scenario.save(tmp_path / "scenario.toml")), recorded):
+        assert kept.simulation == scenario.simulation
+    np.testing.assert_array_equal(Model(recorded).true_door.placement, Model(scenario).true_door.placement)
 
 
 def test_what_is_not_given_is_the_door_that_is_told() -> None:
