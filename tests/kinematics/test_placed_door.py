@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +104,15 @@ def test_a_leaf_that_a_link_carries_moves_with_its_carrier(tmp_path: Path) -> No
     np.testing.assert_allclose(
         corner_of_leaf(door, 0.6), corner_of_leaf(true_door(door_face_offset=0.04), 0.6), atol=1e-9
     )
+
+
+def test_meshes_of_a_moved_leaf_are_found(tmp_path: Path) -> None:
+    """They are named relative to the URDF that was written by hand."""
+    (tmp_path / "knob.stl").write_bytes(b"solid knob")
+    knob = '<visual name="knob"><geometry><mesh filename="knob.stl"/></geometry></visual>'
+    path = write_edited(tmp_path / "door.urdf", DOOR, ('<link name="leaf">', f'<link name="leaf">{knob}'))
+    (mesh,) = ElementTree.parse(true_door(path, door_face_offset=0.04).urdf).iter("mesh")
+    assert mesh.get("filename") == str(tmp_path.resolve() / "knob.stl")
 
 
 def test_planner_and_check_believe_the_scenarios_door() -> None:
