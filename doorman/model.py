@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
-from doorman.exceptions import DimensionError, ScenarioError, UrdfError
+from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.task_numbers import task_numbers
+from doorman.kinematics.true_door import TrueDoor, is_another
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicle import Vehicle
@@ -43,8 +44,9 @@ class Model:
         self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.door = Door(scenario.door_urdf, scenario.door)
-        self.true_door = self._true_door()
-        """The simulated plant's: `door`, or another width of it."""
+        true = scenario.simulation
+        self.true_door = TrueDoor(scenario.door_urdf, scenario.door, true) if is_another(true) else self.door
+        """The simulated plant's: `door`, or another one where `[simulation]` says so."""
         self._check_contact()
         contact = scenario.contact
         self.n_arm = self.vehicle.n_arm
@@ -179,16 +181,6 @@ class Model:
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
         numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self.scenario.contact.height)
         return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step)
-
-    def _true_door(self) -> Door:
-        width = self.scenario.simulation.door_width
-        if width is None:
-            return self.door
-        try:
-            return Door(self.scenario.door_urdf, self.scenario.door.model_copy(update={"width": width}))
-        except UrdfError as error:
-            error.field = "simulation.door_width"
-            raise
 
     def _check_arm(self, field: str, given: tuple[float, ...] | None) -> None:
         n = self.vehicle.n_arm

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from doorman import Model
+from doorman.collision.scene import CollisionScene
 from doorman.flown_constraints import flown_constraints
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.visualization.moments import Moment
+from doorman.visualization.surfaces import clearances as drawn
 
 
 def rows(model: Model, position, attitude, angle: float, arm=None) -> np.ndarray:
@@ -67,3 +71,30 @@ def test_an_arm_above_the_body_counts_in_the_air(model: Model) -> None:
     points = len(model.vehicle.point_names)
     assert found.max() == found[:points].max()
     np.testing.assert_allclose(found[:points], model.constraints([*LEVEL, math.pi / 2, 0.0, *up])[:points])
+
+
+def test_a_door_that_truly_stands_elsewhere_counts_where_it_is(model: Model) -> None:
+    """A vehicle that is moved and turned with the door has the same rows and clearances; a proud face is nearer by as much."""
+    offset, yaw, face = np.array([0.05, -0.03, 0.02]), 0.2, 0.04
+    elsewhere = {"simulation.door_offset": offset, "simulation.door_yaw": yaw}
+    moved = Model(model.scenario.replace(elsewhere))
+    proud = Model(model.scenario.replace({**elsewhere, "simulation.door_face_offset": face}))
+    turn, hinge = rotation_body_to_world([0.0, 0.0, yaw]), model.door.hinge_position
+    leaf = model.constraint_names.index("disc clear of leaf")
+    for place, angle in (((-0.45, 0.6, 1.0), 1.5), ((0.05, 0.75, 1.0), 0.6)):
+        there = hinge + offset + turn @ place
+        plain, level = rows(model, hinge + place, LEVEL, angle), (0.0, 0.0, yaw)
+        np.testing.assert_allclose(rows(moved, there, level, angle), plain, atol=1e-12)
+        assert np.abs(rows(model, there, level, angle) - plain)[leaf] > 5e-3
+        assert rows(proud, there, level, angle)[leaf] == pytest.approx(plain[leaf] + face)
+        exact = [
+            CollisionScene(one.vehicle, one.true_door).min_clearance(where, rotation, one.goal_arm, angle)
+            for one, where, rotation in ((model, hinge + place, np.eye(3)), (moved, there, turn))
+        ]
+        assert exact[0].distance == pytest.approx(exact[1].distance, abs=1e-4)  # FCL's accuracy
+        moment = [
+            Moment(0.0, where, np.array(attitude), angle, model.goal_arm, None, None, "", "")
+            for where, attitude in ((hinge + place, LEVEL), (there, level))
+        ]
+        np.testing.assert_allclose(drawn(moved, moment[1]), drawn(model, moment[0]), atol=1e-12)
+        assert drawn(proud, moment[1])[0] == pytest.approx(drawn(model, moment[0])[0] - face)

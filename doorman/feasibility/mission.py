@@ -85,7 +85,7 @@ def _approach(model: Model) -> Finding:
     positions = at_leaf - steps[:, None] * model.door.normal(angle)
     rotations = np.tile(rotation_body_to_world(start[:3]), (len(steps), 1, 1))
     arms, angles = np.tile(start[5:], (len(steps), 1)), np.full(len(steps), angle)
-    scene = CollisionScene(model.vehicle, model.true_door)
+    scene = CollisionScene(model.vehicle, model.door)
     clearances = scene.min_clearance_along(positions, rotations, arms, angles)
     worst, where = clearances.worst, float(steps[int(np.argmin(clearances.distances))])
     ok = worst.distance > -TOLERANCE

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
-from doorman.kinematics.door_convention import FixedBox, closed_value, standing_joints
+from doorman.kinematics.door_convention import STEPS, FixedBox, closed_value, meets, standing_joints
 from doorman.kinematics.door_variant import write_door_variant
 from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_boxes, read_joints
@@ -42,6 +42,11 @@ class Door:
             something on the leaf moves.
     """
 
+    placement: Array = frozen(np.eye(4))
+    """Of the whole door in the world against where its URDF has it, homogeneous, shape (4, 4)."""
+    yaw: float = 0.0
+    """By which that turns it about the vertical [rad]."""
+
     def __init__(self, urdf: Path, section: DoorSection | None = None) -> None:
         self.section = section or DoorSection()
         if self.section.width is not None or self.section.mass is not None:
@@ -61,6 +66,7 @@ class Door:
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
         self.hinge_position = frozen(self.model.jointPlacements[1].translation)
+        """P_h, on the hinge's axis at the height of the leaf's lower edge, shape (3,), world frame [m]."""
         self._box = self._largest_box()
         lower, upper = self._range()
         self.closed, self._sense = self._closed_value(lower, upper)
@@ -164,6 +170,19 @@ class Door:
         moved = distance_from_hinge * self.normal(door_angle) + self.surface_offset * self.leaf_direction(door_angle)
         return np.asarray(-moved)
 
+    def onto_face(self, point: Array, door_angle: float) -> Array:
+        r"""A point moved along the leaf's normal onto its face to the vehicle, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.
+
+        Args:
+            point: q, shape (3,), world frame [m].
+            door_angle: α [rad]; o is the `surface_offset`.
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
+        normal = self.normal(door_angle)
+        return np.asarray(point + (normal @ (self.hinge_position - point) - self.surface_offset) * normal)
+
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
         r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0)`.
 
@@ -219,8 +238,8 @@ class Door:
         axis /= 2.0 * math.sin(0.5)
         if abs(axis[2]) < 1.0 - 1e-9:
             raise UrdfError(
-                "the hinge is not vertical", file=self.urdf, field=f"joint {self.section.hinge}/axis",
-                given=f"{axis.round(4).tolist()} in the world", allowed="0 0 1 or 0 0 -1 in the world",
+                "the hinge is not vertical", file=self.urdf, field=f"joint {self.section.hinge}",
+                given=f"axis along {axis.round(4).tolist()} in the world", allowed="0 0 1 or 0 0 -1 in the world",
             )  # fmt: skip
         return axis
 
@@ -244,18 +263,32 @@ class Door:
         self._axis()
         closed = self.section.closed
         if closed is None:
-            turned = {value: self._leaf_at(value) for value in (0.5 * math.pi, 0.0, lower, upper)}
-            _, _, size = self._box
-            reach = float(np.abs(self._box[0][:2]).max() + 0.5 * max(size[:2]))
-            closed = closed_value(
-                self.hinge_position, (reach, float(max(size))), (lower, upper), turned, list(self._boxes_beside())
-            )
+            closed = self._found_closed(lower, upper)
         elif not lower - 1e-3 <= closed <= upper + 1e-3:
             raise UrdfError(
                 "closed outside the hinge's range", file=self.urdf, field="door.closed", given=closed,
                 allowed=f"{lower:g} to {upper:g} rad",
             )  # fmt: skip
         return closed, 1.0 if upper - closed > closed - lower else -1.0
+
+    def _found_closed(self, lower: float, upper: float) -> float:
+        center, edges, size = self._box
+        reach = np.abs(edges) @ size / 2
+        width, boxes = float(np.hypot(*center[:2]) + max(reach[:2])), list(self._boxes_beside())
+        middle = self.hinge_position + [0.0, 0.0, (self._joint_turned(0.0) @ center)[2]]
+
+        def at_a_jamb(value: float) -> bool:
+            return meets(boxes, middle + width * self._leaf_at(value), self._leaf_at(value), width)
+
+        closed = closed_value((lower, upper), at_a_jamb)
+        if closed is None:
+            closed = next(float(value) for value in np.linspace(lower, upper, STEPS + 1) if at_a_jamb(float(value)))
+            raise UrdfError(
+                "the leaf meets a jamb where it is not clear that the door is closed", file=self.urdf,
+                field=f"joint {self.section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed:.2f}",
+                allowed="a door that is closed at π/2, at 0 or at an end of the range, or door.closed in the scenario",
+            )  # fmt: skip
+        return closed
 
     def _directions(self) -> tuple[Array, Array]:
         """Along the closed leaf from hinge to latch, and the horizontal way that it swings as it opens."""
@@ -302,6 +335,7 @@ class Door:
                 given=f"a box of {np.round(2 * reach, 4).tolist()} m around {middle.round(4).tolist()} m, across, along, up",
                 allowed="a leaf that is longer than thick and lies beside the hinge",
             )  # fmt: skip
+        self.hinge_position = frozen(self.hinge_position + [0.0, 0.0, middle[2] - reach[2]])
         return float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
 
     def _frame_depth(self) -> float:

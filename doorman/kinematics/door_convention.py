@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
+STEPS = 180
+"""Of a range that is searched for jambs."""
 _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
 
@@ -75,43 +77,43 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     return tuple(model.names[index] for index in others)
 
 
-def closed_value(
-    hinge: Array,
-    size: tuple[float, float],
-    limits: tuple[float, float],
-    leaf: Mapping[float, Array],
-    boxes: Sequence[FixedBox],
-) -> float:
+def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]) -> float | None:
     """Joint value at which a door is closed.
 
     The jamb at the leaf's free edge tells. Without one it is π/2 where the range holds that, else an end of the range: the one
     nearer to 0.
 
     Args:
-        hinge: Lower end of the hinge line, shape (3,), world frame [m].
-        size: Width and height of the leaf [m].
         limits: Of the joint [rad].
-        leaf: Direction of the leaf at joint values that may be the closed one, the likelier first.
-        boxes: What stands still beside the leaf.
+        at_a_jamb: Whether the leaf's free edge meets something that stands still, at a joint value.
 
     Returns:
-        [rad].
+        [rad]; None where the leaf meets a jamb at another value than π/2, 0 or an end of the range.
     """
     lower, upper = limits
-    possible = [value for value in leaf if lower - _AT_END <= value <= upper + _AT_END]
-    for value in possible:
-        if any(_meets(box, hinge, size, leaf[value]) for box in boxes):
+    likely = [value for value in (0.5 * math.pi, 0.0, *limits) if lower - _AT_END <= value <= upper + _AT_END]
+    for value in likely:
+        if at_a_jamb(value):
             return value
-    return possible[0] if possible[0] == 0.5 * math.pi else min(limits, key=abs)
+    if any(at_a_jamb(lower + (upper - lower) * k / STEPS) for k in range(1, STEPS)):
+        return None
+    return likely[0] if likely[0] == 0.5 * math.pi else min(limits, key=abs)
 
 
-def _meets(box: FixedBox, hinge: Array, size: tuple[float, float], along: Array) -> bool:
-    """Whether a box stands just beyond the leaf's free edge, at half its height."""
-    width, height = size
-    edge = hinge + width * along + np.array([0.0, 0.0, height / 2])
-    gap = float(np.linalg.norm(np.maximum(np.abs(edge - box.center) - box.half, 0.0)))
-    beyond = float((box.center - edge) @ along) > 0.0
-    return beyond and gap <= _NEAR * width
+def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) -> bool:
+    """Whether a box stands just beyond a leaf's free edge.
+
+    Args:
+        boxes: What stands still beside the leaf.
+        edge: Middle of the free edge, shape (3,), world frame [m].
+        along: From the hinge to it, unit vector.
+        width: Of the leaf [m].
+    """
+    for box in boxes:
+        gap = float(np.linalg.norm(np.maximum(np.abs(edge - box.center) - box.half, 0.0)))
+        if gap <= _NEAR * width and float((box.center - edge) @ along) > 0.0:
+            return True
+    return False
 
 
 def _ancestors(model: pinocchio.Model, index: int) -> Iterator[int]:

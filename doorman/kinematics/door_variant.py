@@ -56,8 +56,23 @@ def write_door_variant(
         _stretch(frame, *of_frame, of_frame[1] * float(hinge[of_frame[0]]) + width / 2, new_width - width)
     ratio = 1.0 if new_width is None else new_width / width
     _spread_inertial(slab, 1.0 + (ratio - 1.0) * np.abs(along_leaf), new_mass)
-    text = ElementTree.tostring(robot, encoding="utf-8")
-    name = f"{urdf.stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
+    return write_door_text(urdf.stem, ElementTree.tostring(robot, encoding="utf-8"))
+
+
+def write_door_text(stem: str, text: bytes) -> Path:
+    """Write the URDF of a door that was made of another one to the cache on disk, or to a temporary file if that is full.
+
+    Args:
+        stem: Of the file's name; what follows it says what is in it.
+        text: The URDF.
+
+    Returns:
+        The file, the same for the same text.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    name = f"{stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
     try:
         return _written(cache_directory() / "doors" / name, text)
     except OSError:

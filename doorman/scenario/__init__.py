@@ -15,7 +15,7 @@ from doorman.scenario.flight import (
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.scenario import Scenario
-from doorman.scenario.simulation import GustSection, NoiseSection, SensorsSection, SimulationSection
+from doorman.scenario.simulation import GustSection, HandSection, NoiseSection, SensorsSection, SimulationSection
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 
 __all__ = [
@@ -28,6 +28,7 @@ __all__ = [
     "EstimationSection",
     "GoalSection",
     "GustSection",
+    "HandSection",
     "LimitsSection",
     "MissionSection",
     "MissionTimeOutsSection",

@@ -6,7 +6,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from doorman.scenario.values import Angle, NonNegative, Positive, Section, Switch
+from doorman.scenario.values import Angle, DoorAngle, NonNegative, Number, Positive, Section, Switch
+
+Elsewhere = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1, le=1)]
+"""By which a door may stand elsewhere than it is believed to [m]."""
+Turned = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1, le=1)]
+"""By which it may be turned [rad]."""
 
 
 class NoiseSection(Section):
@@ -43,11 +48,26 @@ class GustSection(Section):
     leaf: NonNegative = 0.0
     """Mean force on the leaf at half its width [N]; its share along the leaf's normal turns the door."""
     direction: Angle = 0.0
-    """Towards which the wind blows, from the world's x axis about z [rad]."""
+    """Towards which the wind blows as the flight begins, from the world's x axis about z [rad]."""
+    turn_rate: Number = 0.0
+    """Of that direction, about z [rad/s]."""
     variation: NonNegative = 0.15
     """Standard deviation of the force over its mean."""
     correlation_time: Positive = 1.0
     """Of the variation [s]."""
+
+
+class HandSection(Section):
+    """A hand on the leaf in the simulation, once a flight: it holds the leaf, or shoves it."""
+
+    door_angle: DoorAngle | None = None
+    """The hand comes where the leaf has opened this far [rad]; by default there is none."""
+    duration: Positive = 3.0
+    """Then it lets go [s]."""
+    hold: NonNegative = 0.0
+    """Largest torque with which it holds the leaf where it came [N m]."""
+    shove: Number = 0.0
+    """Torque with which it turns the leaf, positive for growing α, which shuts the door [N m]."""
 
 
 class SimulationSection(Section):
@@ -85,6 +105,14 @@ class SimulationSection(Section):
     """True width of leaf and doorway [m]; by default what the planner is told."""
     door_mass: Positive | None = None
     """True mass of the leaf [kg], its inertia in proportion; by default what the planner is told."""
+    door_offset: tuple[Elsewhere, Elsewhere, Elsewhere] = (0.0, 0.0, 0.0)
+    """By which leaf, frame and wall truly stand elsewhere than the planner is told, world frame [m]."""
+    door_yaw: Turned = 0.0
+    """By which they are truly turned about the vertical through the hinge [rad]."""
+    door_face_offset: Elsewhere | None = None
+    """By which the face of the true leaf stands before the hinge axis, towards the vehicle [m]; by default what the planner is
+    told."""
     noise: NoiseSection = NoiseSection()
     sensors: SensorsSection = SensorsSection()
     gust: GustSection = GustSection()
+    hand: HandSection = HandSection()

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, ScenarioError
+from doorman.kinematics.door import Door
 from doorman.kinematics.meshes import with_mesh_paths
 from doorman.kinematics.urdf_shapes import link_name
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.servos import add_servos
+
+Array = NDArray[np.float64]
 
 VEHICLE = "vehicle/"
 DOOR = "door/"
@@ -49,7 +54,9 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
 
     Raises:
         BackendError: if MuJoCo cannot read a URDF.
+        ScenarioError: if the flight begins at the leaf and the true one is not there.
     """
+    _check_first_contact(model)
     spec = mujoco.MjSpec()
     _set_options(spec, mujoco, time_step)
     door = _part(mujoco, model.true_door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
@@ -58,7 +65,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     root.explicitinertial = True
     root.add_freejoint(name=ROOT)
     spec.attach(vehicle, prefix=VEHICLE, frame=root.add_frame())  # first: its free joint leads qpos and qvel
-    spec.attach(door, prefix=DOOR, frame=spec.worldbody.add_frame())
+    spec.attach(door, prefix=DOOR, frame=_standing(spec, model.true_door))
     base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
     tip = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.tip))
     leaf = spec.body(DOOR + link_name(model.true_door.urdf, model.true_door.section.leaf))
@@ -128,12 +135,45 @@ def _round_inertia(body: Any, urdf: Path) -> None:
     body.fullinertia = [xx + lift, yy + lift, zz + lift, xy, xz, yz]
 
 
+def _standing(spec: Any, door: Door) -> Any:
+    """Frame in which a door stands, where its URDF's world is."""
+    return spec.worldbody.add_frame(
+        pos=door.placement[:3, 3], quat=[math.cos(door.yaw / 2), 0, 0, math.sin(door.yaw / 2)]
+    )
+
+
+def first_contact(model: Model) -> Array:
+    """Where the tip meets the true leaf at the start: the contact point, or what is before or behind it on the true face.
+
+    Args:
+        model: The model.
+
+    Returns:
+        Shape (3,), world frame [m].
+    """
+    angle, coupling = float(model.start_state[3]), model.coupling
+    point = model.door.contact_point(angle, coupling.distance_from_hinge, coupling.height)
+    return model.true_door.onto_face(point, angle)
+
+
+def _check_first_contact(model: Model) -> None:
+    """A flight that begins with the tip on the leaf needs a leaf there."""
+    door, angle = model.true_door, float(model.start_state[3])
+    away = first_contact(model) - door.hinge_position
+    along = float(door.leaf_direction(angle) @ away)
+    if model.scenario.mission.start == "contact" and not (0 <= along <= door.width and 0 <= away[2] <= door.height):
+        raise ScenarioError(
+            "the tip begins beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
+            given=f"contact {along:.3f} m from the hinge, {away[2]:.3f} m high",
+            allowed=f"up to {door.width:g} m and {door.height:g} m, or mission.start = \"hover\"",
+        )  # fmt: skip
+
+
 def _contact_in_leaf(model: Model) -> list[float]:
-    """The contact point in the leaf's frame, shape (3,)."""
-    coupling = model.coupling
-    placement = model.true_door.link_placements(0.0)[link_name(model.true_door.urdf, model.true_door.section.leaf)]
-    point = model.true_door.contact_point(0.0, coupling.distance_from_hinge, coupling.height)
-    return [float(value) for value in placement[:3, :3].T @ (point - placement[:3, 3])]
+    """The first contact in the leaf's frame, shape (3,)."""
+    leaf = link_name(model.true_door.urdf, model.true_door.section.leaf)
+    placement = model.true_door.link_placements(float(model.start_state[3]))[leaf]
+    return [float(value) for value in placement[:3, :3].T @ (first_contact(model) - placement[:3, 3])]
 
 
 def _set_hinge(spec: Any, model: Model) -> None:

@@ -12,6 +12,7 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.simulation.attitude_loop import AttitudeGains
 from doorman.simulation.gusts import Gust, together
+from doorman.simulation.hand import Hand
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth
@@ -28,7 +29,7 @@ class SimulatedBackend(Backend):
         seed: Of noise, gaps and gusts; the same seed gives the same flight to the bit.
         recorder: Gets a message `truth` at every tick.
         realtime: Whether `read` waits so that simulated time does not run ahead of the wall clock.
-        disturbance: What else acts on the plant, beside the scenario's gusts.
+        disturbance: What else acts on the plant, beside the scenario's gusts and its hand.
         gains: Of the onboard attitude loop.
     """
 
@@ -134,16 +135,18 @@ class SimulatedBackend(Backend):
         self._sensors = None
 
     def _disturbances(self) -> DisturbanceSource | None:
-        """The caller's disturbance and the scenario's gusts together."""
-        wind, given = self.model.scenario.simulation.gust, self._disturbance
-        if wind.vehicle == 0.0 and wind.leaf == 0.0:
+        """The caller's disturbance, the scenario's gusts and its hand together."""
+        simulation, given = self.model.scenario.simulation, self._disturbance
+        wind, door = simulation.gust, self.model.true_door
+        if wind.vehicle == wind.leaf == 0.0 and simulation.hand.door_angle is None:
             return given
-        gust = Gust(wind, self.model.true_door, self.seed)
+        gust, hand = Gust(wind, door, self.seed), Hand(simulation.hand)
 
         def disturbance(time: float) -> Disturbance:
             plant = self._opened().plant
-            blown = gust.at(time, plant.door_angle)
-            return blown if given is None else together(blown, given(time))
+            angle = plant.door_angle
+            acting = together(gust.at(time, angle), hand.at(time, angle, plant.door_rate))
+            return acting if given is None else together(acting, given(time))
 
         return disturbance
 

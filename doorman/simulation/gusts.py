@@ -1,12 +1,14 @@
-r"""Gusts: wind of one direction on vehicle and leaf, a steady force that varies by chance.
+r"""Gusts: wind on vehicle and leaf, a force that varies by chance and whose direction turns.
 
 .. math::
     F(t) = \bar F\,(1 + v\,\xi(t)), \qquad
-    d\xi = -\frac{\xi}{T}\,dt + \sqrt{\frac{2}{T}}\,dW
+    d\xi = -\frac{\xi}{T}\,dt + \sqrt{\frac{2}{T}}\,dW, \qquad
+    d(t) = d_0 + \omega t
 
 ξ is an Ornstein-Uhlenbeck process of mean 0 and deviation 1, one for the vehicle and one for the leaf, v the `variation` and
-T the `correlation_time`. On the leaf the force acts at half its width w: the torque in the hinge is
-:math:`\frac{w}{2} F \sin(d - \alpha)` for a wind towards d.
+T the `correlation_time`. The wind blows towards d, with the `direction` d₀ and the `turn_rate` ω: of constant strength where v is
+0. On the leaf the force acts at half its width w: the torque in the hinge is :math:`\frac{w}{2} F \sin(d - \beta)` for a leaf
+along β, which is α where the door stands as its URDF has it.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ class Gust:
     """Wind of one flight.
 
     Args:
-        section: Means, direction and variation.
+        section: Means, direction, its rate, and variation.
         door: The door, whose leaf it blows on.
         seed: Of the variation; the same seed gives the same wind to the bit.
     """
@@ -52,7 +54,8 @@ class Gust:
         wind = self._section
         self._vary(time)
         vehicle, leaf = (1.0 + wind.variation * self._variation) * (wind.vehicle, wind.leaf)
-        way = np.array([math.cos(wind.direction), math.sin(wind.direction), 0.0])
+        towards = wind.direction + wind.turn_rate * time
+        way = np.array([math.cos(towards), math.sin(towards), 0.0])
         return Disturbance(
             force=(vehicle * float(way[0]), vehicle * float(way[1]), 0.0),
             hinge_torque=-self._lever * leaf * float(self._door.normal(door_angle) @ way),

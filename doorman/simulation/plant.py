@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
-from doorman.simulation.assembly import DOOR, VEHICLE, assemble
+from doorman.simulation.assembly import DOOR, VEHICLE, assemble, first_contact
 from doorman.simulation.contact import calibrate
 from doorman.simulation.faults import build_fault
 from doorman.simulation.rotors import RotorLayout
@@ -130,27 +130,42 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
 
 
 def _place(mujoco: Any, plant: Plant, model: Model) -> None:
-    """Set the start posture: the tip tied to the contact point, its surface just touching the leaf, or away from it."""
+    """Set the start posture: the tip tied to the true leaf, its surface just touching it, or away from where it is believed."""
     state, n = model.start_state, model.n_arm
-    compiled, data = plant.engine_model, plant.data
+    data = plant.data
     motion = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(n))
     rotation = rotation_body_to_world(state[:3])
     inverse = np.linalg.inv(plant.root_to_base)
-    data.qpos[:3] = motion.position + rotation @ inverse[:3, 3]
+    to_face = first_contact(model) - _believed_contact(model)
+    data.qpos[:3] = motion.position + to_face + rotation @ inverse[:3, 3]
     mujoco.mju_mat2Quat(data.qpos[3:7], (rotation @ inverse[:3, :3]).ravel())
     data.qpos[plant.arm_positions] = state[5:]
     data.qpos[plant.hinge_position] = model.true_door.joint_value(state[3])
-    mission = model.scenario.mission
-    if model.scenario.contact.kind == "push" or mission.start == "hover":
-        mujoco.mj_kinematics(compiled, data)
-        far = 10.0
-        gap = min(
-            mujoco.mj_geomDistance(compiled, data, ball, face, far, None)
-            for ball in plant.tip_shapes
-            for face in plant.leaf_shapes
-        )
-        away = mission.hover_distance if mission.start == "hover" else 0.0
-        data.qpos[:3] += (gap - away) * model.door.normal(float(state[3]))
+    hovers = model.scenario.mission.start == "hover"
+    if model.scenario.contact.kind == "push" or hovers:
+        true_normal = model.true_door.normal(float(state[3]))
+        data.qpos[:3] += _gap(mujoco, plant) * true_normal
+    if hovers:
+        data.qpos[:3] -= to_face + model.scenario.mission.hover_distance * model.door.normal(float(state[3]))
+
+
+def _believed_contact(model: Model) -> Array:
+    """The contact point as the planner is told of the door, shape (3,), world frame [m]."""
+    return model.door.contact_point(
+        float(model.start_state[3]), model.coupling.distance_from_hinge, model.coupling.height
+    )
+
+
+def _gap(mujoco: Any, plant: Plant) -> float:
+    """Distance of tip and leaf, negative where they overlap [m]."""
+    compiled, data = plant.engine_model, plant.data
+    mujoco.mj_kinematics(compiled, data)
+    far = 10.0
+    return min(
+        float(mujoco.mj_geomDistance(compiled, data, ball, face, far, None))
+        for ball in plant.tip_shapes
+        for face in plant.leaf_shapes
+    )
 
 
 def hover_wrench(model: Model) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.flown_constraints import flown_constraints
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recording
@@ -23,7 +24,6 @@ from doorman.visualization.style import (
     Figure,
     FuncFormatter,
     flight_name,
-    true_states,
 )
 
 Array = NDArray[np.float64]
@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
     """Collision constraints, force at the tip, thrust, disturbance and the planner's time over a flight.
 
-    The constraints are evaluated on the simulator's true states where there are any, else on the estimate, from the touch until
-    the tip lets go. The planned force is that of the plan's first input on a door that does not move, n_Dᵀ(f_t R e₃ − m g e₃).
+    The constraints are those of the true states against the true door where there are any, else of the estimate, from the touch
+    until the tip lets go. The planned force is that of the plan's first input on a door that stands, n_Dᵀ(f_t R e₃ − m g e₃).
 
     Args:
         recording: What was flown; a panel whose topic is missing says so.
@@ -65,13 +65,10 @@ def constraints_and_forces_figure(recording: Recording, model: Model) -> Figure:
 
 def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: range, label: str) -> None:
     axes.set_ylabel(label)
-    truth = true_states(recording)
-    if truth is None and "estimate" in recording:
-        truth = (recording["estimate"].time, recording["estimate"]["state"])
-    if truth is None:
+    found = _constraints(recording, model)
+    if found is None:
         return
-    time, states = truth
-    h = model.constraints_along(states)[:, rows.start : rows.stop]
+    time, h = found[0], found[1][:, rows.start : rows.stop]
     h[~tied(recording, time)] = np.nan  # they are about a vehicle whose tip is at the door
     for k, name in enumerate(model.constraint_names[rows.start : rows.stop]):
         style = ("-", "--", "-.", ":")[k % 4]
@@ -85,6 +82,18 @@ def _draw_constraints(axes: Axes, recording: Recording, model: Model, rows: rang
         axes.axhspan(-margin, 0.0, color=ORANGE, alpha=0.25, linewidth=0, label=f"planner's margin {margin:g} m")
     axes.set_ylim(low, high)
     axes.grid(alpha=0.3)
+
+
+def _constraints(recording: Recording, model: Model) -> tuple[Array, Array] | None:
+    """Times (m,) and rows h (m, rows): against the true door from true positions, else as the planner has them."""
+    if "truth" in recording:
+        truth = recording["truth"]
+        pose = (truth[name] for name in ("position", "attitude", "door_angle", "arm_angles"))
+        h = flown_constraints(model, *pose)
+        return truth.time, np.where(np.isfinite(h), h, np.nan)
+    if "estimate" in recording:
+        return recording["estimate"].time, model.constraints_along(recording["estimate"]["state"])
+    return None
 
 
 def _draw_user_rows(axes: Axes, recording: Recording) -> None:

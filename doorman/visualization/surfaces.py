@@ -2,11 +2,11 @@ r"""Surfaces of the constraints, and how far the vehicle is from each of them.
 
 The clearances are the paper's hard constraints with their sign turned, written for any pose of the vehicle:
 
-- leaf: :math:`n_D^T (P_h - P) - R_A \sqrt{n_x^2 + n_y^2}` with :math:`n = R^T n_D`;
-- jambs: :math:`P_y - P_{hy} - R_A` and :math:`D_w - R_A - (P_y - P_{hy})`;
+- leaf: :math:`n_D^T (P_h - P) - d - R_A \sqrt{n_x^2 + n_y^2}` with :math:`n = R^T n_D`, for a face d before the hinge axis;
+- jambs: :math:`a^T r - R_A` and :math:`D_w - R_A - a^T r` with r = P − P_h and the direction a of the closed leaf;
 - disc: how far the arm's highest point is below the plane of the rotors.
 
-Where the tip is at its contact point they are :math:`-h(x)`.
+The door is the true one. Where the planner is told of the same, they are :math:`-h(x)` with the tip at its contact point.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ def clearances(model: Model, moment: Moment) -> Array:
     Returns:
         Shape (4,), in the order of `SURFACES`; negative where a constraint is violated [m].
     """
-    radius, width, hinge = model.vehicle.radius, model.door.width, model.door.hinge_position
-    normal = model.door.normal(moment.door_angle)
+    door, radius, width = model.true_door, model.vehicle.radius, model.true_door.width
+    normal, away = door.normal(moment.door_angle), moment.position - door.hinge_position
     in_body = rotation_body_to_world(moment.attitude).T @ normal
-    leaf = normal @ (hinge - moment.position) - model.door.surface_offset - radius * np.hypot(in_body[0], in_body[1])
-    across = float((moment.position - hinge) @ model.door.along)
+    leaf = -normal @ away - door.surface_offset - radius * np.hypot(in_body[0], in_body[1])
+    across = float(door.along @ away)
     arm = -model.vehicle.point_positions(moment.arm_angles)[:, 2].max()
     return np.array([leaf, across - radius, width - radius - across, arm])
 
@@ -65,7 +65,7 @@ def surface_shapes(model: Model) -> dict[str, VisualShape]:
     Returns:
         Shapes by node, in the order of `SURFACES`.
     """
-    door, base = model.door, model.vehicle.names.base_link
+    door, base = model.true_door, model.vehicle.names.base_link
     height = model.scenario.contact.height
     leaf = _on_the_leaf(model)
     length, middle = _DEPTH[1] - _DEPTH[0], 0.5 * (_DEPTH[0] + _DEPTH[1])
@@ -88,7 +88,7 @@ def surface_shapes(model: Model) -> dict[str, VisualShape]:
 
 def _on_the_leaf(model: Model) -> VisualShape:
     """A plane before the leaf's face, in the leaf's frame."""
-    door = model.door
+    door = model.true_door
     placement = door.link_placements(0.5 * np.pi)[link_name(door.urdf, door.section.leaf)]
     middle = np.array([-_PROUD - door.surface_offset, 0.5 * door.width, model.scenario.contact.height])
     there = _box((_THIN, door.width, _HIGH), door.hinge_position + door.from_doorway(middle), door.azimuth)

@@ -46,8 +46,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     figure = Figure(figsize=(7.0, 6.4), layout="constrained")
     axes = figure.subplots()
     _draw_doorway(axes, model)
-    door = model.true_door
-    vehicle = _from_above(door, np.array([moment.position for moment in swing]) - door.hinge_position)
+    vehicle = np.array([_points(moment, model)[0] for moment in swing])
     tips = np.array([_points(moment, model)[-1] for moment in swing])
     axes.plot(
         vehicle[:, 0], vehicle[:, 1], color=BLACK, linestyle="--", linewidth=1.2, label="vehicle's path", zorder=4
@@ -94,7 +93,8 @@ def _from_above(door: Door, vectors: Array) -> Array:
 
 def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, ...]) -> None:
     door = model.true_door
-    leaf = _from_above(door, np.outer([0.0, door.width], door.leaf_direction(moment.door_angle)))
+    ends = [door.contact_point(moment.door_angle, at, 0.0) - door.hinge_position for at in (0.0, door.width)]
+    leaf = _from_above(door, np.array(ends))
     label = f"{np.degrees(moment.door_angle):.0f}° at {moment.time:.1f} s"
     axes.plot(leaf[:, 0], leaf[:, 1], color=color, linewidth=3.0, solid_capstyle="butt", label=label, zorder=3)
     points = _points(moment, model)

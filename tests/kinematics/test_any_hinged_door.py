@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from urdf_variants import DOOR, write_door, write_edited, write_mirrored, write_moved
 
+from doorman.exceptions import UrdfError
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.scenario import DoorSection
@@ -126,3 +127,26 @@ def test_a_mirrored_door_can_be_given_another_leaf(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         variant.model.inertias[1].toDynamicParameters(), written.model.inertias[1].toDynamicParameters(), atol=1e-7
     )
+
+
+def test_a_leaf_below_the_joints_origin_is_read_from_its_lower_edge(tmp_path: Path) -> None:
+    path = write_edited(
+        tmp_path / "door.urdf", DOOR,
+        ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', f'<origin xyz="0 0 2.0" rpy="{math.pi} 0 0"/>'),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>'),
+    )  # fmt: skip
+    door, plain = Door(path), Door(DOOR)
+    np.testing.assert_allclose(door.hinge_position, plain.hinge_position, atol=1e-12)
+    for angle in ANGLES:
+        np.testing.assert_allclose(door.leaf_direction(angle), plain.leaf_direction(angle), atol=1e-9)
+    assert door.surface_offset == pytest.approx(0.04), "the leaf's face is its other one now"
+
+
+def test_a_jamb_at_an_unlikely_value_asks_for_the_closed_one(tmp_path: Path) -> None:
+    path = write_edited(
+        tmp_path / "door.urdf", DOOR, ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', '<origin xyz="0 0 0.4" rpy="0 0 0.5"/>')
+    )
+    with pytest.raises(UrdfError, match="not clear") as caught:
+        Door(path)
+    assert caught.value.field == "joint hinge" and "door.closed" in str(caught.value.allowed)
+    np.testing.assert_allclose(Door(path, DoorSection(closed=math.pi / 2 - 0.5)).along, [0.0, 1.0, 0.0], atol=1e-9)

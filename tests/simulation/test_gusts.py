@@ -94,3 +94,21 @@ def test_the_seed_makes_the_wind(model):
     first, second, other = (hovering(SimulatedBackend(windy, seed), 0.1).truth.position for seed in (1, 1, 2))
     np.testing.assert_array_equal(first, second)
     assert not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize("rate", [math.radians(9.0), -0.3])
+def test_a_wind_of_constant_strength_turns(rate):
+    gust = Gust(GustSection(vehicle=1.0, leaf=0.5, direction=0.4, turn_rate=rate, variation=0.0), SHIPPED, 3)
+    for time in (0.0, 0.25, 5.0, 60.0):
+        found, towards = gust.at(time, 0.9), 0.4 + rate * time
+        np.testing.assert_allclose(found.force, [math.cos(towards), math.sin(towards), 0.0], atol=1e-12)
+        assert found.hinge_torque == pytest.approx(0.6 * 0.5 * math.sin(towards - 0.9))
+
+
+def test_a_turning_wind_is_flown(model):
+    """Along x, then along y: the velocity is the integral of a force that turns by half a circle in 0.8 s."""
+    turning = model(contact__kind="push", mission__start="hover", simulation__gust__vehicle=1.5,
+                    simulation__gust__turn_rate=math.pi / 0.8, **STEADY)  # fmt: skip
+    velocity = hovering(SimulatedBackend(turning), 0.4).truth.velocity
+    expected = 1.5 / 3.0 * 0.8 / math.pi
+    np.testing.assert_allclose(velocity[:2], [expected, expected], rtol=0.06)
