@@ -9,7 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm, write_door, write_edited
+from urdf_variants import (
+    DOOR,
+    VEHICLE,
+    robot_data_vehicle,
+    write_arm,
+    write_door,
+    write_edited,
+    write_mirrored,
+    write_moved,
+)
 
 from doorman.collision.audit import audit
 from doorman.exceptions import ScenarioError, UrdfError
@@ -169,10 +178,20 @@ def test_a_centre_of_mass_beside_the_body(tmp_path: Path) -> None:
 
 def test_a_leaf_before_its_hinge(tmp_path: Path) -> None:
     path = write_edited(tmp_path / "door.urdf", DOOR)
-    path.write_text(path.read_text(encoding="utf-8").replace('"0.6 -0.02 0.8"', '"0.6 0.01 0.8"'), encoding="utf-8")
-    finding = named(setup_findings(changed(door__urdf=str(path))), "leaf's surface")
-    assert finding.severity is Severity.WARNING
-    assert finding.value == pytest.approx(0.03)
+    written = path.read_text(encoding="utf-8")
+    for middle, severity in ((0.01, Severity.OK), (0.17, Severity.WARNING)):
+        path.write_text(written.replace('"0.6 -0.02 0.8"', f'"0.6 {middle} 0.8"'), encoding="utf-8")
+        finding = named(setup_findings(changed(door__urdf=str(path))), "leaf's surface")
+        assert finding.severity is severity
+        assert finding.value == pytest.approx(middle + 0.02)
+
+
+def test_a_door_is_told_as_it_was_read(tmp_path: Path) -> None:
+    shipped = named(setup_findings(changed()), "door as read").message
+    assert "hinge on the right" in shipped and "closed at 90.0° and falls" in shipped and "into 0°" in shipped
+    moved = write_moved(tmp_path / "moved.urdf", write_mirrored(tmp_path / "left.urdf", DOOR), (1.0, 2.0, 0.0), 0.5)
+    told = named(setup_findings(changed(door__urdf=str(moved))), "door as read").message
+    assert "hinge on the left" in told and "into 29°" in told
 
 
 def test_an_arm_too_short(tmp_path: Path) -> None:

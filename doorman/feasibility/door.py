@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model
 
@@ -20,9 +22,22 @@ def door_findings(model: Model) -> list[Finding]:
     if names:
         message += f", and stand at zero: {', '.join(names)}"
     return [
+        _as_read(model),
         Finding(
             "door's joints", graded(not names, Severity.WARNING), message, float(len(names)), 0.0, "joints",
             f"type=\"fixed\" in the URDF for joints that are meant to stand; the one that opens is door.hinge, "
             f"'{model.door.section.hinge}'" if names else "",
         )
     ]  # fmt: skip
+
+
+def _as_read(model: Model) -> Finding:
+    """How the URDF was understood, in words: somebody who sees it wrong has `door.closed` to say otherwise."""
+    door = model.door
+    side = "right" if door.hand > 0.0 else "left"
+    grows = "grows" if door.joint_rate(-1.0) > 0.0 else "falls"
+    message = (
+        f"hinge on the {side}; joint '{door.section.hinge}' is closed at {math.degrees(door.closed):.1f}° and {grows} as the "
+        f"door opens, into {math.degrees(door.azimuth) + 0.0:.0f}° from the world's x axis"
+    )
+    return Finding("door as read", Severity.OK, message, door.closed, -math.inf, "rad")
