@@ -10,10 +10,12 @@ import numpy as np
 from doorman.campaign.figures import numbers
 from doorman.campaign.results import SUMMARY, Row
 from doorman.campaign.statistics import wilson_interval
+from doorman.summary import COMPLETED
 from suite.draw_sets import SETS
 
 _HEAD = (
-    "draws", "model", "opened", "95 %", "touched", "on the leaf, median (least)", "peak push [N], median (largest)",
+    "draws", "model", "success", "95 %", "opened, untouched", "touched", "on the leaf, median (least)",
+    "peak push [N], median (largest)",
     "off [°], median (largest)", "hover to goal [s]", "replan p50 / p99 / max [ms]",
 )  # fmt: skip
 
@@ -21,7 +23,8 @@ _HEAD = (
 def figures(name: str, model: str, rows: Sequence[Row]) -> dict[str, Any]:
     """Figures of one set flown with one model.
 
-    Times to the goal are of successes; all others of all flights. A flight's replans have a median and a 99th percentile: the
+    Times to the goal are of successes; all others of all flights. A flight that opened its door without touching anything is a
+    success unless it lost the leaf for long or pushed it hard. A flight's replans have a median and a 99th percentile: the
     table has the flights' medians of both, and the longest replan of all.
 
     Args:
@@ -40,6 +43,7 @@ def figures(name: str, model: str, rows: Sequence[Row]) -> dict[str, Any]:
         "runs": len(rows),
         "successes": len(opened),
         "interval_95": wilson_interval(len(opened), len(rows)),
+        "opened_untouched": sum(row["outcome"] == COMPLETED and not row.get(f"{SUMMARY}collisions") for row in rows),
         "touched": sum(bool(row.get(f"{SUMMARY}collisions")) for row in rows),
         "errors": sum(row["error"] is not None for row in rows),
         "contact": _of(numbers(rows, f"{SUMMARY}contact_fraction"), median=np.median, least=np.min),
@@ -79,6 +83,7 @@ def _cells(one: dict[str, Any]) -> list[str]:
         f"`{one['model']}`",
         f"{one['successes']} of {one['runs']}",
         f"{100 * low:.0f} to {100 * high:.0f} %",
+        str(one["opened_untouched"]),
         str(one["touched"]) + (f" ({one['errors']} errors)" if one["errors"] else ""),
         f"{_text(contact['median'], 3)} ({_text(contact['least'], 3)})",
         f"{_text(push['median'], 1)} ({_text(push['largest'], 1)})",

@@ -54,31 +54,37 @@ def test_the_other_sets_draw_what_they_say() -> None:
 
 def row(run: int, success: bool, contact: float | None, push: float | None, collisions: int = 0) -> dict:
     return {
-        "run": run, "success": success, "reason": "" if success else "it fell", "error": None, "final_error_deg": -0.5 * run,
-        "summary.collisions": collisions, "summary.contact_fraction": contact, "summary.max_push_force_n": push,
-        "summary.hover_to_goal_s": 20.0 + run if success else 1.0, "summary.planner_ms.median": 0.5 + 0.1 * run,
-        "summary.planner_ms.p99": 2.0 + run, "summary.planner_ms.max": 9.0 - run,
+        "run": run, "success": success, "reason": "" if success else "it fell", "error": None, "outcome": "completed",
+        "final_error_deg": -0.5 * run, "summary.collisions": collisions, "summary.contact_fraction": contact,
+        "summary.max_push_force_n": push, "summary.hover_to_goal_s": 20.0 + run if success else 1.0,
+        "summary.planner_ms.median": 0.5 + 0.1 * run, "summary.planner_ms.p99": 2.0 + run, "summary.planner_ms.max": 9.0 - run,
     }  # fmt: skip
 
 
 def test_the_table_says_what_the_rows_say() -> None:
-    rows = [row(0, True, 0.99, 3.0), row(1, True, 0.97, 5.0), row(2, False, 0.5, 40.0, collisions=7)]
-    found = figures("hands", "lagrangian", rows_of([*rows, row(3, True, 1.0, 1.0)], 3))
-    assert (found["runs"], found["successes"], found["touched"]) == (3, 2, 1)
-    assert found["contact"] == {"median": 0.97, "least": 0.5} and found["peak_push_n"] == {
-        "median": 5.0,
-        "largest": 40.0,
-    }
-    assert found["off_deg"] == {"median": 0.5, "largest": 1.0} and found["hover_to_goal_s"] == 20.5
-    assert found["replan_ms"] == {"p50": pytest.approx(0.6), "p99": 3.0, "max": 9.0}
+    rows = [
+        row(0, True, 0.99, 3.0),
+        row(1, True, 0.97, 5.0),
+        row(2, False, 0.5, 40.0, collisions=7),
+        row(3, False, 0.6, 9.0),
+    ]
+    found = figures("hands", "lagrangian", rows_of([*rows, row(4, True, 1.0, 1.0)], 4))
+    assert [found[name] for name in ("runs", "successes", "opened_untouched", "touched")] == [4, 2, 3, 1]
+    assert found["contact"] == {"median": pytest.approx(0.785), "least": 0.5}
+    assert found["peak_push_n"] == {"median": 7.0, "largest": 40.0}
+    assert found["off_deg"] == {"median": 0.75, "largest": 1.5} and found["hover_to_goal_s"] == 20.5
+    assert found["replan_ms"] == {"p50": pytest.approx(0.65), "p99": 3.5, "max": 9.0}
     text = page([figures("closers", "quasi_static", []), found])
-    assert text.count("\n| a hand holds or shoves | `lagrangian` | 2 of 3 |") == 1 and "closers" not in text
-    assert "0.970 (0.500) | 5.0 (40.0) | 0.50 (1.0) | 20.5 | 0.60 / 3.00 / 9.00 |" in text
-    assert text.endswith("run 2: it fell")
+    assert (
+        text.count("\n| a hand holds or shoves | `lagrangian` | 2 of 4 | 15 to 85 % | 3 | 1 |") == 1
+        and "closers" not in text
+    )
+    assert "0.785 (0.500) | 7.0 (40.0) | 0.75 (1.5) | 20.5 | 0.65 / 3.50 / 9.00 |" in text
+    assert text.endswith("run 3: it fell")
 
 
 def test_flights_without_a_figure_leave_a_dash() -> None:
-    failed = {"run": 0, "success": False, "reason": "x", "error": "x", "final_error_deg": None}
+    failed = {"run": 0, "success": False, "reason": "x", "error": "x", "outcome": "error", "final_error_deg": None}
     assert "0 of 1" in page([figures("hands", "quasi_static", [failed])]) and "– (–)" in page(
         [figures("hands", "m", [failed])]
     )

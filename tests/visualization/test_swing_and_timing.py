@@ -5,6 +5,7 @@ import pytest
 from matplotlib.patches import Circle
 
 from doorman.exceptions import RecordingError
+from doorman.model import Model
 from doorman.recording import Recorder, Recording
 from doorman.summary import _planner_figures
 from doorman.visualization import constraints_and_forces_figure, planner_time_figure, save, states_figure, swing_figure
@@ -38,6 +39,21 @@ def test_the_tips_path_keeps_its_distance_from_the_hinge(flight, model):
     (axes,) = swing_figure(flight, model).axes
     (tip,) = [line.get_xydata() for line in axes.lines if line.get_label() == "tip's path"]
     np.testing.assert_allclose(np.hypot(*tip.T), model.scenario.contact.distance_from_hinge, atol=2e-3)
+
+
+def test_the_swing_is_seen_from_the_true_doorway(flight, model):
+    """A motion beside a door that stands elsewhere, turned and proud, in the axes of that door."""
+    yaw, offset, face = 0.3, np.array([0.1, -0.2, 0.0]), 0.04
+    keys = {"simulation.door_yaw": yaw, "simulation.door_offset": offset, "simulation.door_face_offset": face}
+    (axes,) = swing_figure(flight, Model(model.scenario.replace(keys))).axes
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    (path,) = [line.get_xydata() for line in axes.lines if line.get_label() == "vehicle's path"]
+    away = (flight["truth"]["position"][0] - model.door.hinge_position - offset)[:2]
+    np.testing.assert_allclose(turn @ path[0], away, atol=1e-9)
+    for label, end in leaves(axes).items():
+        angle = np.radians(float(label.split("°")[0]))
+        before = end @ [-np.sin(angle), np.cos(angle)]
+        assert before == pytest.approx(face, abs=0.012), "the label's angle is rounded to 1°"
 
 
 def test_a_flight_without_motion_has_no_swing(model):
