@@ -21,6 +21,10 @@ from doorman.scenario import DoorSection
 Array = NDArray[np.float64]
 
 
+_VERTICAL = math.cos(math.radians(0.25))
+"""Least upward component of an axis or an edge that counts as vertical: gravity turns a leaf that leans so by little."""
+
+
 class Door:
     r"""Door on a vertical hinge, of either hand, anywhere in the world. Threads may share it.
 
@@ -236,7 +240,7 @@ class Door:
         change: Array = self._joint_turned(0.5) @ self._joint_turned(0.0).T
         axis = np.array([change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]])
         axis /= 2.0 * math.sin(0.5)
-        if abs(axis[2]) < 1.0 - 1e-9:
+        if abs(axis[2]) < _VERTICAL:
             raise UrdfError(
                 "the hinge is not vertical", file=self.urdf, field=f"joint {self.section.hinge}",
                 given=f"axis along {axis.round(4).tolist()} in the world", allowed="0 0 1 or 0 0 -1 in the world",
@@ -249,13 +253,13 @@ class Door:
         rotation = self._joint_turned(value)
         turned, way = rotation @ edges, rotation @ center
         upright = int(np.argmax(np.abs(turned[2])))
-        if abs(turned[2, upright]) < 1.0 - 1e-6:
+        if abs(turned[2, upright]) < _VERTICAL:
             raise UrdfError(
                 "the leaf does not stand upright", file=self.urdf, field=f"link {self.section.leaf}/collision",
                 given=f"edges along {turned.T.round(3).tolist()}", allowed="a box with vertical edges",
             )  # fmt: skip
         longest = max((i for i in range(3) if i != upright), key=lambda i: size[i])
-        direction = turned[:, longest] * np.sign(turned[:, longest] @ way or 1.0)
+        direction = turned[:, longest] * np.sign(turned[:, longest] @ way or 1.0) * [1.0, 1.0, 0.0]
         return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
 
     def _closed_value(self, lower: float, upper: float) -> tuple[float, float]:
@@ -293,7 +297,7 @@ class Door:
     def _directions(self) -> tuple[Array, Array]:
         """Along the closed leaf from hinge to latch, and the horizontal way that it swings as it opens."""
         along = self._leaf_at(self.closed)
-        into = self._sense * self._axis()[2] * np.array([-along[1], along[0], 0.0])
+        into = self._sense * np.sign(self._axis()[2]) * np.array([-along[1], along[0], 0.0])
         return frozen(along), frozen(into)
 
     @property

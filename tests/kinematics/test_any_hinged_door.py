@@ -150,3 +150,14 @@ def test_a_jamb_at_an_unlikely_value_asks_for_the_closed_one(tmp_path: Path) -> 
         Door(path)
     assert caught.value.field == "joint hinge" and "door.closed" in str(caught.value.allowed)
     np.testing.assert_allclose(Door(path, DoorSection(closed=math.pi / 2 - 0.5)).along, [0.0, 1.0, 0.0], atol=1e-9)
+
+
+def test_a_hinge_that_leans_a_little_counts_as_vertical(tmp_path: Path) -> None:
+    path = write_edited(
+        tmp_path / "door.urdf", DOOR,
+        ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', f'<origin xyz="0 0 0.4" rpy="{math.radians(0.1)} 0 0"/>'),
+    )  # fmt: skip
+    door, plain = Door(path), Door(DOOR)
+    np.testing.assert_allclose(door.axes, plain.axes, atol=2e-3)
+    assert door.into[2] == door.along[2] == 0.0
+    assert np.linalg.norm(door.along) == pytest.approx(1.0, abs=1e-12)
