@@ -1,0 +1,104 @@
+r"""One-joint mechanisms in CasADi symbols: where the contact is, which way its face looks, and what a force there moves.
+
+With the joint's coordinate q, the contact point p, the face's outward normal n (towards the vehicle) and the lever J:
+
+================ ============================================= =============================
+symbol           revolute, axis a through o                     prismatic, axis a
+================ ============================================= =============================
+p(q)             :math:`o + \mathrm{Rot}(a, q)(p_0 - o)`        :math:`p_0 + a q`
+n(q)             :math:`\mathrm{Rot}(a, q)\,n_0`                :math:`n_0`
+J at a point x   :math:`a \times (x - o)`                       :math:`a`
+================ ============================================= =============================
+
+:math:`p_0` and :math:`n_0` are those at q = 0. A force F at x makes the torque, or force, :math:`J(x)^T F` in the joint.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import casadi as ca
+
+from doorman.kinematics.symbols import rotation_about
+
+
+class Mechanism(ABC):
+    """Geometry of a mechanism, in the world frame."""
+
+    @abstractmethod
+    def carried(self, position: Any, direction: Any) -> Any:
+        """A direction of the moving part.
+
+        Args:
+            position: q [rad or m].
+            direction: At q = 0, (3, 1).
+
+        Returns:
+            (3, 1).
+        """
+
+    @abstractmethod
+    def contact_point(self, position: Any) -> Any:
+        """p(q), (3, 1) [m].
+
+        Args:
+            position: q [rad or m].
+        """
+
+    @abstractmethod
+    def lever(self, point: Any) -> Any:
+        """J: how a point of the moving part moves with q, (3, 1) [m/rad, or 1].
+
+        Args:
+            point: Where the point is now, (3, 1) [m].
+        """
+
+
+class Revolute(Mechanism):
+    """A hinge.
+
+    Args:
+        axis: a, a unit vector; plain numbers keep the expressions short, (3, 1).
+        origin: o, any point of the axis, (3, 1) [m].
+        point: p₀, (3, 1) [m].
+    """
+
+    def __init__(self, axis: Any, origin: Any, point: Any) -> None:
+        self._axis, self._origin, self._point = ca.SX(axis), origin, point
+
+    def carried(self, position: Any, direction: Any) -> Any:
+        """Turned by q. See `Mechanism`."""
+        return rotation_about(self._axis, position) @ direction
+
+    def contact_point(self, position: Any) -> Any:
+        """On a circle about the axis. See `Mechanism`."""
+        return self._origin + self.carried(position, self._point - self._origin)
+
+    def lever(self, point: Any) -> Any:
+        """A × (x − o). See `Mechanism`."""
+        return ca.cross(self._axis, point - self._origin)
+
+
+class Prismatic(Mechanism):
+    """A slide.
+
+    Args:
+        axis: a, a unit vector, (3, 1).
+        point: p₀, (3, 1) [m].
+    """
+
+    def __init__(self, axis: Any, point: Any) -> None:
+        self._axis, self._point = ca.SX(axis), point
+
+    def carried(self, position: Any, direction: Any) -> Any:
+        """Unchanged. See `Mechanism`."""
+        return direction
+
+    def contact_point(self, position: Any) -> Any:
+        """On a line along the axis. See `Mechanism`."""
+        return self._point + self._axis * position
+
+    def lever(self, point: Any) -> Any:
+        """A. See `Mechanism`."""
+        return self._axis

@@ -1,0 +1,190 @@
+"""The whole-body problem of a scenario: numbers of its task, bounds, cost, and what a plan begins with.
+
+All that changes in flight is a number: wind, hinge, where the tip sticks, references and weights. Nothing is compiled anew.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.model import GRAVITY, Model
+from doorman.ocp.kernels.printed_problem import kept_text, printed_problem
+from doorman.ocp.problem.costs import QuadraticCost
+from doorman.ocp.problem.problem import Bounds, Problem
+
+Array = NDArray[np.float64]
+
+ATTITUDE_GAIN, RATE_GAIN = 10.0, 28.0
+"""κ_a of the attitude loop, and κ_r: its rate loop with the rotors' lag answers within 36 ms [1/s]."""
+LARGEST_TILT = 0.35
+"""Of what is commanded, roll and pitch each [rad]."""
+YAW_TORQUE = 0.25
+"""Two thirds of what the default rotors make about the vertical at hover [N m]."""
+ARM_RATE = 1.5
+"""Largest joint rate of a plan [rad/s]."""
+LEAST_THRUST = 5.0
+"""[N]."""
+STATE_WEIGHT = 1e-6
+"""Of every state: residuals do the rest."""
+INPUT_WEIGHTS = (0.3, 0.2, 0.2, 2.0)
+"""Of thrust, commanded roll and pitch, and yaw torque. Cheap thrust is used to push, faster than rotors follow."""
+ARM_WEIGHT = 50.0
+"""Of every joint rate. Cheaper arms rattle the tip: with a tenth of this, pushes above 4.5 N grow to oscillations."""
+
+
+def whole_body_numbers(model: Model) -> Numbers:
+    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
+
+    Args:
+        model: Model of the scenario.
+    """
+    vehicle, door, coupling, scenario = model.vehicle, model.door, model.coupling, model.scenario
+    start, goal = model.start_state, model.goal_state
+    slope = (start - goal) / (start[3] - goal[3])
+    contact = [coupling.distance_from_hinge, 0.0, coupling.height]
+    rows = len(vehicle.point_names) + 6
+    return Numbers({
+        "arm.numbers": ArmPattern.of(vehicle.arm)[1],
+        "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
+        "vehicle.yaw_inertia": vehicle.inertia(model.goal_arm)[2, 2],
+        "vehicle.attitude_gain": ATTITUDE_GAIN, "vehicle.rate_gain": RATE_GAIN, "vehicle.wind": np.zeros(3),
+        "mechanism.origin": door.hinge_position, "mechanism.point": door.hinge_position + contact,
+        "mechanism.normal": [0.0, 1.0, 0.0], "mechanism.along": [1.0, 0.0, 0.0],
+        "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
+        "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
+        "mechanism.friction_rate": 0.02, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
+        "mechanism.torque": 0.0,
+        "contact.stiffness": 1500.0, "contact.damping": 50.0, "contact.smoothing": 1e-3,
+        "contact.friction": scenario.push.friction_coefficient,
+        "contact.stick": np.zeros(2), "contact.give": 0.004, "contact.slip_damping": 10.0,
+        "limits.margin": scenario.planner.margin, "limits.width": door.width, "limits.force": 15.0,
+        "limits.speed": scenario.push.max_rate, "limits.deceleration": 0.0, "limits.rounding": 0.01,
+        "limits.creep": 0.5 * 0.015**2, "limits.widened": np.zeros(rows),
+        "reference.joint": goal[3], "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
+        "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
+        "reference.depth": 0.02, "reference.approach_speed": 0.08, "reference.approach_length": 0.08,
+        "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.3, "reference.force": 0.0,
+        "reference.least_force": 0.5, "reference.largest_force": 12.0, "reference.room": 0.03, "weight.near": 300.0,
+        "plan.time_step": scenario.planner.time_step,
+        "weight.place": 40.0, "weight.position": 0.0, "weight.heading": 16.0, "weight.arm": 30.0,
+        "weight.approach": 1000.0, "weight.opening": 100.0, "weight.force": 0.0, "weight.least_force": 0.0,
+        "weight.largest_force": 1.0, "weight.tilting": 300.0, "weight.velocity_in_world": 0.3, "weight.turning": 0.5,
+    })  # fmt: skip
+
+
+def whole_body_problem(model: Model, numbers: Numbers | None = None) -> Problem:
+    """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact.
+
+    Args:
+        model: Model of the scenario.
+        numbers: Of the task; `whole_body_numbers` if not given.
+
+    Returns:
+        The problem; its parameters are in the order of the numbers.
+    """
+    numbers = numbers or whole_body_numbers(model)
+    pattern, _ = ArmPattern.of(model.vehicle.arm)
+    points = model.vehicle.point_names
+
+    def text() -> str:
+        from doorman.planning.whole_body import WholeBodyTask, constraints, residuals  # CasADi
+
+        task = WholeBodyTask(pattern, points, numbers)
+        return str(task.symbolic_model().text(constraints(task), residuals(task)))
+
+    planner = model.scenario.planner
+    return printed_problem(
+        kept_text(f"whole body {pattern} {points} {numbers.sizes}", text), planner.horizon_steps, planner.time_step,
+        _cost(model), _bounds(model), numbers.vector,
+    )  # fmt: skip
+
+
+def whole_body_state(
+    position: Array,
+    attitude: Array,
+    velocity: Array,
+    attitude_rates: Array,
+    joint: float,
+    joint_rate: float,
+    arm: Array,
+) -> Array:
+    """A state of the problem.
+
+    Args:
+        position: P, shape (3,), world frame [m].
+        attitude: Φ, shape (3,) [rad].
+        velocity: V, shape (3,), world frame [m/s].
+        attitude_rates: Φ̇, shape (3,) [rad/s].
+        joint: q [rad or m].
+        joint_rate: q̇ [rad/s or m/s].
+        arm: H, shape (n,) [rad].
+
+    Returns:
+        x = [P, Φ, V, Φ̇, q, q̇, H], shape (14 + n,).
+    """
+    return np.concatenate([position, attitude, velocity, attitude_rates, [joint, joint_rate], arm])
+
+
+def depth_of(force: float, numbers: Numbers) -> float:
+    r"""Depth at which the contact's spring makes a force.
+
+    .. math:: \delta = \sigma - \epsilon^2/\sigma,\qquad \sigma = \lambda/k
+
+    A plan begins where the spring makes the force that is estimated: a millimetre of noise would be newtons.
+
+    Args:
+        force: λ, positive [N].
+        numbers: Of the task.
+
+    Returns:
+        δ [m].
+    """
+    pressed = force / numbers.one("contact.stiffness")
+    return float(pressed - numbers.one("contact.smoothing") ** 2 / pressed)
+
+
+def stick_place(place: Array, friction_force: Array, normal_force: float, numbers: Numbers) -> Array:
+    """Where the tip sticks, if it is at a place and friction makes a force there.
+
+    Args:
+        place: Of the tip on the face, along and up, shape (2,) [m].
+        friction_force: Of the tip on the face, along and up, shape (2,) [N].
+        normal_force: λ [N].
+        numbers: Of the task.
+
+    Returns:
+        Shape (2,) [m].
+    """
+    share = friction_force / max(numbers.one("contact.friction") * normal_force, 1e-6)
+    share = share * min(1.0, _MOST_GRIP / max(float(np.hypot(*share)), 1e-12))
+    return np.asarray(place - numbers.one("contact.give") * share / math.sqrt(1.0 - float(share @ share)))
+
+
+_MOST_GRIP = 0.9
+"""Share of what friction carries that a plan may begin with: nearer to 1, the tip would be far from where it sticks."""
+
+
+def _bounds(model: Model) -> Bounds:
+    vehicle, free = model.vehicle, np.full(14, np.inf)
+    rates = np.full(model.n_arm, ARM_RATE)
+    tilt = [LARGEST_TILT, LARGEST_TILT, YAW_TORQUE]
+    return Bounds(
+        state_lower=np.concatenate([-free, vehicle.lower_limits]),
+        state_upper=np.concatenate([free, vehicle.upper_limits]),
+        input_lower=np.concatenate([[LEAST_THRUST], np.negative(tilt), -rates]),
+        input_upper=np.concatenate([[vehicle.max_thrust], tilt, rates]),
+    )
+
+
+def _cost(model: Model) -> QuadraticCost:
+    n = model.n_arm
+    none: Any = np.zeros(14 + n)
+    hover = np.concatenate([[model.vehicle.mass * GRAVITY], np.zeros(3 + n)])
+    weights = np.full(14 + n, STATE_WEIGHT)
+    return QuadraticCost(weights, weights, np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n]), none, hover)

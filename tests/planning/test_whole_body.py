@@ -1,0 +1,257 @@
+"""The whole-body problem: forces against their potential, loops against their lag, rows against the model's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.ocp.solvers.hybrid import Hybrid
+from doorman.ocp.solvers.options import SolverOptions
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.whole_body import WholeBodyTask, constraints
+from doorman.planning.whole_body_problem import (
+    depth_of,
+    stick_place,
+    whole_body_numbers,
+    whole_body_problem,
+    whole_body_state,
+)  # fmt: skip
+
+Array = np.ndarray
+
+
+class Numeric:
+    """Expressions of the task as functions of state, input and numbers."""
+
+    def __init__(self) -> None:
+        self.model = Model("push")
+        self.numbers = whole_body_numbers(self.model)
+        pattern, _ = ArmPattern.of(self.model.vehicle.arm)
+        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers)
+
+    def function(self, expression: object) -> Callable[..., Array]:
+        task = self.task
+        compiled = ca.Function("f", [task.state, task.inputs, task.parameters], [expression])
+        return lambda x, u, numbers: np.array(compiled(x, u, numbers.vector)).squeeze()
+
+    @property
+    def hover(self) -> Array:
+        return np.concatenate([[self.model.vehicle.mass * GRAVITY], np.zeros(3 + self.model.n_arm)])
+
+    def at_the_leaf(self, depth: float, angle: float = 1.2, attitude: Array | None = None) -> Array:
+        """At rest, with the tip this deep in the leaf at the contact point."""
+        model = self.model
+        posture = model.on_the_way(angle)
+        attitude = posture[:3] if attitude is None else attitude
+        normal = np.array([math.sin(angle), -math.cos(angle), 0.0])
+        place = model.coupling.vehicle_position(attitude, angle, posture[5:]) + depth * normal
+        return whole_body_state(place, attitude, np.zeros(3), np.zeros(3), angle, 0.0, posture[5:])
+
+
+@pytest.fixture(scope="module")
+def numeric() -> Numeric:
+    return Numeric()
+
+
+def quiet(numbers: Numbers) -> Numbers:
+    """No friction in the hinge, and none at the tip."""
+    return numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "mechanism.friction": 0.0})
+
+
+def test_a_hover_in_free_air_is_at_rest(numeric: Numeric) -> None:
+    x = numeric.at_the_leaf(-0.5)
+    after = numeric.function(numeric.task.next_state)(x, numeric.hover, quiet(numeric.numbers))
+    np.testing.assert_allclose(after, x, atol=5e-5)  # the spring's tail, 3 mN half a metre away
+
+
+def test_contact_force_is_the_slope_of_the_springs_energy(numeric: Numeric) -> None:
+    """On vehicle, on its heading and on the leaf: one potential, three equations of motion."""
+    numbers, task = quiet(numeric.numbers), numeric.task
+    depth, change = numeric.function(task.depth), numeric.function(task.rates_of_change)
+    stiffness, width = numbers.one("contact.stiffness"), 2.0 * numbers.one("contact.smoothing")
+
+    def energy(x: Array) -> float:
+        d = float(depth(x, numeric.hover, numbers))
+        root = math.hypot(d, width)
+        return 0.25 * stiffness * (d * d + d * root + width * width * math.asinh(d / width))
+
+    x = numeric.at_the_leaf(0.0015, attitude=np.array([0.05, 0.1, -0.4]))
+    free = numeric.at_the_leaf(-1e3, attitude=x[3:6])
+    felt = change(x, numeric.hover, numbers) - change(free, numeric.hover, numbers)
+    mass, inertia = numbers.one("vehicle.mass"), numbers.one("mechanism.inertia")
+    for index, force in ((0, mass * felt[0]), (1, mass * felt[1]), (2, mass * felt[2]),
+                         (5, numbers.one("vehicle.yaw_inertia") * felt[5]), (12, inertia * felt[6])):  # fmt: skip
+        step = np.zeros(len(x))
+        step[index] = 1e-6
+        slope = (energy(x + step) - energy(x - step)) / 2e-6
+        assert force == pytest.approx(-slope, abs=2e-3), index
+    assert mass * np.linalg.norm(felt[:3]) > 2.0
+
+
+def test_friction_stays_in_its_cone_and_holds_back(numeric: Numeric) -> None:
+    task, numbers = numeric.task, numeric.numbers.replaced({"contact.friction": 0.5, "contact.slip_damping": 0.0})
+    force, pressed = numeric.function(task.force), numeric.function(task.normal_force)
+    held = numeric.function(ca.vertcat(ca.dot(task.along, task.force), ca.dot(task.up_the_face, task.force)))
+    x = numeric.at_the_leaf(0.001)
+    for stick in ([0.001, 0.0], [0.0, -0.01], [0.3, 0.4]):
+        given = numbers.replaced({"contact.stick": stick})
+        along, up = held(x, numeric.hover, given)
+        limit = 0.5 * float(pressed(x, numeric.hover, given))
+        assert math.hypot(along, up) < limit
+        assert along * stick[0] <= 0.0 and up * stick[1] <= 0.0  # a tip that was displaced is drawn back
+    assert math.hypot(along, up) > 0.99 * limit
+    assert np.linalg.norm(force(x, numeric.hover, numbers)) == pytest.approx(float(pressed(x, numeric.hover, numbers)))
+
+
+def test_damping_only_acts_in_contact(numeric: Numeric) -> None:
+    pressed = numeric.function(numeric.task.normal_force)
+    still, moving = numeric.at_the_leaf(0.002), numeric.at_the_leaf(0.002)
+    moving[6:9] = 0.1 * np.array([math.sin(1.2), -math.cos(1.2), 0.0])
+    more = pressed(moving, numeric.hover, numeric.numbers) - pressed(still, numeric.hover, numeric.numbers)
+    assert 0.5 * 0.1 * numeric.numbers.one("contact.damping") < more < 0.1 * numeric.numbers.one("contact.damping")
+    moving[:3] -= 0.5 * moving[6:9] / 0.1
+    assert abs(float(pressed(moving, numeric.hover, numeric.numbers))) < 0.05
+
+
+def test_roll_reaches_its_command_with_the_loops_lag(numeric: Numeric) -> None:
+    step, numbers = numeric.function(numeric.task.next_state), numeric.numbers
+    x, u = numeric.at_the_leaf(-0.5), numeric.hover
+    u[1] = 0.1
+    missing, path = 0.0, []
+    for _ in range(100):
+        missing += numbers.one("plan.time_step") * (0.1 - x[3])
+        x = step(x, u, numbers)
+        path.append(x[3])
+    assert x[3] == pytest.approx(0.1, abs=1e-4)
+    assert missing / 0.1 == pytest.approx(1.0 / numbers.one("vehicle.attitude_gain"), rel=0.01)
+    assert path[0] < 0.7 * 0.1 * (1.0 - math.exp(-0.2))  # the rate has a lag of its own
+
+
+def test_a_push_beside_the_centre_turns_the_vehicle_against_a_bounded_torque(numeric: Numeric) -> None:
+    numbers = quiet(numeric.numbers)
+    change = numeric.function(numeric.task.rates_of_change)
+    x, u = numeric.at_the_leaf(0.004, attitude=np.array([0.0, 0.0, 0.2])), numeric.hover
+    bound = float(np.asarray(whole_body_problem(numeric.model).bounds.input_upper)[3])
+    turns = change(x, u, numbers)[5]
+    u[3] = -math.copysign(bound, turns)
+    assert change(x, u, numbers)[5] * turns > 0.0
+
+
+def test_rows_of_arm_and_leaf_are_the_models_own(numeric: Numeric) -> None:
+    rows = constraints(numeric.task)
+    value = numeric.function(ca.vertcat(*(row.expression for row in rows)))
+    model, margin = numeric.model, numeric.numbers.one("limits.margin")
+    generator = np.random.default_rng(5)
+    for _ in range(10):
+        attitude, angle = generator.uniform(-0.3, 0.3, 3) + [0.0, 0.0, -0.5], generator.uniform(0.5, 1.5)
+        x = numeric.at_the_leaf(0.0, angle, attitude)
+        reduced = np.concatenate([attitude, [angle, 0.0], x[14:]])
+        found, own = value(x, numeric.hover, numeric.numbers), model.constraints(reduced) + margin
+        np.testing.assert_allclose(found[:4], own[:4], atol=1e-6)
+        level = math.sqrt(1.0 - rotation_body_to_world(attitude)[1, 2] ** 2) - 1.0  # the model's disc is level there
+        np.testing.assert_allclose(found[4:6], own[4:6] + model.vehicle.radius * level, atol=1e-6)
+    assert [row.name for row in rows[3:]] == [
+        "disc clear of face", "disc clear of latch jamb", "disc clear of hinge jamb", "tip presses too hard", "too fast",
+        "can be stopped",
+    ]  # fmt: skip
+
+
+def test_widened_rows_contain_a_start_outside(numeric: Numeric) -> None:
+    rows = constraints(numeric.task)
+    value = numeric.function(ca.vertcat(*(row.expression / row.scale for row in rows)))
+    x = numeric.at_the_leaf(0.02, 0.5)
+    x[13] = -0.8
+    outside = value(x, numeric.hover, numeric.numbers)
+    assert (outside[-3:] > 0.0).all()
+    widened = numeric.numbers.replaced({"limits.widened": np.maximum(outside, 0.0)})
+    assert value(x, numeric.hover, widened).max() < 1e-9
+
+
+def test_a_leaf_within_the_stopping_row_rests_before_the_goal(numeric: Numeric) -> None:
+    """The claim of the module: with no more force than (1 − η) of the resistance allows, the leaf stays in S."""
+    share, friction, step = 0.2, 0.8, 2e-3
+    inertia, goal = numeric.numbers.one("mechanism.inertia"), numeric.numbers.one("reference.joint")
+    numbers = quiet(numeric.numbers).replaced(
+        {"mechanism.friction": friction, "mechanism.friction_rate": 1e-4, "mechanism.damping": 0.0,
+         "limits.deceleration": share * friction / inertia, "limits.rounding": 1e-6, "limits.creep": 0.0}
+    )  # fmt: skip
+    task = numeric.task
+    change = numeric.function(ca.vertcat(task.rates_of_change[6]))
+    row = numeric.function(constraints(task)[-1].expression)
+    lever = numeric.model.coupling.distance_from_hinge
+    deepest = depth_of((1.0 - share) * friction / lever, numbers)
+    angle = goal + 0.15
+    rate = -math.sqrt(2.0 * share * friction / inertia * 0.15)
+    while rate < -1e-3:
+        x = numeric.at_the_leaf(deepest, angle)
+        velocity = lever * rate * np.array([-math.sin(angle), math.cos(angle), 0.0])
+        x[6:9], x[13] = velocity, rate
+        assert float(row(x, numeric.hover, numbers)) < 1e-4
+        rate += step * float(change(x, numeric.hover, numbers))
+        angle += step * rate
+    assert angle >= goal - 1e-3
+
+
+@pytest.mark.parametrize("force", [0.1, 1.0, 8.0])
+def test_a_plan_begins_with_the_force_that_is_felt(numeric: Numeric, force: float) -> None:
+    numbers, task = numeric.numbers, numeric.task
+    x = numeric.at_the_leaf(depth_of(force, numbers))
+    assert float(numeric.function(task.spring_force)(x, numeric.hover, numbers)) == pytest.approx(force, rel=1e-9)
+    dragged = np.array([0.3, -0.2]) * force
+    stick = stick_place(np.zeros(2), dragged, force, numbers)
+    along = ca.vertcat(ca.dot(task.along, task.force), ca.dot(task.up_the_face, task.force))
+    found = numeric.function(along)(x, numeric.hover, numbers.replaced({"contact.stick": stick}))
+    np.testing.assert_allclose(found, dragged, rtol=1e-6)
+
+
+def test_the_step_is_as_steep_as_its_jacobian(numeric: Numeric) -> None:
+    task, numbers = numeric.task, numeric.numbers
+    step = numeric.function(task.next_state)
+    slopes = numeric.function(ca.jacobian(task.next_state, task.state))
+    x, u = numeric.at_the_leaf(0.0007), numeric.hover
+    x[6:9], x[13] = [0.05, -0.02, 0.01], -0.1
+    found = slopes(x, u, numbers)
+    for index in range(len(x)):
+        change = np.zeros(len(x))
+        change[index] = 1e-7
+        numeric_slope = (step(x + change, u, numbers) - step(x - change, u, numbers)) / 2e-7
+        np.testing.assert_allclose(found[:, index], numeric_slope, atol=1e-5)
+
+
+@pytest.mark.slow
+def test_one_plan_touches_and_swings_on_its_own_model(numeric: Numeric) -> None:
+    """Five centimetres of free air, then the swing: no phase, no contact lost, no leaf thrown, slow at the goal."""
+    numbers = numeric.numbers.replaced(
+        {"mechanism.friction": 0.5, "mechanism.damping": 0.5, "weight.least_force": 2.0,
+         "limits.widened": [0.0, 0.0, 0.0, 0.03, 0.03, 0.03, 1e3, 1.0, 1.0]}
+    )  # fmt: skip
+    solver = Hybrid(
+        whole_body_problem(numeric.model, numbers),
+        SolverOptions(largest_multiplier=100.0, hessian="gauss-newton", feasibility=2e-3),
+    )
+    force = numeric.function(numeric.task.normal_force)
+    x = numeric.at_the_leaf(-0.05, math.pi / 2)
+    assert solver.run(x)[0] is PlanStatus.CONVERGED
+    pressed, rates = [], []
+    goal = numbers.one("reference.joint")
+    for _ in range(1500):
+        if x[12] < goal + math.radians(2.0):
+            break
+        solver.replan(x, 0.02, max_iterations=1)
+        states, inputs = solver.trajectory()
+        pressed.append(float(force(states[0], inputs[0], numbers)))
+        rates.append(-x[13])
+        x = states[1].copy()
+    touched = next(i for i, value in enumerate(pressed) if value > 0.3)
+    assert touched < 150
+    assert min(pressed[touched + 5 :]) > 0.05 and max(pressed) < 5.0
+    assert x[12] < goal + math.radians(2.0)
+    assert 0.08 < max(rates) < 1.2 * numbers.one("limits.speed") and rates[-1] < 0.05
