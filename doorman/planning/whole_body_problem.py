@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.exceptions import ScenarioError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.model import GRAVITY, Model
@@ -43,8 +44,18 @@ def whole_body_numbers(model: Model) -> Numbers:
 
     Args:
         model: Model of the scenario.
+
+    Raises:
+        ScenarioError: if the door is on the left or turned in the world, or its face stands before the axis.
     """
     vehicle, door, coupling, scenario = model.vehicle, model.door, model.coupling, model.scenario
+    if not np.allclose(
+        np.vstack([door.axes, [door.surface_offset] * 3]), np.vstack([np.eye(3), np.zeros((1, 3))]), atol=1e-6
+    ):
+        raise ScenarioError(
+            "the whole-body problem knows one hinge only", file=scenario.source, field="door.urdf", given=str(door.urdf),
+            allowed="a hinge on the right, x through the doorway, and a face in the hinge's axis",
+        )  # fmt: skip
     start, goal = model.start_state, model.goal_state
     slope = (start - goal) / (start[3] - goal[3])
     contact = [coupling.distance_from_hinge, 0.0, coupling.height]

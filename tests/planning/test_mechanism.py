@@ -3,8 +3,8 @@
 import casadi as ca
 import numpy as np
 import pytest
+from paper_door import door_normal
 
-from doorman.kinematics.door import door_normal
 from doorman.model import Model
 from doorman.planning.mechanism import Mechanism, Prismatic, Revolute
 

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from doorman.exceptions import ScenarioError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -255,3 +256,9 @@ def test_one_plan_touches_and_swings_on_its_own_model(numeric: Numeric) -> None:
     assert min(pressed[touched + 5 :]) > 0.05 and max(pressed) < 5.0
     assert x[12] < goal + math.radians(2.0)
     assert 0.08 < max(rates) < 1.2 * numbers.one("limits.speed") and rates[-1] < 0.05
+
+
+def test_a_door_that_it_does_not_know_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="one hinge only") as caught:
+        whole_body_numbers(Model("push_left"))
+    assert caught.value.field == "door.urdf"

@@ -18,7 +18,6 @@ from doorman.control.door_filter import DoorFilter
 from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.rotations import euler_rate_matrix
 from doorman.model import GRAVITY, Model
 from doorman.signals import Measurement
@@ -96,7 +95,7 @@ class Belief:
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
-        self._door = DoorFilter(model, settings)
+        self._door, self._leaf = DoorFilter(model, settings), model.door
         self._torque = DoorObserver(model, control.door_observer_rate, _RESISTANCE[1])
         self._wind, self._friction = np.zeros(3), np.zeros(2)
         self._deepest, self._ghost, self._touched_at = math.inf, 0.0, 0.0
@@ -117,7 +116,7 @@ class Belief:
         self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
         tip = self._converter.tip(measured, velocity)
-        normal = door_normal(self._door.angle)
+        normal = self._leaf.normal(self._door.angle)
         push = float(normal @ rotors)
         touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
         acting = push + float(normal @ self._wind)
@@ -203,7 +202,7 @@ class Belief:
         leaf, vehicle = self._door.inertia, self._mass * self._lever
         reaction = resistance if -self._door.rate > _MOVES else max(-self._torque.estimate, 0.0)
         force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * self._lever), _LEAST)
-        along, tip_force = leaf_direction(self._door.angle), self._wind - felt
+        along, tip_force = self._leaf.leaf_direction(self._door.angle), self._wind - felt
         pressed = float(normal @ tip_force)
         dragged = np.array([along @ tip_force, tip_force[2]])
         carried = _CARRIED * max(pressed, force)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import door_normal, leaf_direction
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -127,7 +126,7 @@ class Pilot:
     def _start(self, known: Known) -> tuple[Array, Numbers]:
         """First state, with the tip as deep in the leaf as the estimated force says, and the numbers of the problem."""
         model, numbers = self._model, self._first
-        normal = door_normal(known.door_angle)
+        normal = model.door.normal(known.door_angle)
         tip = known.position + rotation_body_to_world(known.attitude) @ model.vehicle.tip_position(known.arm_angles)
         contact = model.door.contact_point(known.door_angle, model.coupling.distance_from_hinge, model.coupling.height)
         depth = float(normal @ (tip - contact))
@@ -136,7 +135,7 @@ class Pilot:
             known.position + (wanted - depth) * normal, known.attitude, known.velocity, known.attitude_rates,
             known.door_angle, known.door_rate, known.arm_angles,
         )  # fmt: skip
-        place = np.array([leaf_direction(known.door_angle) @ (tip - contact), tip[2] - contact[2]])
+        place = np.array([model.door.leaf_direction(known.door_angle) @ (tip - contact), tip[2] - contact[2]])
         if known.touching:
             place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
         return state, numbers.replaced({**self._references(known), "contact.stick": place, "vehicle.wind": known.wind})
