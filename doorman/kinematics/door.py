@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +11,14 @@ from numpy.typing import NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
-from doorman.kinematics.door_convention import STEPS, FixedBox, closed_value, meets, standing_joints
+from doorman.kinematics.door_convention import standing_joints
 from doorman.kinematics.door_variant import write_door_variant
+from doorman.kinematics.leaf_on_joint import LeafOnJoint
 from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
-from doorman.kinematics.urdf_elements import read_boxes, read_joints
+from doorman.kinematics.urdf_elements import read_joints
 from doorman.scenario import DoorSection
 
 Array = NDArray[np.float64]
-
-
-_VERTICAL = math.cos(math.radians(0.25))
-"""Least upward component of an axis or an edge that counts as vertical: gravity turns a leaf that leans so by little."""
 
 
 class Door:
@@ -69,24 +65,26 @@ class Door:
                 "the leaf does not hang on the hinge", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
-        self.hinge_position = frozen(self.model.jointPlacements[1].translation)
-        """P_h, on the hinge's axis at the height of the leaf's lower edge, shape (3,), world frame [m]."""
-        self._box = self._largest_box()
-        lower, upper = self._range()
-        self.closed, self._sense = self._closed_value(lower, upper)
+        leaf_on_joint = LeafOnJoint(urdf, self.model, self.section)
+        lower, upper = leaf_on_joint.limits
+        self.closed, self._sense = leaf_on_joint.closed()
         """Value of the URDF's joint where the door is closed [rad]."""
-        self.along, self.into = self._directions()
+        self.along, self.into = map(frozen, leaf_on_joint.directions(self.closed, self._sense))
+        self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
+        """`along` in the axes of the link that the joint carries, shape (3,)."""
         self.hand = float(np.sign(np.cross(self.into, self.along)[2]))
         """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
         self.azimuth = math.atan2(self.into[1], self.into[0])
         """Of `into`, about z from the world's x axis [rad]."""
         self.lower_limit, self.upper_limit = sorted(self.angle_of_joint(end) for end in (lower, upper))
         """Of α [rad]."""
-        self.mass = float(self.model.inertias[1].mass)
-        self.inertia = self._inertia_about_hinge()
-        self.width, self.height, self.thickness, self.surface_offset = self._leaf_size()
+        self.mass, self.inertia = leaf_on_joint.mass_and_inertia()
+        leaf_size = leaf_on_joint.size(self.axes, self.closed)
+        self.width, self.height, self.thickness, self.surface_offset = leaf_size.sides
         """`surface_offset`: o, how far the leaf's face to the vehicle lies before the hinge axis [m]."""
-        self.frame_depth = self._frame_depth()
+        self.hinge_position = frozen(leaf_on_joint.origin + [0.0, 0.0, leaf_size.lower_edge])
+        """P_h, on the hinge's axis at the height of the leaf's lower edge, shape (3,), world frame [m]."""
+        self.frame_depth = leaf_on_joint.frame_depth(self.axes, self.width)
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle [m]."""
         hinge = read_joints(urdf)[self.section.hinge]
         self.damping = float(hinge.damping if self.section.damping is None else self.section.damping)
@@ -121,10 +119,6 @@ class Door:
     def from_doorway(self, components: Array) -> Array:
         """The inverse of `in_doorway`."""
         return np.asarray(components @ self.axes)
-
-    def leaf_rotation(self, door_angle: float) -> Array:
-        """Frame of the leaf's joint to the world at α, (3, 3)."""
-        return self._joint_turned(self.joint_value(door_angle))
 
     def joint_value(self, door_angle: float) -> float:
         """Value of the URDF's joint at α [rad]."""
@@ -215,164 +209,16 @@ class Door:
             )  # fmt: skip
         return index
 
-    def _largest_box(self) -> tuple[Array, Array, Array]:
-        """The leaf's largest box in the frame of its joint: centre (3,), edges as columns (3, 3), lengths (3,)."""
-        shapes = read_boxes(self.urdf, self.section.leaf)
-        boxes = [shape for shape in shapes if shape is not None]
-        if not boxes:
-            raise UrdfError(
-                "the leaf has no box as collision shape", file=self.urdf, field=f"link {self.section.leaf}/collision",
-                given=f"{len(shapes)} shapes, none a box", allowed="a <box> as wide, high and thick as the leaf",
-            )  # fmt: skip
-        box = max(boxes, key=lambda box: float(np.prod(box.size)))
-        frame = self.model.frames[link_index(self.model, self.section.leaf, self.urdf, "door.leaf")]
-        placement = frame.placement.homogeneous @ box.placement
-        return placement[:3, 3], placement[:3, :3], np.asarray(box.size)
-
-    def _joint_turned(self, value: float) -> Array:
-        """Rotation of the leaf's joint frame into the world at a joint value, (3, 3)."""
-        data = self._own.get(self.model.createData)
-        pinocchio.forwardKinematics(self.model, data, np.array([value]))
-        return np.array(data.oMi[1].rotation)
-
-    def _axis(self) -> Array:
-        """Unit vector about which the leaf turns, world frame."""
-        change: Array = self._joint_turned(0.5) @ self._joint_turned(0.0).T
-        axis = np.array([change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]])
-        axis /= 2.0 * math.sin(0.5)
-        if abs(axis[2]) < _VERTICAL:
-            raise UrdfError(
-                "the hinge is not vertical", file=self.urdf, field=f"joint {self.section.hinge}",
-                given=f"axis along {axis.round(4).tolist()} in the world", allowed="0 0 1 or 0 0 -1 in the world",
-            )  # fmt: skip
-        return axis
-
-    def _leaf_at(self, value: float) -> Array:
-        """Horizontal unit vector along the leaf, away from the hinge, at a joint value."""
-        center, edges, size = self._box
-        rotation = self._joint_turned(value)
-        turned, way = rotation @ edges, rotation @ center
-        upright = int(np.argmax(np.abs(turned[2])))
-        if abs(turned[2, upright]) < _VERTICAL:
-            raise UrdfError(
-                "the leaf does not stand upright", file=self.urdf, field=f"link {self.section.leaf}/collision",
-                given=f"edges along {turned.T.round(3).tolist()}", allowed="a box with vertical edges",
-            )  # fmt: skip
-        longest = max((i for i in range(3) if i != upright), key=lambda i: size[i])
-        direction = turned[:, longest] * np.sign(turned[:, longest] @ way or 1.0) * [1.0, 1.0, 0.0]
-        return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
-
-    def _closed_value(self, lower: float, upper: float) -> tuple[float, float]:
-        """Joint value of the closed door, and 1 where it grows as the door opens, else −1."""
-        self._axis()
-        closed = self.section.closed
-        if closed is None:
-            closed = self._found_closed(lower, upper)
-        elif not lower - 1e-3 <= closed <= upper + 1e-3:
-            raise UrdfError(
-                "closed outside the hinge's range", file=self.urdf, field="door.closed", given=closed,
-                allowed=f"{lower:g} to {upper:g} rad",
-            )  # fmt: skip
-        return closed, 1.0 if upper - closed > closed - lower else -1.0
-
-    def _found_closed(self, lower: float, upper: float) -> float:
-        center, edges, size = self._box
-        reach = np.abs(edges) @ size / 2
-        width, boxes = float(np.hypot(*center[:2]) + max(reach[:2])), list(self._boxes_beside())
-        middle = self.hinge_position + [0.0, 0.0, (self._joint_turned(0.0) @ center)[2]]
-
-        def at_a_jamb(value: float) -> bool:
-            return meets(boxes, middle + width * self._leaf_at(value), self._leaf_at(value), width)
-
-        closed = closed_value((lower, upper), at_a_jamb)
-        if closed is None:
-            closed = next(float(value) for value in np.linspace(lower, upper, STEPS + 1) if at_a_jamb(float(value)))
-            raise UrdfError(
-                "the leaf meets a jamb where it is not clear that the door is closed", file=self.urdf,
-                field=f"joint {self.section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed:.2f}",
-                allowed="a door that is closed at π/2, at 0 or at an end of the range, or door.closed in the scenario",
-            )  # fmt: skip
-        return closed
-
-    def _directions(self) -> tuple[Array, Array]:
-        """Along the closed leaf from hinge to latch, and the horizontal way that it swings as it opens."""
-        along = self._leaf_at(self.closed)
-        into = self._sense * np.sign(self._axis()[2]) * np.array([-along[1], along[0], 0.0])
-        return frozen(along), frozen(into)
-
     @property
     def axes(self) -> Array:
         """Rows `into`, `along` and up, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
         return np.vstack([self.into, self.along, [0.0, 0.0, 1.0]])
 
-    def _range(self) -> tuple[float, float]:
-        lower, upper = float(self.model.lowerPositionLimit[0]), float(self.model.upperPositionLimit[0])
-        if not lower < upper:
-            raise UrdfError(
-                "the hinge has no range", file=self.urdf, field=f"joint {self.section.hinge}/limit@upper", given=upper,
-                allowed=f"> {lower:g} rad",
-            )  # fmt: skip
-        return lower, upper
-
-    def _inertia_about_hinge(self) -> float:
-        inertia = self.model.inertias[1]
-        about_hinge = float(inertia.matrix()[5, 5])
-        for name, value, unit in (("mass", self.mass, "kg"), ("inertia", about_hinge, "kg m² about the hinge")):
-            if not value > 0.0:
-                raise UrdfError(
-                    f"the leaf has no {name}",
-                    file=self.urdf,
-                    field=f"link {self.section.leaf}/inertial/{name}",
-                    given=value,
-                    allowed=f"> 0 {unit}",
-                )
-        return about_hinge
-
-    def _leaf_size(self) -> tuple[float, float, float, float]:
-        """Width from the hinge, height and thickness of the leaf's largest box, and y of its face to the vehicle."""
-        center, edges, size = self._box
-        turned = self.axes @ self._joint_turned(self.closed)
-        middle, reach = turned @ center, np.abs(turned @ edges) @ size / 2
-        if middle[1] <= 0.0 or reach[0] > reach[1]:
-            raise UrdfError(
-                "the leaf does not reach away from its hinge", file=self.urdf, field=f"link {self.section.leaf}/collision",
-                given=f"a box of {np.round(2 * reach, 4).tolist()} m around {middle.round(4).tolist()} m, across, along, up",
-                allowed="a leaf that is longer than thick and lies beside the hinge",
-            )  # fmt: skip
-        self.hinge_position = frozen(self.hinge_position + [0.0, 0.0, middle[2] - reach[2]])
-        return float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
-
-    def _frame_depth(self) -> float:
-        """Of the boxes beside the doorway that do not move with the leaf; 0 if there are none."""
-        middle, nearest = 0.5 * self.width, [0.0]
-        for placed, size in self._fixed_boxes():
-            center = self.axes @ (placed[:3, 3] - self.hinge_position)
-            half = np.abs(self.axes @ placed[:3, :3]) @ size / 2
-            if abs(center[1] - middle) > half[1]:
-                nearest.append(float(center[0] - half[0]))
-        return -min(nearest)
-
-    def _boxes_beside(self) -> Iterator[FixedBox]:
-        """Extents along the world's axes of boxes that do not move with the leaf."""
-        for placed, size in self._fixed_boxes():
-            yield FixedBox(placed[:3, 3], np.abs(placed[:3, :3]) @ size / 2)
-
-    def _fixed_boxes(self) -> Iterator[tuple[Array, Array]]:
-        """Placement in the world, (4, 4), and lengths of boxes that do not move with the leaf."""
-        data = self._own.get(self.model.createData)
-        pinocchio.framesForwardKinematics(self.model, data, np.zeros(1))
-        for frame, placement in zip(self.model.frames, data.oMf, strict=True):
-            if frame.type == pinocchio.FrameType.BODY and frame.parentJoint != 1:
-                for box in read_boxes(self.urdf, frame.name):
-                    if box is not None:
-                        yield np.array(placement.homogeneous) @ box.placement, np.asarray(box.size)
-
 
 def _variant(urdf: Path, section: DoorSection) -> Path:
     """URDF of the door with the section's width and mass of the leaf."""
     written = Door(urdf, section.model_copy(update={"width": None, "mass": None}))
-    turned = written.leaf_rotation(0.5 * math.pi)
     return write_door_variant(
-        urdf, section.leaf, written.hinge_position, turned.T @ written.along, written.along, written.width,
+        urdf, section.leaf, written.hinge_position, written.along_in_leaf, written.along, written.width,
         section.width, section.mass,
     )  # fmt: skip

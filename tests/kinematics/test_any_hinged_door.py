@@ -161,3 +161,20 @@ def test_a_hinge_that_leans_a_little_counts_as_vertical(tmp_path: Path) -> None:
     np.testing.assert_allclose(door.axes, plain.axes, atol=2e-3)
     assert door.into[2] == door.along[2] == 0.0
     assert np.linalg.norm(door.along) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_joint_may_turn_about_another_axis_of_its_frame(tmp_path: Path) -> None:
+    half = math.pi / 2
+    carrier = (
+        f'<link name="carrier"/><joint name="hangs" type="fixed"><origin xyz="0 0 0" rpy="{half} 0 0"/>'
+        '<parent link="carrier"/><child link="leaf"/></joint></robot>'
+    )
+    path = write_edited(
+        tmp_path / "door.urdf", DOOR,
+        ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', f'<origin xyz="0 0 0.4" rpy="{-half} 0 0"/>'),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 -1 0"/>'), ('<child link="leaf"/>', '<child link="carrier"/>'),
+        ("</robot>", carrier),
+    )  # fmt: skip
+    door, plain = Door(path), Door(DOOR)
+    same_sizes(door, plain)
+    is_image_of(door, plain, np.eye(3), np.zeros(3))
