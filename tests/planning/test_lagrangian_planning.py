@@ -76,12 +76,12 @@ def assert_holds(planner: Planner, plan: Plan, state: np.ndarray) -> None:
     assert (model.constraints_along(reduced[1:]) + model.scenario.planner.margin).max() <= 1e-6
 
 
-FURTHER = [("coarse", None), ("coarse", 1.2), ("resisting", 0.5), ("tight", None)]
+FURTHER = [("paper", None), ("coarse", None), ("coarse", 1.2), ("resisting", 0.5), ("tight", None)]
 
 
 @pytest.mark.parametrize(
     ("name", "spread"),
-    [("paper", None), ("coarse", 0.5), *(pytest.param(*case, marks=pytest.mark.slow) for case in FURTHER)],
+    [("coarse", 0.5), *(pytest.param(*case, marks=pytest.mark.slow) for case in FURTHER)],
 )
 def test_same_optimum_as_ipopt(name: str, spread: float | None) -> None:
     planner = planner_of(name)
