@@ -59,7 +59,7 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     axes.set_aspect("equal")
     axes.set_xlim(_BEFORE, _BEHIND)
     axes.set_xlabel("from the hinge through the doorway [m]")
-    axes.set_ylabel("from the hinge along the closed door [m]")
+    axes.set_ylabel("from the hinge to the left of that, along the wall [m]")
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.true_door.width:.2f} m",
                 title_fontsize=8)  # fmt: skip
