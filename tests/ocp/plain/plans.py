@@ -60,16 +60,16 @@ def toys() -> Iterator[tuple[str, Solution]]:
 
 def _pendulum_of_functions(like: Problem) -> Problem:
     """The tutorial's pendulum with its cost of states in functions: its iterations need their line search."""
-    cost, dt, model = like.cost, like.time_step, like.model
+    cost, dt, wall = like.cost, like.time_step, float(like.model.parameters[0])
     effort = replace(cost, state_weights=np.zeros(2), terminal_weights=np.zeros(2))
 
     def swing(x: Any, u: Any) -> Any:
-        rate = x[1] + dt * (u[0] - model.gravity * np.sin(x[0]) - model.friction * x[1])
+        rate = x[1] + dt * (u[0] - 9.81 * np.sin(x[0]) - 0.1 * x[1])
         return [x[0] + dt * rate, rate]
 
     described = PythonModel(
         swing,
-        lambda x: -np.sin(x[0]) - model.wall,
+        lambda x: -np.sin(x[0]) - wall,
         stage_cost=lambda x, u: 0.5 * dt * cost.state_weights @ (x - cost.state_goal) ** 2,
         end_cost=lambda x: 0.5 * cost.terminal_weights @ (x - cost.state_goal) ** 2,
         derivatives="complex step",

@@ -1,6 +1,6 @@
 """The package without a compiler: every kernel runs as the plain Python function that it is written as.
 
-numba is switched off. What has no Python body, as its machine code is written by hand (rows of numbers in registers, one node of
+numba compiles nothing. What has no Python body, as its machine code is written by hand (rows of numbers in registers, one node of
 the Riccati sweep, the marking of active rows), gets a plain body here from its docstring's formula; for themselves these
 are compared with dense algebra in tests/numba_types and tests/ocp. Python checks every index, which compiled code does not.
 
@@ -9,14 +9,13 @@ To be imported before anything of the package.
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import functools
-import os
+import math
 import time
 from collections.abc import Callable
 from typing import Any
-
-os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +122,9 @@ class Handle:
     def replace(self, content: Any) -> None:
         self.content = content
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Handle, (copy.deepcopy(self.content),)  # arrays of its own
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self.content, name)
 
@@ -186,7 +188,31 @@ def _write(handle: Any, content: Any) -> None:
 
 
 def _builtin(generate: Callable[..., Any]) -> Any:
-    return _BODIES[generate.__name__]
+    return _BODIES.get(generate.__name__)  # those of `lane_functions` are put in below
+
+
+def _of_numbers(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of numpy's on numbers or rows of them."""
+
+    def body(*values: Any) -> Any:
+        result = np.asarray(function(*values), dtype=np.float64)
+        return result.view(Row) if result.ndim else float(result)
+
+    return body
+
+
+_LANE_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "smaller": lambda x, y: np.where(np.greater(x, y), y, x), "sign": np.sign,
+    "kept_if": lambda condition, x: np.where(np.not_equal(condition, 0.0), x, 0.0),
+    "absolute": np.abs, "rounded_down": np.floor, "rounded_up": np.ceil, "with_sign_of": np.copysign,
+    "less": np.less, "less_or_equal": np.less_equal, "equal": np.equal, "different": np.not_equal,
+    "negated": np.logical_not, "both": np.logical_and, "either": np.logical_or,
+    "exponential": np.exp, "exponential_less_one": np.expm1, "logarithm": np.log, "logarithm_of_more_than_one": np.log1p,
+    "power": np.power, "hypotenuse": np.hypot, "remainder": np.fmod, "error_function": np.vectorize(math.erf),
+    "tangent": np.tan, "arcsine": np.arcsin, "arccosine": np.arccos, "arctangent": np.arctan, "angle_of": np.arctan2,
+    "hyperbolic_sine": np.sinh, "hyperbolic_cosine": np.cosh, "area_sine": np.arcsinh, "area_cosine": np.arccosh,
+    "area_tangent": np.arctanh,
+}  # fmt: skip
 
 
 _BODIES = {body.__name__: body for body in (call, _write, with_number, mark_bounds, eliminate_inputs)}
@@ -195,8 +221,10 @@ lanes.builtin = _builtin
 for _body in (load, store, get, put, zero, larger, multiply_rows, clock):
     setattr(lanes, _body.__name__, _body)
 
-from doorman.numba_types import handles  # noqa: E402
+from doorman.numba_types import handles, lane_functions  # noqa: E402
 
+for _name, _function in _LANE_FUNCTIONS.items():
+    setattr(lane_functions, _name, _of_numbers(_function))
 handles.Handle, handles.held = Handle, Handle  # type: ignore[misc,assignment]
 
 from doorman.ocp.kernels import compiled_model  # noqa: E402
