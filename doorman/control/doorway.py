@@ -126,7 +126,7 @@ class Doorway:
             door_angle: α [rad].
         """
         normal = self._door.normal(door_angle)
-        contact = self._door.contact_point(door_angle, self._coupling.distance_from_hinge, self._coupling.height)
+        contact = self._coupling.contact_point(door_angle)
         slope = float(rotation_body_to_world(attitude)[:, 2] @ normal)
         return float(normal @ (contact - position)) - self._radius * math.sqrt(max(1.0 - slope * slope, 0.0))
 

@@ -112,10 +112,8 @@ class PushController:
         Returns:
             The setpoint, with a push.
         """
-        setpoint, normal = (
-            self._converter.setpoint(plan, time, estimate.arm_angles),
-            self._door.normal(estimate.door_angle),
-        )
+        setpoint = self._converter.setpoint(plan, time, estimate.arm_angles)
+        normal = self._door.normal(estimate.door_angle)
         self._arm_rates = self._arm_rates + min(time_step / _ARM_TIME, 1.0) * (setpoint.arm_rates - self._arm_rates)
         yaw = self._yaw(plan, time, setpoint.yaw, float(estimate.state[2]), time_step)
         place = setpoint.position + self._slip(estimate, time_step)
@@ -140,11 +138,8 @@ class PushController:
         behind = 0.0 if self._heading is None else float(estimate.state[2]) - self._heading
         holds = _STICKS * self._settings.friction_coefficient * max(min(push, estimate.normal_force), 0.0)
         force = min(max(planned + _STIFFNESS * behind / ahead, -holds), holds)
-        return (
-            force
-            * self._doorway.room(force * float(leaf @ self._door.along), estimate.position, estimate.velocity)
-            * leaf
-        )
+        aside = force * float(leaf @ self._door.along)
+        return force * self._doorway.room(aside, estimate.position, estimate.velocity) * leaf
 
     def _eased(self, push: float, estimate: Estimate) -> float:
         """A push that lets a vehicle which leans on the leaf with its disc nearly there straighten up again [N]."""

@@ -83,7 +83,7 @@ class StateConverter:
         """
         coupling = self._coupling
         tip = position + rotation_body_to_world(state[:3]) @ self.model.vehicle.tip_position(state[5:])
-        off = tip - self.model.door.contact_point(state[3], coupling.distance_from_hinge, coupling.height)
+        off = tip - coupling.contact_point(state[3])
         return float(self.model.door.leaf_direction(state[3]) @ off), float(off[2])
 
     def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:

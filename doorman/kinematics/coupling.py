@@ -80,6 +80,10 @@ class Coupling:
     def _arm(self) -> ArmParameters:
         return self._own.get(lambda: ArmParameters.of(self.vehicle.arm))
 
+    def contact_point(self, door_angle: float) -> Array:
+        """Where the tip touches the leaf at α, shape (3,), world frame [m]."""
+        return self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
+
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
         r"""Position of O_B with the tip at the contact point, :math:`P = P_h + D_V c(\alpha) + D_H e_3 - R\,d`.
 
@@ -91,7 +95,7 @@ class Coupling:
         Returns:
             P, shape (3,), world frame [m].
         """
-        contact = self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
+        contact = self.contact_point(door_angle)
         return contact - rotation_body_to_world(attitude) @ self.vehicle.tip_position(arm_angles)
 
     def translation_jacobian(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
@@ -143,7 +147,7 @@ class Coupling:
         x = vector(state, 5 + n, "state")
         rates = vector(arm_rates, n, "arm_rates")
         tip = self._tip_in_world(x[:3], vector(body_rates, 3, "body_rates"), x[5:], rates)
-        contact = self.door.contact_point(x[3], self.distance_from_hinge, self.height)
+        contact = self.contact_point(x[3])
         return VehicleMotion(contact - tip[:3], x[4] * self.door.lever(x[3], self.distance_from_hinge) - tip[3:])
 
     def door_state(

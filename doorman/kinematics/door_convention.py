@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 _NEAR = 0.15
 """Farthest gap between the leaf's free edge and the jamb that it closes at, as a share of its width."""
-STEPS = 180
+_STEPS = 180
 """Of a range that is searched for jambs."""
 _AT_END = 0.05
 """By which a closed door may be outside of its range [rad]."""
@@ -77,7 +77,7 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     return tuple(model.names[index] for index in others)
 
 
-def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]) -> float | None:
+def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]) -> tuple[float, bool]:
     """Joint value at which a door is closed.
 
     The jamb at the leaf's free edge tells. Without one it is π/2 where the range holds that, else an end of the range: the one
@@ -88,16 +88,18 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
         at_a_jamb: Whether the leaf's free edge meets something that stands still, at a joint value.
 
     Returns:
-        [rad]; None where the leaf meets a jamb at another value than π/2, 0 or an end of the range.
+        The value [rad], and whether it is clear: not where the leaf meets a jamb at another value than π/2, 0 or an end of the
+        range.
     """
     lower, upper = limits
     likely = [value for value in (0.5 * math.pi, 0.0, *limits) if lower - _AT_END <= value <= upper + _AT_END]
     for value in likely:
         if at_a_jamb(value):
-            return value
-    if any(at_a_jamb(lower + (upper - lower) * k / STEPS) for k in range(1, STEPS)):
-        return None
-    return likely[0] if likely[0] == 0.5 * math.pi else min(limits, key=abs)
+            return value, True
+    for value in (lower + (upper - lower) * k / _STEPS for k in range(1, _STEPS)):
+        if at_a_jamb(value):
+            return value, False
+    return (likely[0] if likely[0] == 0.5 * math.pi else min(limits, key=abs)), True
 
 
 def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) -> bool:

@@ -12,7 +12,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.door_convention import STEPS, FixedBox, closed_value, meets
+from doorman.kinematics.door_convention import FixedBox, closed_value, meets
 from doorman.kinematics.urdf import link_index
 from doorman.kinematics.urdf_elements import read_boxes
 from doorman.scenario import DoorSection
@@ -188,11 +188,11 @@ class LeafOnJoint:
         middle = self.origin + [0.0, 0.0, (self.rotation(0.0) @ center)[2]]
 
         def at_a_jamb(value: float) -> bool:
-            return meets(boxes, middle + width * self.direction(value), self.direction(value), width)
+            along = self.direction(value)
+            return meets(boxes, middle + width * along, along, width)
 
-        closed = closed_value((lower, upper), at_a_jamb)
-        if closed is None:
-            closed = next(float(value) for value in np.linspace(lower, upper, STEPS + 1) if at_a_jamb(float(value)))
+        closed, clear = closed_value((lower, upper), at_a_jamb)
+        if not clear:
             raise UrdfError(
                 "the leaf meets a jamb where it is not clear that the door is closed", file=self._urdf,
                 field=f"joint {self._section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed:.2f}",

@@ -151,9 +151,8 @@ def first_contact(model: Model) -> Array:
     Returns:
         Shape (3,), world frame [m].
     """
-    angle, coupling = float(model.start_state[3]), model.coupling
-    point = model.door.contact_point(angle, coupling.distance_from_hinge, coupling.height)
-    return model.true_door.onto_face(point, angle)
+    angle = float(model.start_state[3])
+    return model.true_door.onto_face(model.coupling.contact_point(angle), angle)
 
 
 def _check_first_contact(model: Model) -> None:

@@ -136,7 +136,7 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
     motion = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(n))
     rotation = rotation_body_to_world(state[:3])
     inverse = np.linalg.inv(plant.root_to_base)
-    to_face = first_contact(model) - _believed_contact(model)
+    to_face = first_contact(model) - model.coupling.contact_point(float(state[3]))
     data.qpos[:3] = motion.position + to_face + rotation @ inverse[:3, 3]
     mujoco.mju_mat2Quat(data.qpos[3:7], (rotation @ inverse[:3, :3]).ravel())
     data.qpos[plant.arm_positions] = state[5:]
@@ -147,13 +147,6 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
         data.qpos[:3] += _gap(mujoco, plant) * true_normal
     if hovers:
         data.qpos[:3] -= to_face + model.scenario.mission.hover_distance * model.door.normal(float(state[3]))
-
-
-def _believed_contact(model: Model) -> Array:
-    """The contact point as the planner is told of the door, shape (3,), world frame [m]."""
-    return model.door.contact_point(
-        float(model.start_state[3]), model.coupling.distance_from_hinge, model.coupling.height
-    )
 
 
 def _gap(mujoco: Any, plant: Plant) -> float:

@@ -138,13 +138,14 @@ class Simulator(Uncopied):
         """
         self._begin_interval()
         engine_model, data, step = self.plant.engine_model, self.plant.data, self._mujoco.mj_step
+        hinge, place = self.plant.hinge, self.plant.hinge_position
         for _ in range(steps):
             if self._disturbance is not None:
                 self._disturb(self._disturbance(self.time))
             onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
             if self._rotors is not None:
                 self._control[: self.layout.count] = self._rotors
-            door_angle = self.plant.door_angle
+            door_angle = hinge.angle_of_joint(self._qpos[place])
             step(engine_model, data)
             self._steps += 1
             self._note_contacts(door_angle)

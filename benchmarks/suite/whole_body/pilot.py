@@ -128,7 +128,7 @@ class Pilot:
         model, numbers = self._model, self._first
         normal = model.door.normal(known.door_angle)
         tip = known.position + rotation_body_to_world(known.attitude) @ model.vehicle.tip_position(known.arm_angles)
-        contact = model.door.contact_point(known.door_angle, model.coupling.distance_from_hinge, model.coupling.height)
+        contact = model.coupling.contact_point(known.door_angle)
         depth = float(normal @ (tip - contact))
         wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
         state = whole_body_state(
