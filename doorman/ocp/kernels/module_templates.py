@@ -15,6 +15,7 @@ from doorman.ocp.kernels.loading import remade
 from doorman.ocp.kernels.runtime import (
     LANES,
     WIDTH,
+    add_squares,
     gather,
     keep_positive,
     put_slopes,
@@ -41,6 +42,7 @@ class Model(NamedTuple):
     q_lanes: np.ndarray
     out: np.ndarray
     curvature: np.ndarray
+    squares: np.ndarray
     costates: np.ndarray
     prices: np.ndarray
 
@@ -48,9 +50,9 @@ class Model(NamedTuple):
     def of(cls, time_step, parameters, node_parameters):
         """Numbers with fresh memory."""
         x, u, q = np.zeros(({nx}, LANES)), np.zeros(({nu}, LANES)), np.zeros(({nq}, LANES))
-        out, curvature = np.zeros(({outputs}, LANES)), np.zeros(({bent}, {bent}))
+        out, curvature, squares = np.zeros(({outputs}, LANES)), np.zeros(({bent}, {bent})), np.zeros({squares})
         costates, prices = np.zeros(({nx}, LANES)), np.zeros(({prices}, LANES))
-        return cls(float(time_step), parameters, node_parameters, x, u, q, out, curvature, costates, prices)
+        return cls(float(time_step), parameters, node_parameters, x, u, q, out, curvature, squares, costates, prices)
 
     def __reduce__(self):
         return remade, (TEXT, self.time_step, self.parameters, self.node_parameters)
@@ -68,13 +70,15 @@ class Node(NamedTuple):
     q_lanes: np.ndarray
     out: np.ndarray
     curvature: np.ndarray
+    squares: np.ndarray
 
 
 @functions.implement(functions.at_node, Model)
 def at_node(model, k):
     q = model.node_parameters[k]
     return Node(
-        model.time_step, model.parameters, q, model.x_lanes, model.u_lanes, model.q_lanes, model.out, model.curvature
+        model.time_step, model.parameters, q, model.x_lanes, model.u_lanes, model.q_lanes, model.out, model.curvature,
+        model.squares,
     )
 '''
 

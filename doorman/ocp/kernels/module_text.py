@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from doorman.ocp.kernels.curvature_text import curvature_text, prices_of
 from doorman.ocp.kernels.module_templates import HEAD, HORIZON, HORIZON_ROWS, LINEARIZE_ROWS, LINEARIZE_STEP, NODE
@@ -15,6 +16,8 @@ from doorman.ocp.problem.expressions import Expansion, Expressions, integrators_
 
 _MOST_LINES = 10_000
 """Longer kernels of second derivatives take minutes to compile."""
+_MOST_PLACES = 128
+"""Slopes that are written one by one; more of them take seconds to compile, and a loop hardly longer to write."""
 
 
 def module_text(expressions: Expressions, second_derivatives: bool | None = False) -> str:
@@ -51,6 +54,7 @@ def _has_nodes(expressions: Expressions) -> bool:
 def _head(expressions: Expressions, outputs: int) -> str:
     x, u, p, q = expressions.x, expressions.u, expressions.parameters, expressions.node_parameters
     bent = 0 if expressions.stage_cost is None else x.numel() + u.numel()
+    squares = max((_squares(each) for each in (expressions.stage_cost, expressions.end_cost) if each), default=0)
     largest = max(_outputs(expressions.step, _both(expressions)), _outputs(expressions.rows, x), outputs)
     symbols = {
         name: ", ".join(str(symbol) for symbol in ca.symvar(each)) or "none"
@@ -58,7 +62,7 @@ def _head(expressions: Expressions, outputs: int) -> str:
     }
     rows = tuple(each.numel() for each in (expressions.rows, expressions.input_rows, expressions.end_rows))
     return HEAD.format(
-        nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, prices=prices_of(expressions),
+        nx=x.numel(), nu=u.numel(), nq=q.numel(), outputs=largest, bent=bent, squares=squares, prices=prices_of(expressions),
         imports=IMPORTS, rows=rows, integrators=integrators_of(expressions), names=expressions.names,
         equalities=expressions.equalities, **symbols,
     )  # fmt: skip
@@ -130,8 +134,14 @@ def _horizon(expressions: Expressions) -> str:
     step = _places(ca.jacobian(expressions.step, _both(expressions)))
     nx, nh = expressions.x.numel(), expressions.rows.numel()
     scattered = [f"jacobian[{i}, {nx}] = values[{i}] - ahead[{i}]" for i in range(nx)]  # [A | e | B]
-    for i, (row, column) in enumerate(step):
-        scattered.append(f"jacobian[{row}, {column if column < nx else column + 1}] = values[{nx + i}]")
+    if len(step) > _MOST_PLACES:
+        scattered += ["for i in range(STEP_ROWS.shape[0]):"]
+        scattered += [f"    jacobian[STEP_ROWS[i], STEP_COLUMNS[i] + (STEP_COLUMNS[i] >= {nx})] = values[{nx} + i]"]
+    else:
+        scattered += [
+            f"jacobian[{row}, {column if column < nx else column + 1}] = values[{nx + i}]"
+            for i, (row, column) in enumerate(step)
+        ]
     text = HORIZON.format(
         step_rows=_indices([row for row, _ in step]), step_columns=_indices([column for _, column in step]),
         scatter_step="\n    ".join(scattered),
@@ -151,18 +161,35 @@ def _indices(values: list[int]) -> str:
     return f"np.array({values}, dtype=np.int64)"
 
 
+def _squares(cost: Expansion) -> int:
+    """How many numbers the squares of a cost are expanded from."""
+    return int(2 * cost.residuals.numel() + cost.slopes.nnz())
+
+
 def _cost(expressions: Expressions, name: str, cost: Expansion, arguments: str) -> list[str]:
-    convex, bent = _places(cost.convex), _places(cost.bent)
+    convex, bent, count = _places(cost.convex), _places(cost.bent), cost.residuals.numel()
+    by_rows = cost.slopes.T  # CasADi goes down the columns
+    ends = np.cumsum([0, *np.bincount([row for _, row in _places(by_rows)], minlength=count)]).tolist()
+    tables = (
+        f"{name.upper()}_ENDS = {_indices(ends)}\n"
+        f"{name.upper()}_COLUMNS = {_indices([column for column, _ in _places(by_rows)])}"
+    )
 
     def write(k: int, i: int, value: str) -> str:
         if k == 0:
             return f"gradient[{i}] = {value}"
-        return f"hessian[{bent[i][0]}, {bent[i][1]}] = {value}" if k == 1 else f"h{i} = {value}"
+        if k == 1:
+            return f"hessian[{bent[i][0]}, {bent[i][1]}] = {value}"
+        return f"h{i} = {value}" if k == 2 else f"model.squares[{i + (k - 3) * count}] = {value}"
 
     after = ["keep_positive(hessian, model.curvature)"] if bent else []
     after += [f"hessian[{row}, {column}] += h{i}" for i, (row, column) in enumerate(convex)]
-    results = [ca.densify(cost.gradient), cost.bent, cost.convex]
+    if count:
+        after += [f"add_squares(model.squares, {name.upper()}_ENDS, {name.upper()}_COLUMNS, gradient, hessian)"]
+    squares = [ca.densify(cost.residuals), cost.weights, by_rows]
+    results = [ca.densify(cost.gradient), cost.bent, cost.convex, *squares]
     return [
+        *([tables] if count else []),
         _kernel(expressions, name, arguments, [cost.value], lambda k, i, v: f"return {v}"),
         _kernel(
             expressions,

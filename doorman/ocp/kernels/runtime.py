@@ -74,6 +74,30 @@ def scatter_curvature(
 
 
 @kernel
+def add_squares(squares: Array, ends: Indices, columns: Indices, gradient: Array, hessian: Array) -> None:
+    """Add gradient Jᵀ W r and Gauss and Newton's Hessian Jᵀ W J of ½ Σ w r².
+
+    Args:
+        squares: r, then w, then the nonzeros of J row by row, as many as there are.
+        ends: Where the rows of J begin among the nonzeros, and the end of the last, (nr + 1,).
+        columns: Of the nonzeros; they ascend within a row.
+        gradient: (nz,), added to.
+        hessian: (nz, nz), symmetric, added to.
+    """
+    count = ends.shape[0] - 1
+    for k in range(count):
+        residual, weight = squares[k], squares[count + k]
+        for i in range(ends[k], ends[k + 1]):
+            weighted = weight * squares[2 * count + i]
+            gradient[columns[i]] += weighted * residual
+            for j in range(ends[k], i + 1):
+                hessian[columns[i], columns[j]] += weighted * squares[2 * count + j]
+    for i in range(1, hessian.shape[0]):
+        for j in range(i):
+            hessian[j, i] = hessian[i, j]
+
+
+@kernel
 def keep_positive(matrix: Array, vectors: Array) -> None:
     """Positive part of a symmetric matrix, in place: negative eigenvalues become 0 (cyclic Jacobi rotations).
 

@@ -18,28 +18,39 @@ class Expansion:
     """A cost of some variables z with its derivatives."""
 
     value: Any
-    """(1, 1)."""
+    """Of all terms, (1, 1)."""
     gradient: Any
-    """(nz, 1)."""
+    """Of terms that are no squares, (nz, 1)."""
     convex: Any
-    """Hessian of what is convex, and Gauss and Newton's of squares, (nz, nz)."""
+    """Hessian of what is convex and no square, (nz, nz)."""
     bent: Any
     """Hessian of which only the positive part counts, (nz, nz)."""
+    residuals: Any
+    """r of the squares ½ Σ w r², (nr, 1)."""
+    weights: Any
+    """w, (nr, 1)."""
+    slopes: Any
+    """∂r/∂z, (nr, nz)."""
 
     @classmethod
     def of(cls, terms: Sequence[tuple[Any, Any]], z: Any, factor: Any) -> Expansion:
         """Sum of terms, times a factor."""
-        total, convex, bent = ca.SX(0), ca.SX(z.numel(), z.numel()), ca.SX(z.numel(), z.numel())
+        size = z.numel()
+        total, convex, bent = ca.SX(0), ca.SX(size, size), ca.SX(size, size)
+        residuals, weights = ca.SX(0, 1), ca.SX(0, 1)
         for term, expression in terms:
             if isinstance(term, Residual):
-                value, hessian = _squares(term, expression, z)
-                convex += hessian
-            else:
-                value = _one_number(term, expression)
-                hessian = ca.hessian(value, z)[0]
-                convex, bent = (convex + hessian, bent) if term.hessian == "exact" else (convex, bent + hessian)
+                residuals = ca.vertcat(residuals, expression)
+                weights = ca.vertcat(weights, _weights(term, expression.numel()))
+                continue
+            value = _one_number(term, expression)
+            hessian = ca.hessian(value, z)[0]
+            convex, bent = (convex + hessian, bent) if term.hessian == "exact" else (convex, bent + hessian)
             total += value
-        return cls(factor * total, factor * ca.gradient(total, z), factor * convex, factor * bent)
+        return cls(
+            factor * (total + 0.5 * ca.dot(residuals, weights * residuals)), factor * ca.gradient(total, z),
+            factor * convex, factor * bent, residuals, factor * weights, ca.jacobian(residuals, z),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,18 +128,15 @@ def _is_sum(expression: Any, x: Any, u: Any, h: Any) -> bool:
     return all(abs(float(function(*each))) < 1e-12 for each in np.random.default_rng(0).uniform(-2.0, 2.0, (5, 3)))
 
 
-def _squares(term: Residual, residual: Any, z: Any) -> tuple[Any, Any]:
+def _weights(term: Residual, count: int) -> Any:
+    """W, one for each of so many residuals."""
     weights = ca.vec(ca.SX(term.weights if isinstance(term.weights, ca.SX) else ca.DM(term.weights)))
-    if weights.numel() not in (1, residual.numel()):
+    if weights.numel() not in (1, count):
         raise DimensionError(
             "wrong number of weights", field=f"{term.name}.weights", given=weights.numel(),
-            allowed=f"1 or {residual.numel()}",
+            allowed=f"1 or {count}",
         )  # fmt: skip
-    weighted = weights * residual
-    slopes = ca.jacobian(residual, z)
-    return 0.5 * ca.dot(residual, weighted), slopes.T @ ca.diag(
-        ca.repmat(weights, residual.numel() // weights.numel(), 1)
-    ) @ slopes
+    return ca.densify(ca.repmat(weights, count // weights.numel(), 1))
 
 
 def _one_number(term: Cost, expression: Any) -> Any:
