@@ -42,6 +42,14 @@ function showClearances(clearances) {
     });
 }
 
+function showSurfaces(on) {
+    for (const surface of scene.surfaces) node(surface.node).visible = on;
+    element("legend").hidden = !on;
+    viewer.set_dirty();
+}
+element("surfaces").onchange = ({target}) => showSurfaces(target.checked);
+showSurfaces(false);
+
 // ---------------------------------------------------------------- ribbon, arrow, trace
 
 function meshOf(geometry, color, opacity) {

@@ -135,7 +135,19 @@ def test_ribbon_force_and_trace_are_seen(page):
     assert page.evaluate("trace.count") > dots > 0
 
 
+def test_surfaces_are_seen_when_they_are_asked_for(page):
+    def change():
+        return share_that_changes(page, "surfaces[0].material.visible = false", "surfaces[0].material.visible = true")
+
+    assert change() == 0.0 and not page.evaluate("legend.offsetHeight")
+    page.click("#surfaces")
+    assert change() > 1e-3 and page.evaluate("legend.offsetHeight") > 0
+    page.click("#surfaces")
+    assert change() == 0.0
+
+
 def test_surfaces_turn_red_where_nothing_is_left(page):
+    page.evaluate("showSurfaces(true)")
     red = "#D55E00"
     for index in range(4):
         clearances = [1.0] * 4

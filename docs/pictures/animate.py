@@ -1,0 +1,77 @@
+"""Make an animated picture of a recorded flight: its replay page, drawn by a browser without a window.
+
+Usage: python docs/pictures/animate.py RUN OUT.gif [--width 640] [--height 400] [--speed 4] [--frames-per-second 12]
+
+RUN is a folder that `doorman open` wrote. The browser is chromium, or what DOORMAN_BROWSER names.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+
+from visualization.browser import Browser  # noqa: E402
+
+COLORS = 96
+"""Of the palette that all frames share."""
+PLAIN = "for (const id of ['caption', 'legend', 'controls']) document.getElementById(id).style.display = 'none'"
+
+
+def main() -> None:
+    arguments = parse()
+    with tempfile.TemporaryDirectory() as folder:
+        browser = Browser(Path(folder))
+        try:
+            pictures = frames(browser, arguments)
+        finally:
+            browser.close()
+    write(pictures, arguments.out, arguments.frames_per_second)
+    print(f"{arguments.out}: {len(pictures)} frames, {arguments.out.stat().st_size / 1e6:.1f} MB")
+
+
+def frames(browser: Browser, arguments: argparse.Namespace) -> list[Image.Image]:
+    """Pictures of the page at equal intervals of the flight."""
+    size = {"width": arguments.width, "height": arguments.height, "deviceScaleFactor": 1, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **size)
+    browser.open((arguments.run / "replay.html").resolve().as_uri())
+    browser.click("#toggle")
+    browser.evaluate(PLAIN)
+    first, last = (float(browser.evaluate(f"slider.{end}")) for end in ("min", "max"))
+    step = arguments.speed / arguments.frames_per_second
+    found = []
+    for time in np.arange(first, last, step):
+        browser.evaluate(f"show({time})")
+        browser.settle()
+        found.append(Image.fromarray(browser.picture().astype(np.uint8)))
+    return found
+
+
+def write(pictures: list[Image.Image], path: Path, rate: float) -> None:
+    """A GIF that repeats; one palette for all, so that what stands still does not flicker."""
+    palette = pictures[len(pictures) // 2].quantize(COLORS)
+    reduced = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    reduced[0].save(
+        path, save_all=True, append_images=reduced[1:], duration=round(1000.0 / rate), loop=0, optimize=True
+    )
+
+
+def parse() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path, help="folder of a run")
+    parser.add_argument("out", type=Path, help="GIF to write")
+    parser.add_argument("--width", type=int, default=640, help="[pixels]")
+    parser.add_argument("--height", type=int, default=400, help="[pixels]")
+    parser.add_argument("--speed", type=float, default=4.0, help="times real time")
+    parser.add_argument("--frames-per-second", type=float, default=12.0)
+    return parser.parse_args()
+
+
+if __name__ == "__main__":
+    main()
