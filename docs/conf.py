@@ -27,7 +27,7 @@ version = release = doorman.__version__
 copyright = author
 
 root_doc = "docs/index"
-include_patterns = ["README.md", "CHANGELOG.md", "urdf/README.md", "docs/**.md"]
+include_patterns = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "urdf/README.md", "docs/**.md"]
 exclude_patterns = [".*", "build", "doorman", "tests", "examples", "benchmarks"]
 
 _profile = tempfile.mkdtemp()
@@ -70,6 +70,8 @@ _CONTENTS = """
 
 /README
 *
+/CONTRIBUTING
+/SECURITY
 ```
 
 ```{toctree}

@@ -21,9 +21,10 @@ from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").glob("*.md")),
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").glob("*.md")),
          *sorted((ROOT / "docs").glob("tutorials/*.md")), *sorted((ROOT / "docs").glob("how-to/*.md"))]  # fmt: skip
 README = PAGES[0].read_text(encoding="utf-8")
+COMMAND_LINE = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
 
 
 def code_blocks(text: str, language: str) -> list[str]:
@@ -42,7 +43,13 @@ def section(text: str, heading: str) -> str:
     return text.split(f"\n{heading}\n", 1)[1].split(f"\n{level} ", 1)[0]
 
 
-# ---------------------------------------------------------------- README
+# ---------------------------------------------------------------- README and command line
+
+
+def test_the_readme_fits_two_screens():
+    assert len(README.splitlines()) <= 100
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", README)
+    assert pictures and all((ROOT / each).stat().st_size < 3e6 for each in pictures)
 
 
 @pytest.fixture(scope="module")
@@ -61,26 +68,30 @@ def test_the_python_of_the_readme_runs(capsys):
     assert len(blocks) == 1
     names: dict[str, Any] = {}
     exec(compile(blocks[0], "README.md", "exec"), names)
-    assert names["h"].shape == (6,)
     assert names["plan"].states.shape == (51, 9)
-    assert names["recording"].summary["outcome"] == "completed"
+    assert names["flight"].summary["outcome"] == "completed"
     assert "(51, 9) (50, 8)" in capsys.readouterr().out
 
 
-def test_the_readme_lists_the_keys_of_the_summary(flown_summary):
-    table = {name for row in rows(section(README, "## On the command line")) for name in re.findall(r"`(\w+)`", row[0])}
+def test_the_docs_list_the_keys_of_the_summary(flown_summary):
+    table = {name for row in rows(section(COMMAND_LINE, "## The summary")) for name in re.findall(r"`(\w+)`", row[0])}
     assert set(flown_summary) <= table
     assert table - set(flown_summary) == set()
 
 
-def test_the_readme_lists_the_files_of_a_run():
+def test_the_docs_list_the_files_of_a_run():
     names = {
-        name for row in rows(section(README, "## On the command line")) for name in re.findall(r"`(\w+\.\w+)`", row[0])
+        name
+        for row in rows(section(COMMAND_LINE, "## What a run leaves"))
+        for name in re.findall(r"`(\w+\.\w+)`", row[0])
     }
     assert names == set(RUN_FILES)
 
 
-@pytest.mark.parametrize("line", [line for block in code_blocks(README, "sh") for line in block.splitlines() if line])
+COMMANDS = [line for page in (README, COMMAND_LINE) for block in code_blocks(page, "sh") for line in block.splitlines()]
+
+
+@pytest.mark.parametrize("line", [line for line in COMMANDS if line])
 def test_commands_of_the_readme_exist(line, monkeypatch):
     words = line.partition("#")[0].split()
     if words[0] == "make":

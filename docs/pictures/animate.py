@@ -19,9 +19,9 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 
 from visualization.browser import Browser  # noqa: E402
 
-COLORS = 96
-"""Of the palette that all frames share."""
-PLAIN = "for (const id of ['caption', 'legend', 'controls']) document.getElementById(id).style.display = 'none'"
+COLORS, SAMPLES = 256, 12
+"""Of the palette that all frames share, and how many frames it is made from."""
+PLAIN = "for (const one of document.querySelectorAll('#caption, #legend, #controls, .dg')) one.style.display = 'none'"
 
 
 def main() -> None:
@@ -55,7 +55,8 @@ def frames(browser: Browser, arguments: argparse.Namespace) -> list[Image.Image]
 
 def write(pictures: list[Image.Image], path: Path, rate: float) -> None:
     """A GIF that repeats; one palette for all, so that what stands still does not flicker."""
-    palette = pictures[len(pictures) // 2].quantize(COLORS)
+    chosen = pictures[:: max(1, len(pictures) // SAMPLES)]
+    palette = Image.fromarray(np.concatenate([np.asarray(each) for each in chosen])).quantize(COLORS)
     reduced = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     reduced[0].save(
         path, save_all=True, append_images=reduced[1:], duration=round(1000.0 / rate), loop=0, optimize=True
@@ -66,8 +67,8 @@ def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="folder of a run")
     parser.add_argument("out", type=Path, help="GIF to write")
-    parser.add_argument("--width", type=int, default=640, help="[pixels]")
-    parser.add_argument("--height", type=int, default=400, help="[pixels]")
+    parser.add_argument("--width", type=int, default=720, help="[pixels]")
+    parser.add_argument("--height", type=int, default=450, help="[pixels]")
     parser.add_argument("--speed", type=float, default=4.0, help="times real time")
     parser.add_argument("--frames-per-second", type=float, default=12.0)
     return parser.parse_args()
