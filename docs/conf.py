@@ -70,8 +70,6 @@ _CONTENTS = """
 
 /README
 *
-/CONTRIBUTING
-/SECURITY
 ```
 
 ```{toctree}
@@ -124,6 +122,8 @@ api/*
 :hidden:
 :caption: Project
 
+/CONTRIBUTING
+/SECURITY
 /CHANGELOG
 ```
 """
