@@ -21,8 +21,8 @@ from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").glob("*.md")),
-         *sorted((ROOT / "docs").glob("tutorials/*.md")), *sorted((ROOT / "docs").glob("how-to/*.md"))]  # fmt: skip
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", ROOT / "CHANGELOG.md", ROOT / "urdf" / "README.md",
+         *sorted(path for path in (ROOT / "docs").rglob("*.md") if "api" not in path.parts)]  # fmt: skip
 README = PAGES[0].read_text(encoding="utf-8")
 COMMAND_LINE = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")
 
