@@ -15,7 +15,7 @@ LATER = {
     for name in (
         "push.md",
         "mission.md",
-        *(f"hardware/{page}.md" for page in ("mocap", "rig")),
+        *(f"hardware/{page}.md" for page in ("rig",)),
     )
 }
 """Pages that are being written anew; each leaves this list with its new text."""
