@@ -10,14 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
-LATER = {
-    DOCS / name
-    for name in (
-        "push.md",
-        "mission.md",
-        *(f"hardware/{page}.md" for page in ("rig",)),
-    )
-}
+LATER = {DOCS / "push.md", DOCS / "mission.md"}
 """Pages that are being written anew; each leaves this list with its new text."""
 PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md", "urdf/README.md")),
