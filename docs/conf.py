@@ -27,7 +27,15 @@ version = release = doorman.__version__
 copyright = author
 
 root_doc = "docs/index"
-include_patterns = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "examples/README.md", "urdf/README.md", "docs/**.md"]
+include_patterns = [
+    "README.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    "CHANGELOG.md",
+    "examples/README.md",
+    "urdf/README.md",
+    "docs/**.md",
+]
 exclude_patterns = [".*", "build", "doorman", "tests", "benchmarks"]
 
 _profile = tempfile.mkdtemp()
