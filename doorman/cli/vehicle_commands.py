@@ -101,7 +101,11 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         settings: Settings = None,
         mocap: Annotated[
             str | None,
-            typer.Option(metavar="LINK", help="Cameras' stream: udp:51001.", show_default="the autopilot's estimate"),
+            typer.Option(
+                metavar="LINK",
+                help="Cameras: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, vrpn:HOST.",
+                show_default="the autopilot's estimate",
+            ),
         ] = None,
         local_frame: Annotated[
             str | None,
