@@ -30,6 +30,7 @@ INTERRUPTED = 130
 _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
+    "pyulog": "logs", "motioncapture": "mocap",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
 
