@@ -16,6 +16,7 @@ from doorman.cli import panels
 from doorman.cli.arguments import Settings, Source, Sources
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
+from doorman.cli.setup_commands import add_setup_commands
 from doorman.cli.streams import lost_stream, steady_streams
 from doorman.cli.vehicle_commands import add_vehicle_commands
 from doorman.exceptions import DoormanError, how_to_install
@@ -30,7 +31,7 @@ INTERRUPTED = 130
 _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
-    "pyulog": "logs", "motioncapture": "mocap",
+    "pyulog": "logs", "motioncapture": "mocap", "packaging": "hardware",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
 
@@ -250,3 +251,4 @@ def _complain(message: str) -> None:
 add_campaign_command(app, _leave)
 add_run_commands(app, _leave)
 add_vehicle_commands(app, _leave)
+add_setup_commands(app, _leave)

@@ -2,9 +2,10 @@
 
 All are parsed by the real application: options exist, values are of their type, scenarios and keys of `--set` too. A command
 alone on a line of a shell block, or in the help, is whole; one within a sentence may leave out what is required. Those that
-need seconds are run, on a short flight made once: `check`, `view`, `plot`, `export`, `replay`, `merge`, `layout`, and `--help`,
-`--version`.
-Parsed only are `open`, `campaign`, `warmup`, `rig` and `fly`: they take minutes, or hardware; tests of their own run them.
+need seconds are run, on a short flight made once: `check`, `view`, `plot`, `export`, `replay`, `merge`, `layout`,
+`parameters`, `system`, and `--help`, `--version`.
+Parsed only are `doctor`, whose answer is this machine's, and `open`, `campaign`, `warmup`, `rig` and `fly`: they take minutes,
+or hardware; tests of their own run them.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from doorman.scenario import Scenario
 PAGES = [ROOT / "README.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS: Any = typer.main.get_command(app)
 RUN = {"check", "view", "plot", "export", "replay", "merge", "layout"}
-PLACES = {"layout": "foxglove", "parameters": "px4"}
+PLACES = {"layout": "foxglove", "parameters": "px4", "system": "udev"}
 """What commands take that do not take any word."""
 SHELL = re.compile(r"^```(?:sh|bash|console|shell|text)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 REDIRECTED = re.compile(r" > [\w./-]+")
