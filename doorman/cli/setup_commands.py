@@ -1,4 +1,4 @@
-"""`doorman parameters`, `doorman system` and `doorman doctor`: their arguments and their help."""
+"""`doorman parameters`, `system`, `doctor` and `ros2`: their arguments and their help."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ def add_setup_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], No
     app.command("parameters", rich_help_panel=panels.VEHICLE)(_parameters_command(leave))
     app.command("system", rich_help_panel=panels.VEHICLE)(_system_command(leave))
     app.command("doctor", rich_help_panel=panels.VEHICLE)(_doctor_command(leave))
+    app.command("ros2", rich_help_panel=panels.VEHICLE)(_ros2_command(leave))
 
 
 def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
@@ -116,3 +117,42 @@ def _doctor_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         leave(command)
 
     return doctor
+
+
+def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def ros2(
+        scenario: Source = "paper",
+        settings: Settings = None,
+        feed: Annotated[
+            int, typer.Option(min=0, max=65535, help="UDP port on loopback that the flight sends to.")
+        ] = 51100,
+        domain: Annotated[int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Of the ROS graph.")] = 0,
+        prefix: Annotated[str, typer.Option(metavar="NAME", help="Of the published topics.")] = "doorman",
+        poses: Annotated[
+            str | None,
+            typer.Option(
+                metavar="TOPIC", help="PoseStamped of the vehicle, sent on to --to.", show_default="none taken"
+            ),
+        ] = None,
+        to: Annotated[
+            int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")
+        ] = 51001,
+        object_name: Annotated[str, typer.Option(metavar="NAME", help="Of the vehicle in that stream.")] = "vehicle",
+        rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
+    ) -> None:
+        """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
+
+        Out: odometry, joint states, the tip's force, plan, mission and markers of a flight that was started with --feed, and its
+        transform on /tf. In: poses for a flight whose --mocap is udp:51001. It speaks DDS, as ROS 2 does by default, and takes no
+        part in the flight: without it, or when it is late, the flight goes on.
+        """
+
+        def command() -> int:
+            from doorman.cli.ros2 import PoseLink, run_bridge
+
+            link = None if poses is None else PoseLink(poses, object_name, to, rate)
+            return run_bridge(scenario, settings or [], feed, domain, prefix, link)
+
+        leave(command)
+
+    return ros2
