@@ -32,7 +32,7 @@ _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
     "pyulog": "logs", "motioncapture": "mocap", "packaging": "hardware",
-    "cyclonedds": "ros2",
+    "cyclonedds": "ros2", "gymnasium": "gym",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
 

@@ -55,6 +55,7 @@ def main() -> None:
             costs.append(time.perf_counter() - before)
         heard = len(listener.stdout.readlines())
         bridge.terminate()
+        bridge.communicate()
     median, late = 1e6 * np.percentile(costs, (50.0, 99.0))
     print(f"{count - heard} of {count} lost; a message costs the flight {median:.0f} µs, p99 {late:.0f} µs")
 
