@@ -21,7 +21,7 @@ from doorman.scenario import Scenario
 ROOT = Path(__file__).parent.parent
 PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "urdf/README.md")),
-    *(page for folder in ("", "tutorials/", "how-to/") for page in sorted((ROOT / "docs").glob(f"{folder}*.md"))),
+    *sorted(path for path in (ROOT / "docs").rglob("*.md") if "api" not in path.parts),
 ]
 README = PAGES[0].read_text(encoding="utf-8")
 COMMAND_LINE = (ROOT / "docs" / "command_line.md").read_text(encoding="utf-8")

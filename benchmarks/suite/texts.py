@@ -17,8 +17,14 @@ states count in times and ratios; ratios are taken state by state."""
 LIMITS = """The same with limits of thrust, body rates, joint rates, joint angles and tilt at every node, as doorman's
 scenarios have them by default."""
 
-DOORS = """The same for doors drawn at random by seed (leaf 1.1–1.5 m and 6–20 kg, contact 0.55 m to D_w − 0.5 m from the
-hinge, damping up to 0.8 N m s/rad, every second one with friction up to 0.8 N m): nothing is tuned to the paper's door."""
+DOORS = """Doors drawn at random by seed; nothing is tuned to the paper's door:
+
+| what | drawn |
+| --- | --- |
+| leaf | 1.1–1.5 m, 6–20 kg |
+| contact | 0.55 m to D_w − 0.5 m from the hinge |
+| damping | up to 0.8 N m s/rad |
+| friction, every second door | up to 0.8 N m |"""
 
 REPLANS = """One iteration from the shifted previous plan at each of 150 steps, several times over. For doorman the whole
 call `Planner.replan(state)` counts, by the clock on the wall; for the others the solver's call alone, without shifting and
@@ -44,15 +50,19 @@ PHASES = """Every kernel of doorman's iteration called by itself from Python, ag
 loop; medians. A call from Python costs about 0.3 µs, which is in these figures. *Python* is what the whole call takes
 beyond its kernels: checks, copies of the trajectory, the plan."""
 
-FLOOR = """Operations that one iteration cannot do without, counted from the problem's expressions (zeros of the Jacobians
-left out; a division or root counts as 4, a sine as 16), against fused multiply-adds in registers on the same core. Chains
-of dependent roots and divisions, loads, stores and shuffles are not counted: nobody reaches this floor."""
+FLOOR = """Operations that one iteration cannot do without, counted from the problem's expressions, against fused multiply-adds in
+registers on the same core. Zeros of the Jacobians are left out; a division or root counts as 4, a sine as 16. Chains of
+dependent roots and divisions, loads, stores and shuffles are not counted: no program reaches this floor."""
 
-PUSH = """Replans of the scenario `push`, whose tip can only push: friction cone, slip, edge, door rate, stopping and all limits
-at every node; of the scenario `paper` with its limits; and of the paper's problem with six inequalities at a node. Each flies
-closed loops of its own plans, without noise and with that from above; they take turns. Whole calls by the clock on the wall.
-*Late*: longer than the 10 ms of a planner at 100 Hz; every call is given 8 ms (`time_limit`). *Not flyable*: nothing that holds
-was found by then, and the plan says so."""
+PUSH = """Replans of three problems:
+
+- the scenario `push`, whose tip can only push: friction cone, slip, edge, door rate, stopping and all limits at every node;
+- the scenario `paper` with its limits;
+- the paper's problem with six inequalities at a node.
+
+Each flies closed loops of its own plans, without noise and with that from above; they take turns. Times are whole calls by the
+clock on the wall. *Late*: longer than the 10 ms of a planner at 100 Hz; every call is given 8 ms (`time_limit`). *Not
+flyable*: no plan that holds was found by then, and the plan says so."""
 
 FRESH = """From the start of the interpreter to the first plan of the scenario `paper`, kernels compiled before; the worst
 of several processes."""

@@ -76,7 +76,7 @@ def test_names_of_the_configuration_exist():
 def test_numbers_are_those_of_the_code():
     config = ServoConfig("nowhere", [-1.0] * 4, [1.0] * 4, [3.0] * 4)
     assert f"{config.rate:g} times a second" in PAGE
-    assert f"a cycle is {config.period * 1e3:g} ms" in PAGE
+    assert f"| a cycle | {config.period * 1e3:g} ms |" in PAGE
     assert f"{VELOCITY_UNIT:.3f} rad/s" in PAGE
     times = {row[1]: row[2] for row in table("Faults")}
     slow_cycle, probing_cycle = 15.0, 20.0
