@@ -19,6 +19,7 @@ from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
@@ -49,6 +50,8 @@ class Mission(Uncopied):
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
+        whole = settings.planner.model == "whole_body"
+        self._whole_body = WholeBodyFlight(model, self.converter) if whole else None
         self._started = 0.0
         self._last_time: float | None = None
         self._opened_at: float | None = None
@@ -122,12 +125,16 @@ class Mission(Uncopied):
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
+        if self._whole_body is not None:
+            self._whole_body.listen(measurement, force, self.phase, elapsed)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         setpoint = action.setpoint
         self._change_smoothly(setpoint, estimate)
         thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
         command = Command(thrust.thrust, self._engaged(thrust.attitude, measurement), setpoint.arm_rates, action.grip)
-        self._thrust = thrust.thrust
+        if self._whole_body is not None:
+            command = self._whole_body.command(measurement, self.phase, elapsed) or command
+        self._thrust = command.thrust
         backend.command(command)
         self._estimator.tell(command.attitude)
         self._record(measurement, estimate, setpoint, thrust, command)

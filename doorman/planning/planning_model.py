@@ -176,11 +176,16 @@ def planning_model(model: Model) -> PlanningModel:
         ScenarioError: if there is no such model for the contact.
     """
     push = model.scenario.contact.kind == "push"
+    if model.scenario.planner.model == "whole_body" and not push:
+        raise ScenarioError(
+            "a tip that grips is not planned with the whole body", file=model.scenario.source,
+            field="planner.model", given="whole_body", allowed="quasi_static, lagrangian",
+        )  # fmt: skip
     if model.scenario.planner.model == "lagrangian":
         if push:
             raise ScenarioError(
                 "a tip that can only push is planned with the simplified dynamics", file=model.scenario.source,
-                field="planner.model", given="lagrangian", allowed="quasi_static",
+                field="planner.model", given="lagrangian", allowed="quasi_static, whole_body",
             )  # fmt: skip
         return LagrangianPlanning(model)
     if push:

@@ -56,7 +56,7 @@ _RESISTANCE = (0.05, 6.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class LeafEstimate:
     """What is known at one time."""
 
     position: Array
@@ -80,7 +80,7 @@ class Known:
     inertia: float
 
 
-class Belief:
+class LeafEstimator:
     """Estimates of one flight.
 
     Args:
@@ -102,7 +102,9 @@ class Belief:
         self._resists, self._moved, self._more = 0.3, False, 0.0
         self._yaw = 0.0
 
-    def update(self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float) -> Known:
+    def update(
+        self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
+    ) -> LeafEstimate:
         """Take in one measurement.
 
         Args:
@@ -135,7 +137,7 @@ class Belief:
         hinge = self._door.hinge()
         closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
         slides = hinge.friction + 0.05
-        return Known(
+        return LeafEstimate(
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
             self._door.rate, touching, force, self._friction.copy(), self._wind.copy(), resistance,
             slides / (slides + closer), self._door.inertia,

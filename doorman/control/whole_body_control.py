@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.leaf_estimator import LeafEstimate
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -22,7 +23,6 @@ from doorman.planning.whole_body_problem import (
     whole_body_state,
 )  # fmt: skip
 from doorman.signals import Command
-from suite.whole_body.belief import Known
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ _TOO_FAR = 2.0
 """A plan that leads farther has diverged [m]."""
 
 
-class Pilot:
+class WholeBodyController:
     """Plans and commands of one flight.
 
     Args:
@@ -76,7 +76,7 @@ class Pilot:
         """Begin anew."""
         self._plan, self._next, self.opening_rate = None, 0.0, 0.0
 
-    def command(self, now: float, known: Known, time_step: float, measured_yaw: float) -> Command:
+    def command(self, now: float, known: LeafEstimate, time_step: float, measured_yaw: float) -> Command:
         """Plan if it is time to, and follow the plan.
 
         Args:
@@ -104,7 +104,7 @@ class Pilot:
         attitude[2] += measured_yaw
         return Command(float(planned[0]), attitude, np.array(planned[4:]), False)
 
-    def _make_plan(self, now: float, known: Known) -> None:
+    def _make_plan(self, now: float, known: LeafEstimate) -> None:
         state, self.numbers = self._start(known)
         self._solver.update_parameters(self.numbers.vector)
         began = time.perf_counter()
@@ -123,7 +123,7 @@ class Pilot:
             if self._plan is None:
                 self._plan, self._planned_at = self._solver.trajectory(), now
 
-    def _start(self, known: Known) -> tuple[Array, Numbers]:
+    def _start(self, known: LeafEstimate) -> tuple[Array, Numbers]:
         """First state, with the tip as deep in the leaf as the estimated force says, and the numbers of the problem."""
         model, numbers = self._model, self._first
         normal = model.door.normal(known.door_angle)
@@ -140,7 +140,7 @@ class Pilot:
             place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
         return state, numbers.replaced({**self._references(known), "contact.stick": place, "vehicle.wind": known.wind})
 
-    def _references(self, known: Known) -> dict[str, Any]:
+    def _references(self, known: LeafEstimate) -> dict[str, Any]:
         """What a tip that is to open the door, or to hold it at the goal, aims for."""
         left = known.door_angle - self._first.one("reference.joint")
         holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.2 * _AT_GOAL), 50.0)))
