@@ -1,169 +1,116 @@
-"""Plans at the leaf from what is known, and follows them: references, first states, commands."""
+r"""From what is known at the leaf to the start of a whole-body plan, and from the plan to commands.
+
+A plan begins where the contact's spring makes the estimated force: :math:`P + (\delta(\hat\lambda) - \delta)\,n_D`, as a
+millimetre of noise would be newtons. It is followed by its inputs, at the time at which they act.
+"""
 
 from __future__ import annotations
 
 import math
-import time
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.leaf_estimator import LeafEstimate
-from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.ocp.solvers.hybrid import Hybrid
-from doorman.ocp.solvers.options import SolverOptions
+from doorman.planning.planner import Plan
 from doorman.planning.whole_body_problem import (
     depth_of,
     stick_place,
+    tip_on_face,
     whole_body_numbers,
-    whole_body_problem,
     whole_body_state,
 )  # fmt: skip
+from doorman.planning.whole_body_references import at_the_leaf
 from doorman.signals import Command
 
 Array = NDArray[np.float64]
 
-_PERIOD = 0.02
-"""Between plans [s]."""
-_ITERATIONS = 1
 _RAMP = 0.06
 """Growth of the opening rate that is asked for [rad/s²]."""
-_AT_GOAL = 0.03
-"""Within about this the door is held, and not opened [rad]."""
-_HOLD_LEAST, _HOLD_FORCE, _HOLD_OPENING = 0.3, 0.5, 0.4
-"""Of a held door: least force and force as shares of what it resists with, and the weight of its speed."""
 _FREE_AIR = -0.004
 """Depth of a tip that does not touch, at most [m]."""
-_ROOM = np.array([0.0, 0.0, 0.0, 0.03, 0.03, 0.03, 1e3, 1.0, 1.0])
-"""By which rows are widened: three of the arm, three planes, force, speed and stopping. Noise moves a start across rows that
-are tight, and plans of one iteration do not converge there; residuals keep the distance instead."""
 _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
 _MOST_TURN = 0.25
 """Largest lead of the commanded heading [rad]."""
 _YAW_LOOP = 4.0
 """Of the onboard loop: rate by heading error [1/s]."""
-_TOO_FAR = 2.0
-"""A plan that leads farther has diverged [m]."""
+_YAW_RATE = 11
+"""Its place in the state."""
 
 
 class WholeBodyController:
-    """Plans and commands of one flight.
+    """Starts and references of plans, and commands.
 
     Args:
         model: Model of the scenario.
     """
 
     def __init__(self, model: Model) -> None:
-        self._model = model
-        self._first = whole_body_numbers(model)
-        self.numbers: Numbers = self._first
-        options = SolverOptions(largest_multiplier=100.0, hessian="gauss-newton", feasibility=2e-3)
-        self._solver = Hybrid(whole_body_problem(model, self._first), options)
-        self._plan: tuple[Array, Array] | None = None
-        self._planned_at = self._next = 0.0
+        self._model, self._numbers = model, whole_body_numbers(model)
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
-        self.solve_times: list[float] = []
-        """Of all plans but the first [s]."""
-        self.rejected = 0
-        """Plans that diverged."""
 
     def forget(self) -> None:
-        """Begin anew."""
-        self._plan, self._next, self.opening_rate = None, 0.0, 0.0
+        """Begin anew: the door stands."""
+        self.opening_rate = 0.0
 
-    def command(self, now: float, known: LeafEstimate, time_step: float, measured_yaw: float) -> Command:
-        """Plan if it is time to, and follow the plan.
+    def aim(self, known: LeafEstimate, time_step: float) -> None:
+        """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
 
         Args:
-            now: [s].
             known: What is known now.
             time_step: Since the last call [s].
-            measured_yaw: ψ as the vehicle knows it [rad].
         """
-        opening, most = -known.door_rate, self._first.one("reference.opening_speed")
+        opening, most = -known.door_rate, self._numbers.one("reference.opening_speed")
         if known.touching:
             self.opening_rate = min(max(self.opening_rate, opening) + _RAMP * time_step, most)
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
-        if now >= self._next - 1e-9:
-            self._next = now + _PERIOD
-            self._make_plan(now, known)
-        assert self._plan is not None
-        states, inputs = self._plan
-        step = self._first.one("plan.time_step")
-        node = min(int((now - self._planned_at) / step + 1e-6), len(inputs) - 1)
-        later = min(int((now - self._planned_at + _AHEAD) / step), len(inputs) - 1)
-        planned = inputs[node]
-        lead = float(np.clip(states[later + 1, 11] / _YAW_LOOP, -_MOST_TURN, _MOST_TURN))
-        attitude = _tilted(planned[1], planned[2], lead)
+
+    def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
+        """What a plan begins with, and aims for.
+
+        Args:
+            known: What is known now.
+
+        Returns:
+            x with the tip as deep in the leaf as the estimated force says, shape (14 + n,), and numbers of the problem by name.
+        """
+        numbers, angle = self._numbers, known.door_angle
+        depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
+        wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
+        state = whole_body_state(
+            known.position + (wanted - depth) * self._model.door.normal(angle), known.attitude, known.velocity,
+            known.attitude_rates, angle, known.door_rate, known.arm_angles,
+        )  # fmt: skip
+        if known.touching:
+            place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
+        aims = at_the_leaf(
+            numbers, angle, known.touching, known.resistance, known.friction_share, known.inertia, self.opening_rate
+        )
+        return state, {**aims, "contact.stick": place, "vehicle.wind": known.wind}
+
+    def follow(self, plan: Plan, time: float, measured_yaw: float) -> Command:
+        """What the vehicle is to do at a time of a plan; after its end, what it does last.
+
+        Args:
+            plan: Of the whole body.
+            time: Since its first state [s].
+            measured_yaw: ψ as the vehicle knows it [rad].
+        """
+        last = len(plan.inputs) - 1
+        planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
+        later = min(int((time + _AHEAD) / plan.time_step), last)
+        lead = float(np.clip(plan.states[later + 1, _YAW_RATE] / _YAW_LOOP, -_MOST_TURN, _MOST_TURN))
+        attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw
         return Command(float(planned[0]), attitude, np.array(planned[4:]), False)
 
-    def _make_plan(self, now: float, known: LeafEstimate) -> None:
-        state, self.numbers = self._start(known)
-        self._solver.update_parameters(self.numbers.vector)
-        began = time.perf_counter()
-        if self._plan is None:
-            self._solver.run(state)
-        else:
-            self._solver.replan(state, _PERIOD, max_iterations=_ITERATIONS)
-            self.solve_times.append(time.perf_counter() - began)
-        states, inputs = self._solver.trajectory()
-        sane = np.isfinite(states).all() and np.isfinite(inputs).all()
-        if sane and np.abs(states[:, :3] - state[:3]).max() < _TOO_FAR:
-            self._plan, self._planned_at = (states, inputs), now
-        else:
-            self.rejected += 1
-            self._solver.run(state)
-            if self._plan is None:
-                self._plan, self._planned_at = self._solver.trajectory(), now
 
-    def _start(self, known: LeafEstimate) -> tuple[Array, Numbers]:
-        """First state, with the tip as deep in the leaf as the estimated force says, and the numbers of the problem."""
-        model, numbers = self._model, self._first
-        normal = model.door.normal(known.door_angle)
-        tip = known.position + rotation_body_to_world(known.attitude) @ model.vehicle.tip_position(known.arm_angles)
-        contact = model.coupling.contact_point(known.door_angle)
-        depth = float(normal @ (tip - contact))
-        wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
-        state = whole_body_state(
-            known.position + (wanted - depth) * normal, known.attitude, known.velocity, known.attitude_rates,
-            known.door_angle, known.door_rate, known.arm_angles,
-        )  # fmt: skip
-        place = np.array([model.door.leaf_direction(known.door_angle) @ (tip - contact), tip[2] - contact[2]])
-        if known.touching:
-            place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
-        return state, numbers.replaced({**self._references(known), "contact.stick": place, "vehicle.wind": known.wind})
-
-    def _references(self, known: LeafEstimate) -> dict[str, Any]:
-        """What a tip that is to open the door, or to hold it at the goal, aims for."""
-        left = known.door_angle - self._first.one("reference.joint")
-        holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.2 * _AT_GOAL), 50.0)))
-        steady = known.resistance / self._model.coupling.distance_from_hinge
-        least, depth = self._first.one("reference.least_force"), self._first.one("reference.depth")
-        touch = float(known.touching)
-        return {
-            "mechanism.friction": known.friction_share * known.resistance,
-            "mechanism.torque": -(1.0 - known.friction_share) * known.resistance,
-            "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": known.inertia,
-            "limits.widened": _ROOM,
-            "reference.depth": depth * (1.0 - holds),
-            "reference.opening_speed": self.opening_rate,
-            "reference.force": steady * (1.0 - holds * (1.0 - _HOLD_FORCE)),
-            "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
-            "weight.approach": 1000.0 - 400.0 * touch,
-            "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),
-            "weight.force": 0.02 * touch,
-            "weight.least_force": 2.0 * touch,
-        }  # fmt: skip
-
-
-def _tilted(roll: float, pitch: float, yaw: float) -> Array:
+def tilted(roll: float, pitch: float, yaw: float) -> Array:
     """Attitude with the thrust's direction of [roll, pitch, 0], and another heading.
 
     Args:

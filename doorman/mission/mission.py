@@ -51,7 +51,8 @@ class Mission(Uncopied):
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         whole = settings.planner.model == "whole_body"
-        self._whole_body = WholeBodyFlight(model, self.converter) if whole else None
+        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if whole else None
+        self._flew_plan = False
         self._started = 0.0
         self._last_time: float | None = None
         self._opened_at: float | None = None
@@ -126,14 +127,24 @@ class Mission(Uncopied):
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         if self._whole_body is not None:
-            self._whole_body.listen(measurement, force, self.phase, elapsed)
+            self._whole_body.listen(measurement, force, self._sequence.at_the_leaf, elapsed)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         setpoint = action.setpoint
-        self._change_smoothly(setpoint, estimate)
-        thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
-        command = Command(thrust.thrust, self._engaged(thrust.attitude, measurement), setpoint.arm_rates, action.grip)
+        planned = None
         if self._whole_body is not None:
-            command = self._whole_body.command(measurement, self.phase, elapsed) or command
+            planned = self._whole_body.command(measurement, self._sequence.at_the_leaf, elapsed)
+        if planned is None:
+            if self._flew_plan:
+                self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
+            self._change_smoothly(setpoint, estimate)
+            thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
+            attitude = self._engaged(thrust.attitude, measurement)
+            command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
+        else:
+            command = planned
+            up = rotation_body_to_world(planned.attitude)[:, 2]
+            thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
+        self._flew_plan = planned is not None
         self._thrust = command.thrust
         backend.command(command)
         self._estimator.tell(command.attitude)

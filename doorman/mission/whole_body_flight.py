@@ -1,4 +1,4 @@
-"""The whole-body plan in a mission: what it flies, and on what estimates."""
+"""The whole-body plan in a mission: touch, swing, loss of contact and hold are one problem."""
 
 from __future__ import annotations
 
@@ -8,51 +8,63 @@ from numpy.typing import NDArray
 from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
-from doorman.mission.phases import Phase
+from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
+from doorman.planning.hinge import Hinge
 from doorman.signals import Command, Measurement
 
 Array = NDArray[np.float64]
 
-_AT_THE_LEAF = (Phase.TOUCH, Phase.OPEN, Phase.RECOVER, Phase.HOLD)
-
 
 class WholeBodyFlight:
-    """Touch, swing, loss of contact and hold as one problem; before and after them the position controller flies.
+    """Estimates, plans and commands of a tip at the leaf.
 
     Args:
         model: Model of the scenario.
         converter: Its state converter.
+        schedule: Plans.
     """
 
-    def __init__(self, model: Model, converter: StateConverter) -> None:
+    def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
         self._estimator, self._controller = LeafEstimator(model, converter), WholeBodyController(model)
+        self._schedule, self._hinge = schedule, Hinge.of(model.door)
         self._known: LeafEstimate | None = None
+        self._at_the_leaf = False
 
-    def listen(self, measurement: Measurement, force: Array, phase: Phase, time_step: float) -> None:
+    def listen(self, measurement: Measurement, force: Array, at_the_leaf: bool, time_step: float) -> None:
         """Take in one measurement, in every phase.
 
         Args:
             measurement: What the sensors say.
             force: Of the rotors since the last call, shape (3,), world frame [N].
-            phase: Where the mission is.
+            at_the_leaf: Whether the tip is to touch the leaf.
             time_step: Since the last call [s].
         """
-        seeks, wanted = phase in _AT_THE_LEAF, self._controller.opening_rate
-        self._known = self._estimator.update(measurement, force, time_step, seeks, wanted)
+        wanted = self._controller.opening_rate
+        self._known = self._estimator.update(measurement, force, time_step, at_the_leaf, wanted)
 
-    def command(self, measurement: Measurement, phase: Phase, time_step: float) -> Command | None:
+    def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
         """What the vehicle is to do now.
 
         Args:
             measurement: What the sensors say.
-            phase: Where the mission is.
+            at_the_leaf: Whether the tip is to touch the leaf.
             time_step: Since the last call [s].
 
         Returns:
-            The command; None where the tip is not at the leaf.
+            The command; None where the tip is not at the leaf, or no plan is known yet.
         """
-        if phase not in _AT_THE_LEAF or self._known is None:
-            self._controller.forget()
+        if not at_the_leaf or self._known is None:
+            self._at_the_leaf = False
             return None
-        return self._controller.command(measurement.time, self._known, time_step, float(measurement.attitude[2]))
+        if not self._at_the_leaf:
+            self._at_the_leaf = True
+            self._controller.forget()
+            self._schedule.forget()
+        self._controller.aim(self._known, time_step)
+        state, numbers = self._controller.start(self._known)
+        now = measurement.time
+        current = self._schedule.update(now, state, self._hinge, numbers=numbers)
+        if current is None:
+            return None
+        return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]))

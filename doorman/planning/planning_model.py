@@ -18,6 +18,7 @@ from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_planning import LagrangianPlanning
 from doorman.planning.push_planning import PushPlanning
 from doorman.planning.quasi_static_planning import QuasiStaticPlanning
+from doorman.planning.whole_body_planning import WholeBodyPlanning
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,8 @@ class PlanningModel(Protocol):
     """Of the scenario's task, by name; `fitted` returns others."""
     follows_start: bool
     """Whether `fitted` and `goal` depend on the start."""
+    tolerance: float
+    """Excess of a constraint up to which a plan may be used, in the constraint's unit."""
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
@@ -188,6 +191,8 @@ def planning_model(model: Model) -> PlanningModel:
                 field="planner.model", given="lagrangian", allowed="quasi_static, whole_body",
             )  # fmt: skip
         return LagrangianPlanning(model)
+    if model.scenario.planner.model == "whole_body":
+        return WholeBodyPlanning(model)
     if push:
         return PushPlanning(model)
     return QuasiStaticPlanning(model)
