@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Thrust
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -17,7 +20,7 @@ from doorman.recording import Recorder
 from doorman.signals import Command, Measurement
 from doorman.simulation import SimulatedBackend
 from doorman.summary import summarize
-from suite.whole_body.belief import Belief
+from suite.whole_body.belief import Belief, Known
 from suite.whole_body.pilot import Pilot
 
 _AT_THE_LEAF = (Phase.TOUCH, Phase.OPEN, Phase.RECOVER, Phase.HOLD)
@@ -45,8 +48,11 @@ class WholeBodyMission(Mission):
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
-        seeks = self.phase in _AT_THE_LEAF
+        seeks = self.phase in _AT_THE_LEAF or self.phase is Phase.RELEASE
         known = self.belief.update(measurement, force, elapsed, seeks, self.pilot.opening_rate)
+        estimate = self._at_the_leaf(estimate, known) if seeks else replace(estimate, wind=known.wind)
+        if self.phase in _AT_THE_LEAF and self._sequence._push is not None:
+            self._sequence._push.push = known.normal_force  # a release begins with what the tip pushes with
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         setpoint = action.setpoint
         self._change_smoothly(setpoint, estimate)
@@ -62,6 +68,17 @@ class WholeBodyMission(Mission):
         self._estimator.tell(command.attitude)
         self._record(measurement, estimate, setpoint, thrust, command)
         return estimate.door_angle
+
+    @staticmethod
+    def _at_the_leaf(estimate: Estimate, known: Known) -> Estimate:
+        """What the phases decide by while the tip is at the leaf."""
+        state = estimate.state.copy()
+        state[3:5] = known.door_angle, known.door_rate
+        turned = math.asin(known.face_offset / known.lever)
+        return replace(
+            estimate, state=state, wind=known.wind, touching=known.touching, normal_force=known.normal_pull,
+            tip_force=estimate.tip_force + known.wind - estimate.wind, tip_angle=estimate.tip_angle - turned,
+        )  # fmt: skip
 
 
 def fly(model: Model, seed: int, planner: Planner | None = None) -> dict[str, Any]:

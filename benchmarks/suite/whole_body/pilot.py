@@ -128,7 +128,7 @@ class Pilot:
         model, numbers = self._model, self._first
         normal = model.door.normal(known.door_angle)
         tip = known.position + rotation_body_to_world(known.attitude) @ model.vehicle.tip_position(known.arm_angles)
-        contact = model.coupling.contact_point(known.door_angle)
+        contact = model.coupling.contact_point(known.door_angle) - known.face_offset * normal
         depth = float(normal @ (tip - contact))
         wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
         state = whole_body_state(
@@ -138,7 +138,9 @@ class Pilot:
         place = np.array([model.door.leaf_direction(known.door_angle) @ (tip - contact), tip[2] - contact[2]])
         if known.touching:
             place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
-        return state, numbers.replaced({**self._references(known), "contact.stick": place, "vehicle.wind": known.wind})
+        face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
+        felt = {"contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face}
+        return state, numbers.replaced({**self._references(known), **felt})
 
     def _references(self, known: Known) -> dict[str, Any]:
         """What a tip that is to open the door, or to hold it at the goal, aims for."""
