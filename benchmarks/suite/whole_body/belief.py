@@ -28,8 +28,8 @@ _NEAR = 0.03
 """A tip that is farther from the leaf's place does not touch it [m]."""
 _FACE, _MEASURED = 0.02, 0.3
 """Deviation of where the face stands [m], which the first touch measures in so long [s],"""
-_STOPS, _STOPPED = 0.15, 0.03
-"""with a tip that has stopped by the first [s]; one that is faster then has met nothing [m/s]."""
+_STOPPED, _WENT_ON = 0.03, 0.015
+"""with a tip that has stopped [m/s]; one that goes on by the second has met nothing [m]."""
 _TIP_NOISE, _TIP_TIME = 0.003, 0.05
 """Noise of the tip's place, which is a new one after the latter [m], [s]."""
 _LEAST = 0.2
@@ -49,14 +49,14 @@ _STANDS_AT_GOAL = 0.015
 _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, does
 not touch; nor does one that draws back by more than the second [rad],"""
-_GHOST, _GHOST_RATE, _GHOST_TIME = 1.5, 0.06, 0.3
+_GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if the leaf opened by itself with more [N m],"""
 _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
 """A tip that is farther than it last was in contact has met the leaf again [rad]."""
-_RESISTANCE = (0.05, 6.0)
-"""Within which resistance is believed [N m]."""
+_RESISTANCE, _FIRST_RESISTANCE = (0.05, 6.0), 0.3
+"""Within which resistance is believed, and what is believed at first [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,20 +99,20 @@ class Belief:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings, control = model.scenario.estimation, model.scenario.control
+        settings = model.scenario.estimation
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.distance_from_hinge
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
         self._start = float(model.start_state[3])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
-        self._door, self._leaf = DoorFilter(model, settings), model.door
-        self._torque = DoorObserver(model, control.door_observer_rate, _RESISTANCE[1])
+        self._model, self._leaf, self._touched_at = model, model.door, 0.0
+        self._begin()
         self._wind, self._friction = WindFilter(), np.zeros(2)
         self._face, self._face_variance, self._closed = 0.0, _FACE**2, True
+        self._met: float | None = None
+        self._measured = 0.0
         self._angle_deviation = self._lever * settings.angle_deviation
-        self._deepest, self._ghost, self._touched_at = math.inf, 0.0, 0.0
-        self._resists, self._moved, self._more = 0.3, False, 0.0
         self._yaw = 0.0
 
     def update(self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float) -> Known:
@@ -134,7 +134,7 @@ class Belief:
         push = float(normal @ rotors)
         touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
         if touching and self._closed:
-            touching, tip = self._first_touch(tip, measured.time - self._touched_at, time_step)
+            touching, tip = self._first_touch(tip, time_step)
         wind = self._wind.force
         acting = push + float(normal @ wind)
         self._door.update(acting, touching, tip[0], measured.pose_time, measured.time, time_step, wind=wind)
@@ -161,28 +161,32 @@ class Belief:
         angle, rate = self._converter.tip(measured, velocity)
         return angle - math.asin(self._face / self._lever), rate
 
-    def _first_touch(self, tip: tuple[float, float], ago: float, time_step: float) -> tuple[bool, tuple[float, float]]:
+    def _first_touch(self, tip: tuple[float, float], time_step: float) -> tuple[bool, tuple[float, float]]:
         """Where the face stands, as a closed leaf stands at a known angle; and whether anything has been met."""
-        speed = -self._lever * tip[1]
-        if ago > _STOPS and speed > _STOPPED:
-            tip = (tip[0] + math.asin(self._face / self._lever), tip[1])
-            self._face, self._face_variance, self._deepest = 0.0, _FACE**2, math.inf
+        off, speed = self._lever * (tip[0] - self._start), -self._lever * tip[1]
+        self._met = off if self._met is None else self._met
+        if self._met - off > _WENT_ON and speed > _STOPPED:
+            self._face, self._face_variance, self._met, self._deepest = 0.0, _FACE**2, None, math.inf
             self._monitor.declare(False)
-            self._door.meet(self._start)
             self._wind.lost(self._vehicle.outer_force)
             return False, tip
-        if ago > _MEASURED:
-            self._closed = False
-        elif abs(speed) < _STOPPED:
-            off = self._lever * (tip[0] - self._start)
+        if abs(speed) < _STOPPED:
             noise = _TIP_NOISE**2 * max(_TIP_TIME / max(time_step, 1e-6), 1.0) + self._angle_deviation**2
             gain = self._face_variance / (self._face_variance + noise)
             self._face += gain * off
             self._face_variance *= 1.0 - gain
-            tip = (tip[0] - gain * off / self._lever, tip[1])
-            self._door.meet(self._start)
-        self._deepest = min(self._deepest, tip[0])
-        return True, tip
+            self._measured += time_step
+        self._closed = self._measured < _MEASURED
+        self._deepest = self._start
+        return True, (self._start, tip[1])
+
+    def _begin(self) -> None:
+        """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
+        self._sought = True
+        self._door = DoorFilter(self._model, self._model.scenario.estimation)
+        self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
+        self._deepest, self._ghost = math.inf, 0.0
+        self._resists, self._moved, self._more = _FIRST_RESISTANCE, False, 0.0
 
     def _contact(
         self, tip: tuple[float, float], normal: Array, push: float, now: float, time_step: float, seeks: bool
@@ -193,6 +197,9 @@ class Belief:
         near = seeks and self._lever * (tip[0] - self._door.angle) < reach
         if not seeks:
             monitor.declare(False)
+            self._sought = False
+        elif not self._sought:
+            self._begin()
         was = monitor.touching
         force = float(normal @ (self._wind.force - felt))
         if not was:

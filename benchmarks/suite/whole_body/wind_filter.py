@@ -93,7 +93,6 @@ class WindFilter:
             normal: n_D, shape (3,), world frame.
             more: By so much [N].
         """
-        self.covariance[:3, :3] += np.eye(3) * _FIRST**2
         self._correct(normal, more, _BOUND**2)
 
     def lost(self, felt: Array) -> None:
@@ -102,9 +101,8 @@ class WindFilter:
         Args:
             felt: Outer force, shape (3,), world frame [N].
         """
-        self.covariance[:3, :3] += np.eye(3) * _FIRST**2
         for axis in np.eye(3):
-            self._correct(axis, float(axis @ (felt - self.state[:3])), _FIRST**2)
+            self._correct(axis, float(axis @ (felt - self.state[:3])), _FELT**2)
 
     def _correct(self, direction: Array, off: float, noise: float) -> None:
         row = np.append(direction, 0.0)
