@@ -81,6 +81,7 @@ class WholeBodyController:
         """
         numbers, angle = self._numbers, known.door_angle
         depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
+        depth += known.face_offset
         wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
         state = whole_body_state(
             known.position + (wanted - depth) * self._model.door.normal(angle), known.attitude, known.velocity,
@@ -91,7 +92,8 @@ class WholeBodyController:
         aims = at_the_leaf(
             numbers, angle, known.touching, known.resistance, known.friction_share, known.inertia, self.opening_rate
         )
-        return state, {**aims, "contact.stick": place, "vehicle.wind": known.wind}
+        face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
+        return state, {**aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face}
 
     def follow(self, plan: Plan, time: float, measured_yaw: float) -> Command:
         """What the vehicle is to do at a time of a plan; after its end, what it does last.

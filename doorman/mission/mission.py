@@ -124,10 +124,11 @@ class Mission(Uncopied):
         self._last_time = now
         force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
+        if self._whole_body is not None:
+            seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
+            estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
-        if self._whole_body is not None:
-            self._whole_body.listen(measurement, force, self._sequence.at_the_leaf, elapsed)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         setpoint = action.setpoint
         planned = None

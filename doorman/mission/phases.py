@@ -327,7 +327,7 @@ class Sequence:
     def _pressed(self, estimate: Estimate) -> float | None:
         """F_n that a tip presses with [N]."""
         if self._whole_body:
-            return max(estimate.normal_force, 0.0)
+            return estimate.push
         return None if self._push is None else self._push.push
 
     def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:

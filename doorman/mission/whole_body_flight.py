@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimator import Estimate
 from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
@@ -31,17 +35,33 @@ class WholeBodyFlight:
         self._known: LeafEstimate | None = None
         self._at_the_leaf = False
 
-    def listen(self, measurement: Measurement, force: Array, at_the_leaf: bool, time_step: float) -> None:
+    def listen(
+        self, measurement: Measurement, force: Array, estimate: Estimate, seeks: bool, time_step: float
+    ) -> Estimate:
         """Take in one measurement, in every phase.
 
         Args:
             measurement: What the sensors say.
             force: Of the rotors since the last call, shape (3,), world frame [N].
-            at_the_leaf: Whether the tip is to touch the leaf.
+            estimate: What is known otherwise.
+            seeks: Whether the tip is to touch the leaf, or lets go of it.
             time_step: Since the last call [s].
+
+        Returns:
+            What the phases decide by: of the leaf, its force and the wind, what is known here.
         """
         wanted = self._controller.opening_rate
-        self._known = self._estimator.update(measurement, force, time_step, at_the_leaf, wanted)
+        self._known = known = self._estimator.update(measurement, force, time_step, seeks, wanted)
+        if not seeks:
+            return replace(estimate, wind=known.wind)
+        state = estimate.state.copy()
+        state[3:5] = known.door_angle, known.door_rate
+        turned = math.asin(known.face_offset / known.lever)
+        return replace(
+            estimate, state=state, wind=known.wind, touching=known.touching, normal_force=known.normal_pull,
+            tip_force=estimate.tip_force + known.wind - estimate.wind, tip_angle=estimate.tip_angle - turned,
+            push=known.normal_force,
+        )  # fmt: skip
 
     def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
         """What the vehicle is to do now.

@@ -72,7 +72,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.joint": goal[3], "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
         "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
         "reference.depth": 0.02, "reference.approach_speed": 0.08, "reference.approach_length": 0.08,
-        "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.3, "reference.force": 0.0,
+        "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
         "reference.least_force": 0.5, "reference.largest_force": 12.0, "reference.room": 0.03, "weight.near": 300.0,
         "plan.time_step": scenario.planner.time_step,
         "weight.place": 40.0, "weight.position": 0.0, "weight.heading": 16.0, "weight.arm": 30.0,

@@ -81,7 +81,7 @@ def test_a_tip_that_is_stopped_touches_and_its_force_is_what_the_rotors_press_wi
     known = pressed(vehicle, 1.2, wind)
     assert known.touching
     assert known.normal_force == pytest.approx(1.2, abs=0.15)
-    np.testing.assert_allclose(known.wind, wind, atol=0.1)
+    np.testing.assert_allclose(known.wind, wind, atol=0.25)
     assert known.door_angle == pytest.approx(CLOSED, abs=0.005)
 
 
@@ -104,7 +104,7 @@ def test_friction_takes_no_more_than_its_share_and_the_rest_is_wind(model: Model
     little = pressed(vehicle, 2.0, np.zeros(3), -0.5 * along)
     assert little.friction_force[0] == pytest.approx(0.5, abs=0.15) and abs(little.wind @ along) < 0.15
     much = vehicle.fly(4.0, vehicle.at(0.0), -2.0 * model.door.normal(CLOSED) - 3.0 * along)
-    assert abs(much.friction_force[0]) < 1.3 and much.wind @ along < -1.5
+    assert abs(much.friction_force[0]) < 1.3 and much.wind @ along < -1.2
 
 
 def test_a_door_that_sticks_is_believed_to_resist_more_and_more_up_to_a_bound(model: Model) -> None:

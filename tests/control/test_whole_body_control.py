@@ -36,7 +36,7 @@ def known(model: Model, distance: float, touching: bool = False, angle: float = 
     force = 0.7 if touching else 0.0
     return LeafEstimate(
         position, none, posture[:3], none, posture[5:], angle, 0.0, touching, force, np.zeros(2), none, 0.5, 1.0,
-        model.door.inertia,
+        model.door.inertia, 0.0, model.coupling.distance_from_hinge, force,
     )  # fmt: skip
 
 
