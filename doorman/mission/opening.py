@@ -167,7 +167,8 @@ class Opening:
         in_swing = self.resistance.known and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
-        return f"the door does not move on from {angle:.1f}° against {max(0.0, -estimate.door_disturbance):.2f} N m" + (
+        resists = max(0.0, self._model.travel.ahead(estimate.door_disturbance))
+        return f"the door does not move on from {angle:.1f}° against {resists:.2f} N m" + (
             f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
         )
 

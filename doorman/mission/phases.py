@@ -22,7 +22,7 @@ from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.grip_watch import TUG, GripWatch
 from doorman.mission.held_door import MOVING, OPEN_ENOUGH, After, HeldDoor
 from doorman.mission.letting_go import LOST_PAST, LettingGo, Then
-from doorman.mission.motion import in_the_doorway
+from doorman.mission.motion import in_the_doorway, planned_speed_back
 from doorman.mission.opening import SILENT, Opening
 from doorman.mission.retreat import Retreat
 from doorman.mission.schedule import PlanSchedule
@@ -172,7 +172,10 @@ class Sequence:
     def _allow_another(self) -> None:
         """Let another attempt follow, unless this one has failed already, or the mission was aborted."""
         if not self.failure and not self._aborted:
-            self._again = self._attempt < self._settings.attempts
+            knows_the_leaf = (
+                self._model.door.side == "push"
+            )  # else it may stand open, where the vehicle would come back
+            self._again = knows_the_leaf and self._attempt < self._settings.attempts
 
     def _back_out(self, estimate: Estimate, reason: str, at_once: bool) -> None:
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
@@ -268,6 +271,8 @@ class Sequence:
             self._slam.reset()
             return False
         back = self._way_out.speed_from_leaf(estimate) if retreats and self._way_out is not None else 0.0
+        if self.phase is Phase.OPEN:
+            back = planned_speed_back(self._converter, self._schedule.current, estimate.time)
         return self._slam.update(estimate, self._closed, lets_go or retreats, back, time_step)
 
     def _searching(self, now: float) -> bool:
@@ -361,7 +366,7 @@ class Sequence:
                 self._since = None
             if estimate.touching or self._grips:
                 return self._leaf.push(estimate, self._settings.touch_force)
-        if estimate.door_angle <= float(self._model.goal_state[3]) - _OPENED_ALREADY:
+        if self._model.travel.left(estimate.door_angle) <= -_OPENED_ALREADY:
             self.abort(estimate, f"the leaf has opened by itself: none before {np.degrees(estimate.door_angle):.0f}°")
             return self._leaf.push(estimate, 0.0)
         if float(self._model.start_state[3]) - estimate.door_angle > _MISSING:
