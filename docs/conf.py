@@ -27,8 +27,16 @@ version = release = doorman.__version__
 copyright = author
 
 root_doc = "docs/index"
-include_patterns = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "urdf/README.md", "docs/**.md"]
-exclude_patterns = [".*", "build", "doorman", "tests", "examples", "benchmarks"]
+include_patterns = [
+    "README.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    "CHANGELOG.md",
+    "examples/README.md",
+    "urdf/README.md",
+    "docs/**.md",
+]
+exclude_patterns = [".*", "build", "doorman", "tests", "benchmarks"]
 
 _profile = tempfile.mkdtemp()
 atexit.register(shutil.rmtree, _profile, ignore_errors=True)
@@ -91,6 +99,7 @@ tutorials/campaign
 :caption: How to
 
 how-to/*
+/examples/README
 ```
 
 ```{toctree}

@@ -41,8 +41,8 @@ _MODULES = {
 
 _PACKAGES = (
     "campaign", "cli", "collision", "control", "dynamics", "exceptions", "feasibility", "flight", "hardware", "kinematics",
-    "mission", "model", "numba_types", "ocp", "planning", "recording", "rig", "scenario", "signals", "simulation", "summary",
-    "visualization",
+    "learning", "mission", "model", "numba_types", "ocp", "planning", "recording", "rig", "ros2", "scenario", "signals",
+    "simulation", "summary", "visualization",
 )  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker would take any name for granted

@@ -22,7 +22,9 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     axis and the direction a of the closed leaf, the rows of the disc are
 
     .. math::
-        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r + o, \qquad a^T r - D_w + R_A, \qquad R_A - a^T r .
+        R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r + o, \qquad a^T r - D_w + R_A, \qquad R_A - a^T r ,
+
+    and those of `collision.constraints` for other surroundings than a doorway.
 
     Args:
         model: Model of the scenario; the doorway is the true one.
@@ -44,12 +46,25 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     facing = sine * upright[:, 0] - cosine * upright[:, 1]
     leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf
     beside_leaf = (along_leaf > -radius) & (along_leaf < door.width + radius)
-    in_doorway = (away[:, 0] > -door.frame_depth - radius) & (away[:, 0] < radius)
-    return np.column_stack(
-        [
-            model.constraints_along(states)[:, :arm],
-            np.where(beside_leaf, leaf, -np.inf),
-            np.where(in_doorway, away[:, 1] - door.width + radius, -np.inf),
-            np.where(in_doorway, radius - away[:, 1], -np.inf),
-        ]
-    )
+    extent = radius * np.sqrt(np.maximum(1.0 - upright[:, 0] ** 2, 0.0))
+    beside = _beside(model, away, extent)
+    return np.column_stack([model.constraints_along(states)[:, :arm], np.where(beside_leaf, leaf, -np.inf), *beside])
+
+
+def _beside(model: Model, away: Array, extent: Array) -> list[Array]:
+    """Rows of what stands beside the door.
+
+    Args:
+        model: Model of the scenario.
+        away: P − P_h in the doorway, shape (m, 3) [m].
+        extent: How far the disc reaches through the doorway, shape (m,) [m].
+    """
+    door, radius = model.true_door, model.vehicle.radius
+    if model.surroundings == "wall":
+        return [extent + away[:, 0] + door.frame_depth]
+    if model.surroundings == "doorway":
+        within = (away[:, 0] > -door.frame_depth - radius) & (away[:, 0] < radius)
+        rows = (away[:, 1] - door.width + radius, radius - away[:, 1])
+        return [np.where(within, row, -np.inf) for row in rows]
+    before = np.maximum(np.maximum(-door.frame_depth - away[:, 0], away[:, 0] - door.frame_back), 0.0)
+    return [radius - np.hypot(before, np.maximum(each, 0.0)) for each in (door.width - away[:, 1], away[:, 1])]

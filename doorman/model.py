@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
+from doorman.collision.surroundings import Surroundings
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
-from doorman.kinematics.door import Door
+from doorman.kinematics.read_door import read_door, read_travel
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.true_door import TrueDoor, is_another
@@ -23,6 +24,11 @@ from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
 
 Array = NDArray[np.float64]
+
+_TOUCHES_A_JAMB = 0.02
+"""Depth to which a disc must reach into a jamb for a way to lead there: the check measures it exactly [m]."""
+_RECESSED = 0.02
+"""A leaf whose face lies so far behind the frame's is pulled by a vehicle whose disc may be between the jambs [m]."""
 
 
 class Model:
@@ -43,33 +49,40 @@ class Model:
     def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
         self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
-        self.door = Door(scenario.door_urdf, scenario.door)
-        true = scenario.simulation
-        self.true_door = TrueDoor(scenario.door_urdf, scenario.door, true) if is_another(true) else self.door
+        self.door = read_door(scenario)
+        self.travel = read_travel(scenario, self.door)
+        """Where the door is at start and goal."""
+        true, contact = scenario.simulation, scenario.contact
+        self.true_door = self.door
         """The simulated plant's: `door`, or another one where `[simulation]` says so."""
+        if is_another(true):
+            self.true_door = TrueDoor(scenario.door_urdf, scenario.door, true, self.door.side, contact.frame)
+        self._place = self._contact_place()
         self._check_contact()
-        contact = scenario.contact
         self.n_arm = self.vehicle.n_arm
         self.nx = 5 + self.n_arm
         self.nu = 4 + self.n_arm
         for name, given in (("start.arm", scenario.start.arm), ("goal.arm", scenario.goal.arm)):
             self._check_arm(name, given)
-        self.constraint_names = (*(f"{name} below body" for name in self.vehicle.point_names), "disc clear of leaf",
-                                 "disc clear of latch jamb", "disc clear of hinge jamb")  # fmt: skip
-        self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
+        self.surroundings: Surroundings = self._surroundings()
+        """What stands beside the door, for the constraints of this task."""
+        self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), self._place[1])
         self.reduced = self._reduced(self.coupling.distance_from_hinge)
         """Dynamics and constraints in numbers; parameters of the kernels by name."""
-        postures = propose(scenario, self.vehicle, self.door, self.reduced)
+        self.constraint_names = self.reduced.row_names
+        postures = propose(scenario, self.vehicle, self.door, self.travel, self.reduced)
         self.proposed = postures.proposed
         """What the scenario leaves open, by its keys: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
         self.start_state, self.goal_state = frozen(postures.start), frozen(postures.goal)
+        self.hover_offset = frozen(self._hover_offset())
+        """From where the tip touches the leaf in the start posture to the hover before the door, shape (3,), world frame [m]."""
         self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
 
     @property
     def n_constraints(self) -> int:
-        """Number of rows of h: n + 2 for an arm of n ≥ 2 joints."""
+        """Number of rows of h: n + 2 for an arm of n ≥ 2 joints in a doorway."""
         return len(self.constraint_names)
 
     def on_the_way(self, door_angle: float) -> Array:
@@ -83,8 +96,7 @@ class Model:
         """
         first, last = self.start_state, self.goal_state
         door_angle = number(door_angle, "door_angle")
-        done = min(max((first[3] - door_angle) / (first[3] - last[3]), 0.0), 1.0)
-        return np.asarray(last + (1.0 - done) * (first - last))
+        return np.asarray(last + (1.0 - self.travel.share(door_angle)) * (first - last))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
@@ -179,8 +191,24 @@ class Model:
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
 
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
-        numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self.scenario.contact.height)
-        return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step)
+        numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self._place[1])
+        return ReducedModel(self.vehicle, numbers, self.scenario.planner.time_step, self.surroundings)
+
+    def _hover_offset(self) -> Array:
+        """Back along the leaf's normal; where that leads into a jamb, straight out of the doorway."""
+        door, state, far = self.door, self.start_state, self.scenario.mission.hover_distance
+        touch = door.in_doorway(
+            self.coupling.vehicle_position(state[:3], float(state[3]), state[5:]) - door.hinge_position
+        )
+        straight = -far * door.normal(float(state[3]))
+        steps = touch + np.outer(np.linspace(0.0, 1.0, 20), door.in_doorway(straight))
+        before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
+        beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
+        if door.side == "pull" or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
+            return np.asarray(straight)
+        middle = 0.5 * door.width
+        outside = np.array([-door.frame_depth - self.vehicle.radius - far, middle, touch[2]])
+        return np.asarray(door.from_doorway(outside - touch))
 
     def _check_arm(self, field: str, given: tuple[float, ...] | None) -> None:
         n = self.vehicle.n_arm
@@ -192,22 +220,37 @@ class Model:
 
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
-        contact = self.scenario.contact
-        if contact.kind != "push" or not contact.fit_doorway:
-            return contact.distance_from_hinge
-        reduced = self._reduced(contact.distance_from_hinge)
-        reach = math.hypot(*self.vehicle.tip_position(start_arm(self.scenario, self.vehicle, self.door, reduced))[:2])
+        contact, distance = self.scenario.contact, self._place[0]
+        if contact.kind != "push" or not contact.fit_doorway or contact.frame is not None:
+            return distance
+        arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
+        reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
         room = self.door.width - self.vehicle.radius - self.scenario.planner.margin
-        return min(contact.distance_from_hinge, distance_in_doorway(reach, room))
+        return min(distance, distance_in_doorway(reach, room))
+
+    def _contact_place(self) -> tuple[float, float]:
+        """D_V and D_H [m]."""
+        contact, handle = self.scenario.contact, self.door.handle
+        return (contact.distance_from_hinge, contact.height) if handle is None else handle[:2]
+
+    def _surroundings(self) -> Surroundings:
+        """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb."""
+        if self.door.side == "pull":
+            return "wall" if self.door.frame_depth - self.door.contact_offset < _RECESSED else "corners"
+        width, radius = self.door.width, self.vehicle.radius
+        behind_the_tip = radius - 1e-9 <= self._place[0] <= width - radius + 1e-9
+        fitted = self.scenario.contact.kind == "push" and self.scenario.contact.fit_doorway
+        return "doorway" if behind_the_tip or fitted or width < 2.0 * radius else "corners"
 
     def _check_contact(self) -> None:
-        contact, door = self.scenario.contact, self.door
-        width = min(door.width, self.true_door.width)
+        door, contact = self.door, self.scenario.contact
+        width, named = min(door.width, self.true_door.width), contact.frame is not None
         for field, given, limit, what in (
-            ("contact.distance_from_hinge", contact.distance_from_hinge, width, "the leaf's width"),
-            ("contact.height", contact.height, door.height, "the leaf's height"),
+            ("contact.distance_from_hinge", self._place[0], width, "the leaf's width"),
+            ("contact.height", self._place[1], door.height, "the leaf's height"),
         ):
-            if given > limit:
+            if not 0.0 <= given <= limit:
+                field = "contact.frame" if named else field
                 raise ScenarioError(
                     "the contact point is off the leaf", file=self.scenario.source, field=field, given=given,
                     allowed=f"at most {limit:g} m, {what}",

@@ -73,6 +73,8 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "opened": opened_at is not None,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
+        "final_error": math.degrees(float(angle[-1]) - target),
+        "unit": "deg",
         "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
         "hover_to_goal_s": opened_at,
         "duration_s": float(time[-1]),

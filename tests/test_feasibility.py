@@ -149,7 +149,6 @@ def test_a_goal_out_of_bounds_is_a_warning_with_its_rows(tmp_path: Path) -> None
         ({"vehicle__radius": 0.59}, "doorway width", Severity.ERROR),
         ({"start__arm": [0.0, 1.7, -0.6, -0.4]}, "start arm", Severity.ERROR),
         ({"goal__arm": [0.0, math.pi / 2, -math.pi / 2, 1.9]}, "goal arm", Severity.ERROR),
-        ({"contact__distance_from_hinge": 0.9, **PAPER_START}, "start constraints", Severity.ERROR),
         ({"contact__distance_from_hinge": 0.79, **PAPER_START}, "start constraints", Severity.WARNING),
         ({"door__friction": 5.5}, "hinge friction", Severity.ERROR),
         ({"door__friction": 0.5, "control__door_observer_rate": 0.0}, "hinge friction", Severity.ERROR),

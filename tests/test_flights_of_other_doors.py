@@ -42,6 +42,40 @@ def test_a_door_on_the_left_is_gripped_open() -> None:
     flown("paper", 9.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
 
 
+def flown_towards(source: str, seed: int, **overrides: Any) -> None:
+    """A door that comes towards the vehicle, or is shut, from hover to hover."""
+    scenario = Scenario.load(f"shipped:{source}", {key.replace("__", "."): value for key, value in overrides.items()})
+    summary = simulate(scenario, seed=seed).summary
+    assert summary is not None and summary["outcome"] == "completed", summary
+    assert abs(summary["final_error"]) < 1.5 and summary["unit"] == "deg"
+    assert summary["collisions"] == 0 and summary["max_constraint_violation_m"] <= 0.01
+    assert summary["min_clearance_m"] > 0.0
+
+
+def test_a_door_is_pulled_open() -> None:
+    flown_towards("pull", 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("source", ["pull", "close"])
+def test_the_shipped_pull_and_close(source: str, seed: int) -> None:
+    flown_towards(source, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", ["pull", "close"])
+@pytest.mark.parametrize(("friction", "mass"), [(0.3, 14.4), (0.7, 33.6)])
+def test_friction_and_mass_of_a_pulled_door_are_not_known(source: str, friction: float, mass: float) -> None:
+    flown_towards(source, 3, simulation__door_friction=friction, simulation__door_mass=mass)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", [1.2, 0.95])
+def test_a_door_is_shut_from_the_side_that_pushes_it_open(start: float) -> None:
+    flown_towards("paper", 0, start__door_angle=start, goal__door_angle=1.5707)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_the_shipped_left_door_is_pushed_open(seed: int) -> None:

@@ -137,8 +137,9 @@ def distribution_of(module: str) -> str:
 @pytest.mark.parametrize("path", sorted((ROOT / "doorman").rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_import_is_a_declared_dependency(path):
     extras = {
-        "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware",), "campaign": ("campaign",),
-        "feasibility": ("sim",), "recording": ("campaign",), "rig": ("sim", "hardware"), "flight": ("hardware",),
+        "simulation": ("sim",), "visualization": ("viz",), "hardware": ("hardware", "mocap"), "campaign": ("campaign",),
+        "feasibility": ("sim",), "recording": ("campaign", "logs"), "rig": ("sim", "hardware"),
+        "ros2": ("ros2",), "learning": ("gym",), "flight": ("hardware",),
     }.get(path.relative_to(ROOT / "doorman").parts[0], ())  # fmt: skip
     declared = requirements(*extras)
     for module in third_party_imports(path):

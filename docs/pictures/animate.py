@@ -25,6 +25,7 @@ PLAIN = "for (const one of document.querySelectorAll('#caption, #legend, #contro
 
 
 def main() -> None:
+    """Do what the arguments say."""
     arguments = parse()
     with tempfile.TemporaryDirectory() as folder:
         browser = Browser(Path(folder))
@@ -64,6 +65,7 @@ def write(pictures: list[Image.Image], path: Path, rate: float) -> None:
 
 
 def parse() -> argparse.Namespace:
+    """What was asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="folder of a run")
     parser.add_argument("out", type=Path, help="GIF to write")

@@ -13,9 +13,10 @@ from typing import Annotated
 import typer
 
 from doorman.cli import panels
-from doorman.cli.arguments import Settings, Source, Sources
+from doorman.cli.arguments import FeedPort, Settings, Source, Sources
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
+from doorman.cli.setup_commands import add_setup_commands
 from doorman.cli.streams import lost_stream, steady_streams
 from doorman.cli.vehicle_commands import add_vehicle_commands
 from doorman.exceptions import DoormanError, how_to_install
@@ -30,6 +31,8 @@ INTERRUPTED = 130
 _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
+    "pyulog": "logs", "motioncapture": "mocap", "packaging": "hardware",
+    "cyclonedds": "ros2", "gymnasium": "gym",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
 
@@ -170,6 +173,7 @@ def open_command(
         int, typer.Option(min=0, max=65535, help="Of the page of --view, on this machine.", show_default="any free one")
     ] = 0,
     force: Annotated[bool, typer.Option("--force", help="Fly even what `doorman check` refuses.")] = False,
+    feed: FeedPort = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
     ] = False,
@@ -192,7 +196,7 @@ def open_command(
         from doorman.cli.open_door import open_door
 
         return open_door(
-            scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json, force
+            scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json, force, feed
         )
 
     _leave(command)
@@ -249,3 +253,4 @@ def _complain(message: str) -> None:
 add_campaign_command(app, _leave)
 add_run_commands(app, _leave)
 add_vehicle_commands(app, _leave)
+add_setup_commands(app, _leave)

@@ -81,3 +81,14 @@ Settings = Annotated[
         autocompletion=complete_setting,
     ),
 ]
+FeedPort = Annotated[
+    int | None,
+    typer.Option(
+        "--feed",
+        metavar="PORT",
+        min=1,
+        max=65535,
+        help="Also send the flight to `doorman ros2`, which listens on 51100.",
+        show_default="not sent",
+    ),
+]

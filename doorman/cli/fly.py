@@ -20,6 +20,7 @@ from rich.text import Text
 
 from doorman import __version__
 from doorman.cli.background_printer import BackgroundPrinter
+from doorman.cli.feeding import fed
 from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import new_folder
 from doorman.exceptions import DoormanError, RecordingError
@@ -65,6 +66,8 @@ class Wiring:
     """Any other setting of the links, by dotted name."""
     local_frame: tuple[float, ...] | None = None
     """Origin and yaw of the autopilot's local frame in the world, shape (4,) [m, rad]."""
+    feed: int | None = None
+    """UDP port on loopback of `doorman ros2`, which is sent what is recorded."""
 
 
 def fly_mission(
@@ -123,7 +126,7 @@ def fly_mission(
                 _print_checks(checks, output)
                 result = _refusal(checks, yes, output)
         if result is None:
-            result = _fly(model, links, planner, checks, _file(out, model), duration, output)
+            result = _fly(model, links, planner, checks, _file(out, model), duration, output, wiring.feed)
     _print_result(checks, result, output)
     return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
 
@@ -194,14 +197,16 @@ def _fly(
     path: Path,
     duration: float | None,
     output: Output,
+    feed: int | None,
 ) -> dict[str, Any]:
     header = recorded_header(model.scenario) | {
         "version": __version__,
         "links": asdict(links.config),
         "checklist": _as_data(checks),
     }
-    recorder, unwritten = Recorder(path, header, keep=False, attachments=carried_files(model.scenario)), ""
-    with BackgroundPrinter(sys.stderr) as printer:
+    unwritten = ""
+    with BackgroundPrinter(sys.stderr) as printer, fed(feed) as listener:
+        recorder = Recorder(path, header, listener, keep=False, attachments=carried_files(model.scenario))
         try:
             session = FlightSession(model, links, planner, recorder, say=lambda words: printer.print(f"· {words}"))
             with _ctrl_c(session):

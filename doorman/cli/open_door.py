@@ -14,6 +14,7 @@ from rich.text import Text
 from doorman.cli.check import findings_table
 from doorman.cli.display import flight_progress, print_run
 from doorman.cli.effective import effective_toml
+from doorman.cli.feeding import fed
 from doorman.cli.live import live_view
 from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import run_folder
@@ -60,6 +61,7 @@ def open_door(
     port: int | None,
     as_json: bool,
     force: bool = False,
+    feed: int | None = None,
 ) -> int:
     """Check a scenario, fly it in simulation if it is possible, and write the folder of the run.
 
@@ -73,6 +75,7 @@ def open_door(
         port: Of the live view, 0 for any; None: no live view.
         as_json: Print the summary as JSON and nothing else.
         force: Fly what the check refuses, too.
+        feed: UDP port on loopback of `doorman ros2`; None sends nothing.
 
     Returns:
         Exit status: 0 if the flight went to its end, the door was opened and nothing was touched, else 1; nothing is flown or
@@ -83,7 +86,7 @@ def open_door(
         OSError: if the folder cannot be written.
     """
     with ExitStack() as claims:
-        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json, force)
+        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json, force, feed)
 
 
 def _open_door(
@@ -97,6 +100,7 @@ def _open_door(
     port: int | None,
     as_json: bool,
     force: bool,
+    feed: int | None,
 ) -> int:
     """`open_door`; the folder is claimed until the end of `claims`."""
     if duration is not None and not 0.0 < duration <= _LONGEST:
@@ -113,7 +117,7 @@ def _open_door(
             typer.echo(f"Proposed postures: {postures}", err=as_json)
         folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
         (folder / "scenario.toml").write_text(effective_toml(scenario, model.proposed), encoding="utf-8")
-        with live_view(model, port) as listener:
+        with live_view(model, port) as viewed, fed(feed, viewed) as listener:
             recording = simulate(
                 model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
                 listener=listener, force=force, report=report,

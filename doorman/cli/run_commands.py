@@ -1,8 +1,9 @@
-"""`doorman view`, `doorman export`, `doorman plot` and `doorman replay`: their arguments and their help."""
+"""`doorman view`, `export`, `plot`, `replay`, `merge` and `layout`: their arguments and their help."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +18,13 @@ _Run = Annotated[
 _Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
 
 
+class Viewer(StrEnum):
+    """Programs that doorman has a layout for."""
+
+    FOXGLOVE = "foxglove"
+    PLOTJUGGLER = "plotjuggler"
+
+
 def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
     """Register the commands that take a recorded run.
 
@@ -28,6 +36,8 @@ def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None
     app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
     app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))
     app.command("replay", rich_help_panel=panels.LOOK)(_replay_command(leave))
+    app.command("merge", rich_help_panel=panels.LOOK)(_merge_command(leave))
+    app.command("layout", rich_help_panel=panels.LOOK)(_layout_command(leave))
 
 
 def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
@@ -134,3 +144,55 @@ def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         leave(command)
 
     return replay
+
+
+def _merge_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def merge(
+        run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")],
+        log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
+        offset: Annotated[
+            float | None,
+            typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found by itself"),
+        ] = None,
+        out: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE", help="File to write.", show_default="in the folder merged beside the recording"
+            ),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Put the autopilot's own log beside a run's recording, in one MCAP file on one clock.
+
+        The clocks are aligned by TIMESYNC where the run or the log has recorded it, else by the cross-correlation of the body
+        rates. The offset and its standard deviation are printed. The log's topics are named px4/… or ardupilot/…, in the log's
+        own units and axes; what it tells of the time before the run began is left out. The recording itself stays as it is.
+        """
+
+        def command() -> int:
+            from doorman.cli.merge import merge_log
+
+            return merge_log(run, log, offset, out, as_json)
+
+        leave(command)
+
+    return merge
+
+
+def _layout_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows recordings.")]) -> None:
+        """Print a layout for a program that shows MCAP recordings: doorman layout foxglove > doorman.json.
+
+        Its panels show the door's angle, the vehicle's position and attitude, the tip's force, what is commanded, and the
+        planner's time.
+        """
+
+        def command() -> int:
+            from doorman.recording import layouts
+
+            typer.echo(layouts.foxglove() if viewer is Viewer.FOXGLOVE else layouts.plotjuggler(), nl=False)
+            return 0
+
+        leave(command)
+
+    return layout

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from doorman.cli import panels
-from doorman.cli.arguments import Settings, Source
+from doorman.cli.arguments import FeedPort, Settings, Source
 
 
 class AutopilotKind(StrEnum):
@@ -101,7 +101,11 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         settings: Settings = None,
         mocap: Annotated[
             str | None,
-            typer.Option(metavar="LINK", help="Cameras' stream: udp:51001.", show_default="the autopilot's estimate"),
+            typer.Option(
+                metavar="LINK",
+                help="Cameras: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, vrpn:HOST.",
+                show_default="the autopilot's estimate",
+            ),
         ] = None,
         local_frame: Annotated[
             str | None,
@@ -152,6 +156,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 show_default="no signing",
             ),
         ] = None,
+        feed: FeedPort = None,
         yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
         as_json: Annotated[
             bool, typer.Option("--json", help="Print checklist and result as JSON; words to stderr.")
@@ -174,6 +179,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
                 whole_numbers(servo_zeros, "--servo-zeros"), signing_key, write_parameters,
                 write_eeprom, parse_overrides(link or (), "--link"), real_numbers(local_frame, "--local-frame", 4),
+                feed,
             )  # fmt: skip
             return fly_mission(
                 scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"

@@ -5,27 +5,42 @@ r"""Analytic collision constraints h(x) ≤ 0 in symbols (the paper's hard const
 3. :math:`D_V\sin\alpha - D_w + R_A - a^T R d \le 0` and :math:`a^T R d - D_V\sin\alpha + R_A \le 0`: the disc is between the
    jambs; a is the direction of the closed leaf, the paper's y. The paper prints + D_w in the lower bound; it follows from
    :math:`P_y - P_{hy} \le D_w - R_A` that it is −.
+
+(3) holds a vehicle between the jambs wherever it is. Tasks that are done beside the doorway have other rows in its place, by
+their `Surroundings`:
+
+- `corners`: a jamb counts near the wall alone. With the distance b from O_B to the plane of the wall's nearer face and the
+  distance a to the jamb's edge along the wall, both 0 where O_B is inside of it,
+  :math:`R_A - \sqrt{\max(b, 0)^2 + \max(a, 0)^2} \le 0`; between the wall's faces, that is (3).
+- `wall`: a vehicle that pulls stays before the wall,
+  :math:`R_A\sqrt{1 - (i^T R e_3)^2} + i^T(P - P_h) + b_f \le 0` with the direction i through the doorway and the depth
+  :math:`b_f` of the frame.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+from doorman.collision.surroundings import JAMBS, LEAF, WALL, Surroundings
 from doorman.kinematics.task import Task
 from doorman.ocp.problem.terms import Constraint
 
 _LEAST_EXTENT = 1e-24
 """Under the root: a disc parallel to the leaf has a slope, too."""
+_ROUNDING = 0.005
+"""Of max(0, ·) at a corner [m]."""
 
 
-def collision_constraints(task: Task, margin: Any = 0.0) -> list[Constraint]:
+def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundings = "doorway") -> list[Constraint]:
     """All of them.
 
     Args:
         task: The door task.
         margin: Distance to keep besides [m].
+        surroundings: What stands beside the door.
     """
-    return [*arm_below_body(task, margin), disc_clear_of_leaf(task, margin), *disc_clear_of_jambs(task, margin)]
+    beside = {"doorway": disc_clear_of_jambs, "corners": disc_clear_of_corners, "wall": disc_clear_of_wall}
+    return [*arm_below_body(task, margin), disc_clear_of_leaf(task, margin), *beside[surroundings](task, margin)]
 
 
 def arm_below_body(task: Task, margin: Any) -> list[Constraint]:
@@ -37,13 +52,39 @@ def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:
     """The rotor disc, wherever it tilts, stays on its side of the leaf's plane."""
     normal = task.tilt_rotation.T @ task.normal_in_heading
     extent = (normal[0] ** 2 + normal[1] ** 2 + _LEAST_EXTENT) ** 0.5
-    return Constraint("disc clear of leaf", task.vehicle.radius * extent - normal.T @ task.tip_in_body + margin)
+    return Constraint(LEAF, task.vehicle.radius * extent - normal.T @ task.tip_in_body + margin)
 
 
 def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
     """The rotor disc stays inside the doorway's width."""
     across, radius = task.across_doorway, task.vehicle.radius
     return [
-        Constraint("disc clear of latch jamb", across - task.door.width + radius + margin),
-        Constraint("disc clear of hinge jamb", radius - across + margin),
+        Constraint(JAMBS[0], across - task.door.width + radius + margin),
+        Constraint(JAMBS[1], radius - across + margin),
     ]
+
+
+def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
+    """The rotor disc stays clear of the jambs' edges before, in and behind the doorway."""
+    door, radius, across = task.door, task.vehicle.radius, task.across_doorway
+    half, middle = 0.5 * (door.frame_depth + door.frame_back), 0.5 * (door.frame_back - door.frame_depth)
+    off = task.into_doorway - middle
+    before = _positive((off**2 + _ROUNDING**2) ** 0.5 - _ROUNDING - half)
+    beside = (door.width - across, across)
+    return [
+        Constraint(name, radius + margin - (before**2 + _positive(each) ** 2 + _LEAST_EXTENT) ** 0.5)
+        for name, each in zip(JAMBS, beside, strict=True)
+    ]
+
+
+def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
+    """The rotor disc, wherever it tilts, stays before the wall."""
+    facing = task.into_in_heading.T @ task.tilt_rotation[:, 2]
+    extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
+    nearest = task.into_doorway + task.door.frame_depth
+    return [Constraint(WALL, task.vehicle.radius * extent + nearest + margin)]
+
+
+def _positive(value: Any) -> Any:
+    """max(0, ·), rounded from below."""
+    return 0.5 * (value + (value**2 + _ROUNDING**2) ** 0.5 - _ROUNDING)

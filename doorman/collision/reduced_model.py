@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.collision.surroundings import Surroundings, row_names
 from doorman.copying import PerThread
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
@@ -19,13 +20,13 @@ from doorman.ocp.kernels.printed_problem import kept_text
 Array = NDArray[np.float64]
 
 
-def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> str:
+def _printed(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, surroundings: Surroundings) -> str:
     """Module of the dynamics and the collision constraints."""
     from doorman.collision.constraints import collision_constraints  # CasADi: only where the text is not there yet
     from doorman.dynamics.quasi_static import QuasiStaticTask
 
     task = QuasiStaticTask(pattern, point_names, numbers)
-    return task.symbolic_model().text(collision_constraints(task))
+    return task.symbolic_model().text(collision_constraints(task, surroundings=surroundings))
 
 
 class ReducedModel:
@@ -35,14 +36,18 @@ class ReducedModel:
         vehicle: Whose arm it is.
         numbers: Of the task, see `task_numbers`.
         time_step: Of the RK4 integration [s].
+        surroundings: What stands beside the door.
     """
 
-    def __init__(self, vehicle: Vehicle, numbers: Numbers, time_step: float) -> None:
+    def __init__(
+        self, vehicle: Vehicle, numbers: Numbers, time_step: float, surroundings: Surroundings = "doorway"
+    ) -> None:
         pattern, _ = ArmPattern.of(vehicle.arm)
-        key = f"reduced {pattern} {vehicle.point_names} {numbers.sizes}"
-        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers))
+        key = f"reduced {surroundings} {pattern} {vehicle.point_names} {numbers.sizes}"
+        self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers, surroundings))
         self.numbers, self.time_step = numbers, float(time_step)
-        self.nx, self.n_rows = 5 + vehicle.n_arm, len(vehicle.point_names) + 3
+        self.nx, self.row_names = 5 + vehicle.n_arm, row_names(vehicle.point_names, surroundings)
+        self.n_rows = len(self.row_names)
         self._own: PerThread[Any] = PerThread()
 
     def with_numbers(self, changes: Mapping[str, ArrayLike]) -> ReducedModel:

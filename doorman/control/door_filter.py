@@ -6,7 +6,7 @@ States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D, f_x, f_y]`. With th
 .. math::
 
    I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) - w
-   - \tfrac{1}{2} D_W (f_x \sin\alpha - f_y \cos\alpha)
+   - \tfrac{1}{2} D_W n_D^T f
 
 w is a torque that comes and goes (gusts, what the model leaves out): a first-order Markov process. f is the mean wind on the
 leaf, which would pass for friction or a closer but for how it changes with the angle; it is expected to blow as the
@@ -83,13 +83,14 @@ class DoorFilter:
         self._settings = settings
         self._lever = model.coupling.distance_from_hinge
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
-        self._rest = float(model.start_state[3])
+        start = float(model.start_state[3])
+        self._door, self._rest = model.door, model.door.rest_angle
         self._half_width = 0.5 * model.door.width
         inertia = model.door.inertia
         self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
         door = model.door
         prior = (
-            (self._rest, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation),
+            (start, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation),
             _named(door.damping, settings.damping), _named(door.friction, settings.friction),
             _named(door.stiffness, settings.stiffness), (inertia, settings.inertia_deviation * inertia),
             (0.0, settings.leaf_wind_deviation), (0.0, settings.leaf_wind_deviation),
@@ -126,14 +127,14 @@ class DoorFilter:
         """Parameters with their standard deviations."""
         chosen = [DAMPING, FRICTION, STIFFNESS, INERTIA]
         deviations = np.sqrt(np.diag(self.covariance)[chosen])
-        turned = self._rest - self.state[ANGLE]
+        turned = abs(self._rest - self.state[ANGLE])
         p = self.covariance
         squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]
         together = 2.0 * turned * p[FRICTION, STIFFNESS]
         torque, spare = (math.sqrt(max(squares + sign * together, 0.0)) for sign in (1.0, -1.0))
         b, c, k, inertia = (float(value) for value in self.state[chosen])
         d = [float(value) for value in deviations]
-        wind = -float(self._wind_lever() @ self.state[WIND_X:])
+        wind = (-1.0 if self._door.side == "push" else 1.0) * float(self._wind_lever() @ self.state[WIND_X:])
         return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - k * float(turned), spare)
 
     def update(
@@ -198,7 +199,7 @@ class DoorFilter:
 
     def _wind_lever(self) -> Array:
         """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""
-        return self._half_width * np.array([math.sin(self.angle), -math.cos(self.angle)])
+        return self._half_width * self._door.normal(self.angle)[:2]
 
     def _expect(self, wind: Array) -> None:
         """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""

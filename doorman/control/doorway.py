@@ -39,6 +39,7 @@ class Doorway:
     def __init__(self, model: Model, margin: float | None = None) -> None:
         room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)
         self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
+        self._bounds, self._before_wall = model.surroundings == "doorway", model.door.side == "pull"
         self.lowest, self.highest = room, model.door.width - room
         """Bounds of the distance from the hinge along the closed leaf that keep the margin [m]."""
         self.middle = 0.5 * (self.lowest + self.highest)
@@ -58,6 +59,8 @@ class Doorway:
         Returns:
             Shape (3,), world frame [m].
         """
+        if not self._bounded(position):
+            return place
         planned_at, at = self.along(planned), self.along(place)
         lowest, highest = min(self.lowest, planned_at), max(self.highest, planned_at)
         soon = self._soon(position, velocity)
@@ -74,6 +77,8 @@ class Doorway:
         Args:
             position: That place, shape (3,), world frame [m].
         """
+        if not self._bounded(position):
+            return 0.0
         y = self.along(position)
         return max(y - max(self.highest, self.middle), 0.0) - max(min(self.lowest, self.middle) - y, 0.0)
 
@@ -88,6 +93,8 @@ class Doorway:
         Returns:
             Between 0 and 1.
         """
+        if not self._bounded(position):
+            return 1.0
         soon = self._soon(position, velocity)
         beyond = soon - self.highest if force > 0.0 else self.lowest - soon
         return min(max((_FARTHEST - beyond) / _FADING, 0.0), 1.0)
@@ -111,9 +118,15 @@ class Doorway:
         """
         return min(self._gap_to_jambs(position), self._gap_to_jambs(position + _BRAKING * velocity))
 
+    def _bounded(self, position: Array) -> bool:
+        """Whether the jambs bound where a vehicle may be: always in a doorway, else only where its disc is between them."""
+        into = float(self._door.in_doorway(position - self._door.hinge_position)[0])
+        near = -self._door.frame_depth - self._radius < into < self._door.frame_back + self._radius
+        return self._bounds or (near and not self._before_wall)
+
     def _gap_to_jambs(self, position: Array) -> float:
         into, along, _ = self._door.in_doorway(position - self._door.hinge_position)
-        before = max(float(-self._door.frame_depth - into), 0.0)
+        before = max(float(-self._door.frame_depth - into), float(into - self._door.frame_back), 0.0)
         beside = max(min(float(along), float(self._door.width - along)), 0.0)
         return math.hypot(before, beside) - self._radius
 

@@ -35,7 +35,7 @@ def _as_read(model: Model) -> Finding:
     """How the URDF was understood, in words: somebody who sees it wrong has `door.closed` to say otherwise."""
     door = model.door
     side = "right" if door.hand > 0.0 else "left"
-    grows = "grows" if door.joint_rate(-1.0) > 0.0 else "falls"
+    grows = "grows" if door.joint_value(door.angle_of_opening(0.1)) > door.closed else "falls"
     message = (
         f"hinge on the {side}; joint '{door.section.hinge}' is closed at {math.degrees(door.closed):.1f}° and {grows} as the "
         f"door opens, into {math.degrees(door.azimuth) + 0.0:.0f}° from the world's x axis"

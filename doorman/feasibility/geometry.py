@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from doorman.collision.surroundings import JAMBS, LEAF, WALL
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.swing import Swing, best_swing
 from doorman.model import Model
@@ -24,7 +25,7 @@ def geometry_findings(model: Model, duration: float) -> list[Finding]:
     Returns:
         The findings.
     """
-    without_jambs = np.arange(model.n_constraints - 2)
+    without_jambs = np.arange(len(model.vehicle.point_names) + 1)
     return [
         _reach(model, best_swing(model, without_jambs)),
         _room(model, best_swing(model)),
@@ -86,15 +87,15 @@ def _room(model: Model, swing: Swing) -> Finding:
 
 
 def _where_to_gain(model: Model, binding: tuple[int, ...]) -> str:
-    leaf, latch, hinge = (model.n_constraints - 3 + k for k in range(3))
+    names, (latch, hinge) = {model.constraint_names[row] for row in binding}, JAMBS
     ways = []
-    if latch in binding:
+    if latch in names:
         ways.append("a smaller contact.distance_from_hinge")
-    if hinge in binding:
+    if hinge in names or WALL in names:
         ways.append("a larger contact.distance_from_hinge")
-    if latch in binding or hinge in binding:
+    if latch in names or hinge in names:
         ways.append("a wider doorway")
-    if leaf in binding:
+    if LEAF in names:
         ways.append("a longer arm")
     return ", ".join([*ways, "a smaller disc (vehicle.radius) or a smaller planner.margin"])
 

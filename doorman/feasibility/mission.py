@@ -25,6 +25,8 @@ _LETS_GO = 3.0
 """A gripper has taken its load off a door so long after that has come to rest [s]."""
 _STANDS = 0.03
 """A leaf that is slower stands [rad/s]."""
+_TUGGED = math.radians(5.0)
+"""By which a tug may turn a leaf that stands open [rad]."""
 _LENIENCE = 0.003
 """By which a flight ends farther from a jamb than its rehearsal: it passes the goal by some tenths of a degree [m]."""
 _NEAR = 0.01
@@ -53,25 +55,21 @@ def mission_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 
 
 def _direction(model: Model) -> Finding:
-    """Only a grip that begins on the leaf closes a door: from the hover, a leaf at or before its goal counts as open."""
-    start, goal = float(model.start_state[3]), float(model.goal_state[3])
-    opens, grip = start - goal, model.scenario.contact.kind == "grip"
-    ok = opens > _LEAST_WAY or (grip and model.scenario.mission.start == "contact" and -opens > _LEAST_WAY)
-    what = "opens" if opens > 0.0 else "closes"
-    degrees = f"from {math.degrees(start):.1f}° to {math.degrees(goal):.1f}°"
-    message = f"{degrees} the task {what} the door by {math.degrees(abs(opens)):.1f}°"
+    """A tip that pushes moves the leaf away from the vehicle alone; a pull needs a grip."""
+    travel, door = model.travel, model.door
+    away, opens = -travel.sense * travel.length, door.opening_of(travel.goal) > door.opening_of(travel.start)
+    far, pulls = travel.length > _LEAST_WAY, away < 0.0
+    ok = far and not (pulls and model.scenario.contact.kind == "push")
+    degrees = f"from {math.degrees(travel.start):.1f}° to {math.degrees(travel.goal):.1f}°"
+    message = f"{degrees} the task {'opens' if opens else 'closes'} the door by {math.degrees(travel.length):.1f}°"
     advice = ""
-    if not ok and abs(opens) <= _LEAST_WAY:
-        message += f": no more than the {math.degrees(_LEAST_WAY):.1f}° within which it counts as open"
-        advice = "a goal.door_angle farther below start.door_angle"
+    if not far:
+        message += f": no more than the {math.degrees(_LEAST_WAY):.1f}° within which it counts as done"
+        advice = "a goal farther from the start: goal.opening or goal.door_angle"
     elif not ok:
-        message += (
-            "; a tip can only push it open"
-            if not grip
-            else "; the mission gives up before a leaf that is past its goal"
-        )
-        advice = "a goal.door_angle below start.door_angle" + ("" if not grip else ', or mission.start = "contact"')
-    return Finding("direction", graded(ok), message, opens, _LEAST_WAY, "rad", advice)
+        message += ", towards the vehicle; a tip that pushes cannot pull"
+        advice = 'contact.kind = "grip", or a goal that the tip pushes the leaf to, on the other side of the start'
+    return Finding("direction", graded(ok), message, travel.length if ok else away, _LEAST_WAY, "rad", advice)
 
 
 def _approach(model: Model) -> Finding:
@@ -79,10 +77,10 @@ def _approach(model: Model) -> Finding:
     if model.scenario.mission.start != "hover":
         return Finding("approach", Severity.OK, "0 m long: the flight begins at the leaf", 0.0, -TOLERANCE, "m")
     start = model.start_state
-    angle, far = float(start[3]), model.scenario.mission.hover_distance
+    angle, far = float(start[3]), float(np.linalg.norm(model.hover_offset))
     at_leaf = model.coupling.vehicle_position(start[:3], angle, start[5:])
     steps = np.linspace(far, _BETWEEN, max(2, math.ceil(far / _BETWEEN)))
-    positions = at_leaf - steps[:, None] * model.door.normal(angle)
+    positions = at_leaf + steps[:, None] / far * model.hover_offset
     rotations = np.tile(rotation_body_to_world(start[:3]), (len(steps), 1, 1))
     arms, angles = np.tile(start[5:], (len(steps), 1)), np.full(len(steps), angle)
     scene = CollisionScene(model.vehicle, model.door)
@@ -127,7 +125,10 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     on_the_way = np.abs(angles - start) > 0.5 * abs(goal - start)  # before that it has not begun to move
     still = np.flatnonzero((np.abs(rehearsal.states[:, 4]) < _STANDS) & on_the_way)
     until = rehearsal.times[still[0]] + _LETS_GO if len(still) else 0.0
-    standing = [rehearsal.states[k] for k in still if rehearsal.times[k] <= until]
+    first = np.array(rehearsal.states[0])
+    if start < 0.5 * math.pi - _TUGGED:  # a gripper is tried with a tug
+        first[3] += _TUGGED
+    standing = [first, *(rehearsal.states[k] for k in still if rehearsal.times[k] <= until)]
     for state in standing[:: max(1, len(standing) // 100)] or [rehearsal.states[-1]]:
         level = model.coupling.vehicle_position([0.0, 0.0, state[2]], float(state[3]), state[5:])
         gaps.append((doorway.gap_to_jambs(level, np.zeros(3)), float(state[3])))

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.collision.surroundings import JAMBS, LEAF, WALL
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
 from doorman.model import Model
@@ -88,14 +89,16 @@ def _missing(model: Model, slack: Mapping[str, Array]) -> str:
 def _advice(model: Model, slack: Mapping[str, Array]) -> str:
     """What gives the room that is missing."""
     rows = {int(row) for distances in slack.values() for row in np.flatnonzero(distances < -_TOLERANCE)}
-    leaf, latch, hinge = (model.n_constraints - 3 + k for k in range(3))
+    names, (latch, hinge) = {model.constraint_names[row] for row in rows}, JAMBS
     ways = []
-    if latch in rows or hinge in rows:
-        side = "another" if {latch, hinge} <= rows else ("a smaller" if latch in rows else "a larger")
+    if latch in names or hinge in names:
+        side = "another" if {latch, hinge} <= names else ("a smaller" if latch in names else "a larger")
         ways.append(f"{side} contact.distance_from_hinge, a wider doorway")
-    if leaf in rows:
+    if WALL in names:
+        ways.append("a larger contact.distance_from_hinge, a door that opens less")
+    if LEAF in names:
         ways.append("a longer arm")
-    if min(rows, default=leaf) < leaf:
+    if min(rows, default=len(model.vehicle.point_names)) < len(model.vehicle.point_names):
         ways.append("an arm that reaches the leaf from below the body")
     given = [f"{end}.{key}" for end in slack for key in ("attitude", "arm") if f"{end}.{key}" not in model.proposed]
     if given:

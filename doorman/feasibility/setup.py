@@ -33,6 +33,7 @@ def setup_findings(model: Model) -> list[Finding]:
         The findings.
     """
     return [
+        _latch(model),
         _contact_point(model),
         _leaf_surface(model),
         _hinge_limits(model),
@@ -46,6 +47,16 @@ def setup_findings(model: Model) -> list[Finding]:
         *vehicle_findings(model),
         *door_findings(model),
     ]
+
+
+def _latch(model: Model) -> Finding:
+    """A latch that somebody must turn first."""
+    latched = model.scenario.door.latched
+    return Finding(
+        "latch", graded(not latched), f"{int(latched)} latches or locks hold the door",
+        float(latched), 0.0, "latches",
+        "unlock it, and take door.latched out of the scenario: pushing or pulling at the leaf opens no latch" if latched else "",
+    )  # fmt: skip
 
 
 def _contact_point(model: Model) -> Finding:
@@ -110,7 +121,9 @@ def _hinge_friction(model: Model) -> Finding:
 
 
 def _doorway(model: Model) -> Finding:
-    """Width of the doorway left beside the rotor disc."""
+    """Width of the doorway left beside the rotor disc; a vehicle that stays before the wall needs none."""
+    if model.door.side == "pull":
+        return Finding("doorway width", Severity.OK, "the vehicle stays before the wall", None, None, "m")
     margin = model.scenario.planner.margin
     room = model.door.width - 2.0 * model.vehicle.radius - 2.0 * margin
     ok = room > 0.0

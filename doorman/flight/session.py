@@ -122,6 +122,9 @@ class FlightSession(Uncopied):
         finally:
             self._flying_mission = False
             self._recorder.write("epoch", 0.0, {"epoch": self.backend.epoch})
+            status = self.links.autopilot.status()  # `doorman merge` puts the autopilot's own log on this clock
+            clock = {"autopilot_offset": status.clock_offset, "round_trip": status.round_trip}
+            self._recorder.write("clock", 0.0, clock)
 
     def _with_journal(self, on_progress: OnProgress | None) -> OnProgress:
         patience, last = self._mission.model.scenario.mission.time_out.hold, self._mission.phase

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pinocchio
@@ -18,24 +19,30 @@ from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_joints
 from doorman.scenario import DoorSection
 
+Side = Literal["push", "pull"]
 Array = NDArray[np.float64]
+
+_ACROSS = math.cos(math.radians(5.0))
+"""Least cosine between the leaf's normal and the contact frame's x axis."""
 
 
 class Door:
     r"""Door on a vertical hinge, of either hand, anywhere in the world. Threads may share it.
 
-    Its angle α is π/2 where it is closed and falls as it opens, whatever the URDF's joint says there. With the horizontal unit
-    vectors `into` (the way that the closed leaf swings) and `along` (from hinge to latch along the closed leaf), leaf and normal
-    are
+    Its angle α is π/2 where it is closed and grows as the leaf turns towards the vehicle, whatever the URDF's joint says there:
+    it falls as a door is pushed open, and grows as one is pulled open. With the horizontal unit vectors `into` (from the vehicle
+    through the closed leaf) and `along` (from hinge to latch along it), leaf and normal are
 
     .. math:: c = \cos\alpha\,i + \sin\alpha\,a, \qquad n_D = \sin\alpha\,i - \cos\alpha\,a .
 
-    The vehicle is on the side from which the door is pushed open, and n_D points away from it.
+    n_D points away from the vehicle.
 
     Args:
         urdf: Path of the URDF; `self.urdf` is another file where the section changes the leaf.
         section: Names of leaf and hinge, where the joint is closed, the torques in the hinge, and the leaf's width and mass if
             other than the URDF's.
+        side: Of the leaf that the vehicle is on: where the door is pushed open, `push`, or pulled open, `pull`.
+        frame: Name of the URDF's frame where the tip touches; by default it touches the face, anywhere.
 
     Raises:
         UrdfError: if the leaf or the hinge is missing, the hinge's axis is not vertical, the leaf has no mass or no box, or
@@ -47,8 +54,11 @@ class Door:
     yaw: float = 0.0
     """By which that turns it about the vertical [rad]."""
 
-    def __init__(self, urdf: Path, section: DoorSection | None = None) -> None:
-        self.section = section or DoorSection()
+    def __init__(
+        self, urdf: Path, section: DoorSection | None = None, side: Side = "push", frame: str | None = None
+    ) -> None:
+        self.section, self.side = section or DoorSection(), side
+        self._turns = -1.0 if side == "push" else 1.0  # of α, as the door opens
         if self.section.width is not None or self.section.mass is not None:
             urdf = _variant(urdf, self.section)
         self.urdf = urdf
@@ -69,7 +79,8 @@ class Door:
         lower, upper = leaf_on_joint.limits
         self.closed, self._sense = leaf_on_joint.closed()
         """Value of the URDF's joint where the door is closed [rad]."""
-        self.along, self.into = map(frozen, leaf_on_joint.directions(self.closed, self._sense))
+        along, opens = leaf_on_joint.directions(self.closed, self._sense)
+        self.along, self.into = frozen(along), frozen(-self._turns * opens)
         self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
         """`along` in the axes of the link that the joint carries, shape (3,)."""
         self.hand = float(np.sign(np.cross(self.into, self.along)[2]))
@@ -81,11 +92,15 @@ class Door:
         self.mass, self.inertia = leaf_on_joint.mass_and_inertia()
         leaf_size = leaf_on_joint.size(self.axes, self.closed)
         self.width, self.height, self.thickness, self.surface_offset = leaf_size.sides
-        """`surface_offset`: o, how far the leaf's face to the vehicle lies before the hinge axis [m]."""
+        """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]."""
         self.hinge_position = frozen(leaf_on_joint.origin + [0.0, 0.0, leaf_size.lower_edge])
         """P_h, on the hinge's axis at the height of the leaf's lower edge, shape (3,), world frame [m]."""
-        self.frame_depth = leaf_on_joint.frame_depth(self.axes, self.width)
-        """How far the jambs' boxes reach before the hinge axis, towards the vehicle [m]."""
+        self.handle = None if frame is None else self._handle(leaf_on_joint, frame)
+        """Of the contact frame: D_V, D_H, and how far it lies before the hinge axis [m]."""
+        self.contact_offset = self.surface_offset if self.handle is None else self.handle[2]
+        """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
+        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, self.width)
+        """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
         hinge = read_joints(urdf)[self.section.hinge]
         self.damping = float(hinge.damping if self.section.damping is None else self.section.damping)
         self.friction = float(hinge.friction if self.section.friction is None else self.section.friction)
@@ -109,8 +124,9 @@ class Door:
         """α at which a point of the leaf's surface has a horizontal offset from the hinge, (at least 2,), world frame [rad]."""
         along, into = float(offset[:2] @ self.along[:2]), float(offset[:2] @ self.into[:2])
         way = math.hypot(along, into)
-        before = math.asin(min(max(self.surface_offset / way, -1.0), 1.0)) if way > 0.0 else 0.0
-        return math.atan2(along, into) - before
+        before = math.asin(min(max(self.contact_offset / way, -1.0), 1.0)) if way > 0.0 else 0.0
+        middle = 0.5 * (self.lower_limit + self.upper_limit)
+        return middle + math.remainder(math.atan2(along, into) - before - middle, 2.0 * math.pi)
 
     def in_doorway(self, vector: Array) -> Array:
         """A vector's components along `into`, along the closed leaf, and up, (…, 3) from (…, 3) in the world frame."""
@@ -122,15 +138,28 @@ class Door:
 
     def joint_value(self, door_angle: float) -> float:
         """Value of the URDF's joint at α [rad]."""
-        return self.closed + self._sense * (0.5 * math.pi - float(door_angle))
+        return self.closed + self._sense * self.opening_of(float(door_angle))
 
     def joint_rate(self, door_rate: float) -> float:
         """Rate of the URDF's joint [rad/s]."""
-        return -self._sense * door_rate
+        return self._sense * self._turns * door_rate
 
     def angle_of_joint(self, value: float) -> float:
         """α at a value of the URDF's joint [rad]."""
-        return 0.5 * math.pi - self._sense * (float(value) - self.closed)
+        return self.angle_of_opening(self._sense * (float(value) - self.closed))
+
+    def opening_of(self, door_angle: float) -> float:
+        """How far the door is open at α [rad]."""
+        return self._turns * (door_angle - 0.5 * math.pi)
+
+    def angle_of_opening(self, opening: float) -> float:
+        """α of a door that is so far open [rad]."""
+        return 0.5 * math.pi + self._turns * opening
+
+    @property
+    def largest_opening(self) -> float:
+        """That the hinge's limits leave [rad]."""
+        return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
         """Placement of every link in the world.
@@ -160,26 +189,26 @@ class Door:
         Returns:
             Shape (3,), world frame [m].
         """
-        beside = distance_from_hinge * self.leaf_direction(door_angle) - self.surface_offset * self.normal(door_angle)
+        beside = distance_from_hinge * self.leaf_direction(door_angle) - self.contact_offset * self.normal(door_angle)
         return np.asarray(self.hinge_position + beside + np.array([0.0, 0.0, height]))
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
         r"""How α moves that point, :math:`J = -D_V n_D - o\,c`, shape (3,), world frame [m]."""
-        moved = distance_from_hinge * self.normal(door_angle) + self.surface_offset * self.leaf_direction(door_angle)
+        moved = distance_from_hinge * self.normal(door_angle) + self.contact_offset * self.leaf_direction(door_angle)
         return np.asarray(-moved)
 
     def onto_face(self, point: Array, door_angle: float) -> Array:
-        r"""A point moved along the leaf's normal onto its face to the vehicle, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.
+        r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.
 
         Args:
             point: q, shape (3,), world frame [m].
-            door_angle: α [rad]; o is the `surface_offset`.
+            door_angle: α [rad]; o is the `contact_offset`.
 
         Returns:
             Shape (3,), world frame [m].
         """
         normal = self.normal(door_angle)
-        return np.asarray(point + (normal @ (self.hinge_position - point) - self.surface_offset) * normal)
+        return np.asarray(point + (normal @ (self.hinge_position - point) - self.contact_offset) * normal)
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
         r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0)`.
@@ -193,6 +222,17 @@ class Door:
         """
         friction = self.friction * np.tanh(door_rate / self.friction_rate)
         return float(self.damping * door_rate + friction + self.stiffness * (door_angle - self.rest_angle))
+
+    def _handle(self, leaf_on_joint: LeafOnJoint, frame: str) -> tuple[float, float, float]:
+        point, outward = leaf_on_joint.frame(frame, self.closed)
+        if outward @ -self.normal(0.5 * math.pi) < _ACROSS:
+            raise UrdfError(
+                "the contact frame does not look away from the leaf", file=self.urdf, field=f"frame {frame}",
+                given=f"x axis along {outward.round(3).tolist()} where the door is closed",
+                allowed=f"{(-self.normal(0.5 * math.pi)).round(3).tolist()}, within {math.degrees(math.acos(_ACROSS)):.0f}°",
+            )  # fmt: skip
+        into, along, up = self.in_doorway(point - self.hinge_position)
+        return float(along), float(up), -float(into)
 
     def _hinge_joint(self, full: pinocchio.Model) -> int:
         name = self.section.hinge

@@ -136,15 +136,40 @@ class LeafOnJoint:
         sides = float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
         return LeafSize(sides, float(middle[2] - reach[2]))
 
-    def frame_depth(self, axes: Array, width: float) -> float:
-        """How far boxes beside the doorway, that do not move with the leaf, reach before the hinge axis; 0 without any [m]."""
-        middle, nearest = 0.5 * width, [0.0]
+    def frame_depth(self, axes: Array, width: float) -> tuple[float, float]:
+        """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m].
+
+        Args:
+            axes: From the world to the doorway, (3, 3).
+            width: Of the leaf [m].
+
+        Returns:
+            Not negative; 0 without any.
+        """
+        middle, nearest, farthest = 0.5 * width, [0.0], [0.0]
         for placed, size in self._fixed_boxes():
             center = axes @ (placed[:3, 3] - self.origin)
             half = np.abs(axes @ placed[:3, :3]) @ size / 2
             if abs(center[1] - middle) > half[1]:
                 nearest.append(float(center[0] - half[0]))
-        return -min(nearest)
+                farthest.append(float(center[0] + half[0]))
+        return -min(nearest), max(farthest)
+
+    def frame(self, name: str, value: float) -> tuple[Array, Array]:
+        """Origin and x axis of a frame on the leaf at a joint value, (3,) each, world frame [m].
+
+        Raises:
+            UrdfError: if there is no such frame, or it does not move with the leaf.
+        """
+        index = link_index(self._model, name, self._urdf, "contact.frame")
+        if self._model.frames[index].parentJoint != 1:
+            raise UrdfError(
+                "the contact frame does not move with the leaf", file=self._urdf, field="contact.frame", given=name,
+                allowed=f"a link that joint '{self._section.hinge}' moves",
+            )  # fmt: skip
+        pinocchio.framesForwardKinematics(self._model, self._data, np.array([value]))
+        placement = self._data.oMf[index]
+        return np.array(placement.translation), np.array(placement.rotation[:, 0])
 
     def _range(self) -> tuple[float, float]:
         lower, upper = float(self._model.lowerPositionLimit[0]), float(self._model.upperPositionLimit[0])

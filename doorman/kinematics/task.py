@@ -162,6 +162,19 @@ class Task(ABC):
         of_contact = contact.distance_from_hinge * ca.sin(self.door_angle) + contact.offset * ca.cos(self.door_angle)
         return of_contact - along
 
+    @property
+    def into_in_heading(self) -> Any:
+        """Direction from the vehicle's side through the closed leaf, in the heading frame, (3, 1)."""
+        turn = self.door.azimuth - self.attitude[2]
+        return ca.vertcat(ca.cos(turn), ca.sin(turn), 0)
+
+    @property
+    def into_doorway(self) -> Any:
+        r"""Distance of O_B behind the hinge through the doorway, :math:`i^T(P-P_h)`, negative before it [m]."""
+        contact = self.contact
+        of_contact = contact.distance_from_hinge * ca.cos(self.door_angle) - contact.offset * ca.sin(self.door_angle)
+        return of_contact - ca.dot(self.into_in_heading, self.tilt_rotation @ self.tip_in_body)
+
     @cached_property
     def contact_from_hinge(self) -> Any:
         """The contact point relative to P_h, (3, 1) [m]."""

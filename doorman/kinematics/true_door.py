@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.door import Door
+from doorman.kinematics.door import Door, Side
 from doorman.kinematics.door_face import write_door_with_face
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.urdf_elements import read_joints
@@ -32,14 +32,19 @@ class TrueDoor(Door):
         urdf: Path of the URDF; `self.urdf` is another file where width, mass or face are others.
         section: What the planner is told.
         simulation: What is true.
+        side: Of the leaf that the vehicle is on.
+        frame: Where the tip touches.
 
     Raises:
         UrdfError: if the door cannot be read, or cannot be given another width.
     """
 
-    def __init__(self, urdf: Path, section: DoorSection, simulation: SimulationSection) -> None:
-        told = _with_width(urdf, section, simulation)
-        super().__init__(*_with_face(told, simulation.door_face_offset))
+    def __init__(
+        self, urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side = "push",
+        frame: str | None = None,
+    ) -> None:  # fmt: skip
+        told = _with_width(urdf, section, simulation, side)
+        super().__init__(*_with_face(told, simulation.door_face_offset), side, frame)
         believed = self.hinge_position
         self.yaw = simulation.door_yaw
         self.hinge_position = frozen(believed + simulation.door_offset)
@@ -70,11 +75,11 @@ def is_another(simulation: SimulationSection) -> bool:
     return any(getattr(simulation, key) != getattr(default, key) for key in _KEYS)
 
 
-def _with_width(urdf: Path, section: DoorSection, simulation: SimulationSection) -> Door:
+def _with_width(urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side) -> Door:
     if simulation.door_width is None:
-        return Door(urdf, section)
+        return Door(urdf, section, side)
     try:
-        return Door(urdf, section.model_copy(update={"width": simulation.door_width}))
+        return Door(urdf, section.model_copy(update={"width": simulation.door_width}), side)
     except UrdfError as error:
         error.field = "simulation.door_width"
         raise

@@ -45,7 +45,7 @@ class Approach:
         Returns:
             What to do, and whether the vehicle hovers there, still, in the start's posture.
         """
-        setpoint, target, _ = self._fly(estimate, self._settings.hover_distance, time_step)
+        setpoint, target, _ = self._fly(estimate, self._model.hover_offset, time_step)
         still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
         posed = np.abs(estimate.arm_angles - self._model.start_arm).max() < 0.03
         self._still_since = since(self._still_since, bool(still and posed), estimate.time)
@@ -61,7 +61,8 @@ class Approach:
         Returns:
             What to do, whether the touch begins, and why it begins if the vehicle is not there.
         """
-        setpoint, target, glide = self._fly(estimate, self._settings.touch_distance, time_step)
+        before = -self._settings.touch_distance * self._model.door.normal(estimate.door_angle)
+        setpoint, target, glide = self._fly(estimate, before, time_step)
         waits = glide.near(target, 0.01)
         if waits and np.linalg.norm(estimate.position - target) < 0.05:
             return setpoint, True, ""
@@ -70,10 +71,10 @@ class Approach:
         met = self._held_up_since is not None and estimate.time - self._held_up_since >= _STEADY
         return setpoint, met, "something is before the leaf's place" if met else ""
 
-    def _fly(self, estimate: Estimate, away: float, time_step: float) -> tuple[Setpoint, Array, Glide]:
-        """Setpoint on the way to a point before the contact point, that point, and what is followed."""
+    def _fly(self, estimate: Estimate, away: Array, time_step: float) -> tuple[Setpoint, Array, Glide]:
+        """Setpoint on the way to a place away from where the tip touches, that place, and what is followed."""
         self._glide = self._glide or Glide(estimate.position, float(estimate.state[2]))
         yaw, arm = float(self._model.start_state[2]), self._model.start_arm
-        target = self._leaf.contact_position(estimate, yaw, arm) - away * self._model.door.normal(estimate.door_angle)
+        target = self._leaf.contact_position(estimate, yaw, arm) + away
         rates = arm_rates_to(arm, estimate.arm_angles)
         return self._glide.to(target, yaw, self._settings.approach_speed, rates, time_step), target, self._glide

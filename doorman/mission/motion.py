@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from doorman.control.doorway import Doorway
 from doorman.control.position_controller import Setpoint
+from doorman.control.state_converter import StateConverter
+from doorman.mission.schedule import TimedPlan
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -87,11 +89,25 @@ def in_the_doorway(model: Model, position: Array) -> bool:
         position: P, shape (3,), world frame [m].
     """
     before = model.door.in_doorway(position - model.door.hinge_position)[0]
-    return bool(before > -model.door.frame_depth - model.vehicle.radius)
+    return bool(model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius)
+
+
+def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float) -> float:
+    """Speed with which a plan draws the tip back along the leaf's normal [m/s].
+
+    Args:
+        converter: The state converter.
+        current: The plan that is followed.
+        now: [s].
+    """
+    rate = 0.0 if current is None else converter.door_rate(current.plan, now - current.start)
+    return max(0.0, converter.model.coupling.distance_from_hinge * rate)
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     """Way from the leaf to a hover outside: straight out between the jambs, and back from the leaf first before the doorway.
+
+    A vehicle that pulls goes back along the leaf's normal to where the leaf, however it swings, does not reach it.
 
     Args:
         model: Model of the scenario.
@@ -101,6 +117,8 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     Returns:
         Targets of O_B, each of shape (3,), world frame [m].
     """
+    if model.door.side == "pull":
+        return _out_of_swing(model, position, door_angle)
     door, doorway = model.door, Doorway(model, margin=_ROOM)
     outside = -model.vehicle.radius - model.scenario.mission.hover_distance
 
@@ -116,3 +134,18 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     back = position - _BACK * door.normal(door_angle)
     into, along, _ = door.in_doorway(back - door.hinge_position)
     return [back, placed(np.array([min(into, outside), along, up]))]
+
+
+def _out_of_swing(model: Model, position: Array, door_angle: float) -> list[Array]:
+    """Way back from a leaf that may come after the vehicle: along its normal, out of the leaf's circle, before the wall."""
+    door, radius = model.door, model.vehicle.radius
+    back = position - _BACK * door.normal(door_angle)
+    into, along, up = door.in_doorway(position - door.hinge_position)
+    away = door.in_doorway(-door.normal(door_angle))[:2]
+    reach, at = door.width + radius + _ROOM, np.array([into, along])
+    forward = float(at @ away)
+    room = forward**2 + reach**2 - float(at @ at)
+    far = max(math.sqrt(max(room, 0.0)) - forward, model.scenario.mission.hover_distance)
+    into, along = at + far * away
+    out = np.array([min(into, -door.frame_depth - radius - _ROOM), along, up])
+    return [back, door.hinge_position + door.from_doorway(out)]

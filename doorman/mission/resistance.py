@@ -66,12 +66,12 @@ class Resistance:
     def __init__(self, model: Model, progress: Progress, pushes: bool) -> None:
         control = model.scenario.control
         self._progress, self._pushes, self._door = progress, pushes, model.door
-        self._goal = float(model.goal_state[3])
+        self._goal, self._travel = float(model.goal_state[3]), model.travel
         self._tolerance = model.scenario.push.hold_tolerance
         self._observed = control.door_observer_rate > 0.0
         self._most = control.max_door_disturbance
         self.in_swing = 0.0
-        """Torque against opening while the door swung last [N m]."""
+        """Torque against the way to the goal while the door swung last [N m]."""
         self._taught = 0.0
         self._stood = 0.0
         self._loose = 0.0
@@ -98,15 +98,16 @@ class Resistance:
         if abs(estimate.door_rate) < _STICKS:
             self._stood += time_step
             if self._loose > 0.0 and self._stood > _STOPPED:
-                more = min(-estimate.door_disturbance, self.in_swing + _HELD_MORE)
+                more = min(self._travel.ahead(estimate.door_disturbance), self.in_swing + _HELD_MORE)
                 self.in_swing, self._loose = max(self.in_swing, more), 0.0
-        elif estimate.door_rate < -_SWINGS:
+        elif self._travel.ahead(estimate.door_rate) > _SWINGS:
             if self._stood > _HELD and self.known:
                 self._loose, self._stiction = _LOOSE, 0.0
             self._stood = 0.0
             if self._loose == 0.0:
                 self._taught += time_step
-                self.in_swing -= min(time_step / _LEARNT, 1.0) * (estimate.door_disturbance + self.in_swing)
+                resists = self._travel.ahead(estimate.door_disturbance)
+                self.in_swing += min(time_step / _LEARNT, 1.0) * (resists - self.in_swing)
 
     def torque(self, estimate: Estimate, time_step: float) -> float:
         """Torque of the hinge beyond what the scenario names, in the sense of damping; once per tick that plans [N m].
@@ -118,7 +119,8 @@ class Resistance:
         off = estimate.door_angle - self._goal
         self._nudge(off, estimate.door_rate, time_step)
         torque = self._pushed(estimate) if self._pushes else self._gripped(off, estimate)
-        return max(torque - self._stiction, -self.most(off))
+        resists = min(self._travel.ahead(torque - self._stiction), self.most(off))
+        return self._travel.ahead(resists)
 
     def most(self, off: float) -> float:
         """Largest resistance that plans are told of [N m].

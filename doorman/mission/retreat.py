@@ -53,7 +53,8 @@ class Retreat:
         target, outside = self._targets[0], len(self._targets) == 1
         within = in_the_doorway(self._model, estimate.position)
         meets = max(estimate.tip_angle, estimate.door_angle)
-        posture = self._model.on_the_way(meets) if within else self._model.start_state
+        near_wall = self._model.door.side == "pull"  # the arm, turned back, would sweep along it
+        posture = self._model.on_the_way(meets) if within or near_wall else self._model.start_state
         rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
         speed = self._model.scenario.mission.retreat_speed
         setpoint = self.glide.to(target, float(posture[2]), speed, rates, time_step)

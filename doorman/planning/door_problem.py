@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
+from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -35,7 +37,8 @@ def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = 
         SolverError: if an expression of the user is none.
     """
     numbers = numbers or door_numbers(model)
-    text = task_text("quasi-static", quasi_static_task, model, numbers, door_rows, extras)
+    rows = partial(door_rows, surroundings=model.surroundings)
+    text = task_text(f"quasi-static {model.surroundings}", quasi_static_task, model, numbers, rows, extras)
     return scenario_problem(model, text, numbers)
 
 
@@ -60,12 +63,17 @@ def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers
     return QuasiStaticTask(pattern, point_names, numbers)
 
 
-def door_rows(task: Any) -> list[Constraint]:
-    """Collision constraints with margin, and the tilt: the angle between the body's z axis and the world's."""
+def door_rows(task: Any, surroundings: Surroundings = "doorway") -> list[Constraint]:
+    """Collision constraints with margin, and the tilt: the angle between the body's z axis and the world's.
+
+    Args:
+        task: The door task in symbols.
+        surroundings: What stands beside the door.
+    """
     from doorman.collision.constraints import collision_constraints  # CasADi
 
     return [
-        *collision_constraints(task, task.limits.margin),
+        *collision_constraints(task, task.limits.margin, surroundings),
         Constraint("tilt", task.limits.least_cosine - task.tilt_rotation[2, 2]),
     ]
 

@@ -9,11 +9,13 @@ much they lag behind the door.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.collision.surroundings import Surroundings
 from doorman.dynamics.lagrangian_model import LagrangianModel, six_of
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
@@ -51,8 +53,8 @@ def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Ext
     """
     numbers, planner = numbers or lagrangian_numbers(model), model.scenario.planner
     limited = "limits.body_rates" in numbers.sizes
-    name = f"lagrangian, body rates {'limited' if limited else 'free'}"
-    rows = _limited_rows if limited else door_rows
+    name = f"lagrangian {model.surroundings}, body rates {'limited' if limited else 'free'}"
+    rows = partial(_limited_rows if limited else door_rows, surroundings=model.surroundings)
     text = task_text(name, _lagrangian_task, model, numbers, rows, extras)
     return printed_problem(
         text, planner.horizon_steps, planner.time_step, lagrangian_cost(model), lagrangian_bounds(model), numbers.vector
@@ -73,9 +75,9 @@ def _lagrangian_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers:
     return LagrangianTask(pattern, point_names, numbers)
 
 
-def _limited_rows(task: Any) -> list[Constraint]:
+def _limited_rows(task: Any, surroundings: Surroundings) -> list[Constraint]:
     """The door problem's constraints, and the body rates', which are no inputs here."""
-    return [*door_rows(task), *(_rate(task, i, sign) for i in range(3) for sign in (1, -1))]
+    return [*door_rows(task, surroundings), *(_rate(task, i, sign) for i in range(3) for sign in (1, -1))]
 
 
 def _rate(task: Any, axis: int, sign: int) -> Constraint:

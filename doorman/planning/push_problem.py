@@ -31,11 +31,13 @@ proof that (1) can always be kept.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -73,7 +75,8 @@ def push_problem(model: Model, numbers: Numbers | None = None, extras: Extras = 
         SolverError: if an expression of the user is none.
     """
     numbers = numbers or with_hinge(model, push_numbers(model), Hinge.of(model.door), model.start_state)
-    text = task_text("push", _push_task, model, numbers, _rows, extras)
+    rows = partial(_rows, surroundings=model.surroundings)
+    text = task_text(f"push {model.surroundings}", _push_task, model, numbers, rows, extras)
     return scenario_problem(model, text, numbers)
 
 
@@ -101,14 +104,14 @@ def _push_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbe
     return PushTask(pattern, point_names, numbers)
 
 
-def _rows(task: Any) -> list[Constraint]:
+def _rows(task: Any, surroundings: Surroundings) -> list[Constraint]:
     """The door problem's constraints and the push's, as in the module's docstring."""
     push, weight, left = task.push, task.weight, task.door_angle - task.push.goal
     to_go = 0.5 * (left + (left**2 + _ROUNDING**2) ** 0.5)
     friction, normal, along = push.cone * task.normal_force, task.normal_force, task.force_along_leaf
     lift = push.cone * push.least_force / weight
     return [
-        *door_rows(task),
+        *door_rows(task, surroundings),
         Constraint("door can be stopped", 0.5 * task.door_rate**2 - push.deceleration * to_go - push.slack),
         Constraint("door's speed", task.opening_rate - push.speed),
         Constraint("tip presses", (push.least_force - normal) / weight),

@@ -46,9 +46,8 @@ class End:
     """Heading along the leaf's normal [rad]."""
 
     @classmethod
-    def of(cls, name: str, section: StartSection | GoalSection, door: Door, n_arm: int) -> End:
-        """End of a scenario's section."""
-        angle = section.door_angle
+    def of(cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int) -> End:
+        """End of a scenario's section, at a door angle [rad]."""
         return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle))
 
     @property
@@ -75,11 +74,12 @@ class End:
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 
 
-def beside_the_normal(goal: Array, room: Room, scenario: Scenario, door: Door) -> Array:
+def beside_the_normal(goal: Array, start: float, room: Room, scenario: Scenario, door: Door) -> Array:
     """Goal of a tip that pushes: in a narrow doorway its heading lies beside the normal, as on the way there.
 
     Args:
         goal: Along the leaf's normal, shape (5 + n,).
+        start: α at the start [rad].
         room: Tells the constraints.
         scenario: The scenario.
         door: The door.
@@ -89,7 +89,7 @@ def beside_the_normal(goal: Array, room: Room, scenario: Scenario, door: Door) -
     """
     goal, yaw = goal.copy(), float(goal[YAW])
     for beside in np.linspace(0.0, BESIDE, 15):
-        goal[YAW] = yaw + door.hand * math.copysign(beside, scenario.start.door_angle - goal[3])
+        goal[YAW] = yaw + door.hand * math.copysign(beside, start - goal[3])
         if room.constraints(goal)[room.latch] < -(scenario.planner.margin + _RESERVE):
             break
     return goal

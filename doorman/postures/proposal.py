@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
 from doorman.kinematics.door import Door
+from doorman.kinematics.travel import Travel
 from doorman.kinematics.vehicle import Vehicle
 from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
 from doorman.postures.room import Room
@@ -49,47 +50,57 @@ class Postures:
     """What the scenario leaves open, by key: `start.attitude`, `start.arm`, `goal.attitude`, `goal.arm` [rad]."""
 
 
-def propose(scenario: Scenario, vehicle: Vehicle, door: Door, reduced: ReducedModel) -> Postures:
+def propose(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, reduced: ReducedModel) -> Postures:
     """Postures of start and goal.
 
     Args:
         scenario: The scenario; arms that it pins down have as many joints as the vehicle's.
         vehicle: The vehicle.
         door: The door.
+        travel: Its angles at start and goal.
         reduced: The constraints in numbers.
 
     Returns:
         The postures; the widest that there are where none keeps all limits.
     """
-    finder = _Finder(scenario, vehicle, door, reduced)
-    start, goal = (End.of(name, getattr(scenario, name), door, vehicle.n_arm) for name in ("start", "goal"))
+    finder = _Finder(scenario, vehicle, door, travel, reduced)
+    ends = (("start", scenario.start, travel.start), ("goal", scenario.goal, travel.goal))
+    start, goal = (End.of(name, section, angle, door, vehicle.n_arm) for name, section, angle in ends)
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
 
 
-def start_arm(scenario: Scenario, vehicle: Vehicle, door: Door, reduced: ReducedModel) -> Array:
+def start_arm(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, reduced: ReducedModel) -> Array:
     """Arm of the start where no jamb is near: how far it reaches decides how near to the hinge a narrow doorway is pushed open.
 
     Args:
         scenario: The scenario.
         vehicle: The vehicle.
         door: The door.
+        travel: Its angles at start and goal.
         reduced: The constraints in numbers.
 
     Returns:
         H, shape (n,) [rad].
     """
-    finder = _Finder(scenario, vehicle, door, reduced, jambs=False)
-    return finder.alone(End.of("start", scenario.start, door, vehicle.n_arm))[5:]
+    finder = _Finder(scenario, vehicle, door, travel, reduced, jambs=False)
+    return finder.alone(End.of("start", scenario.start, travel.start, door, vehicle.n_arm))[5:]
 
 
 class _Finder:
     """Finds the postures of one scenario."""
 
     def __init__(
-        self, scenario: Scenario, vehicle: Vehicle, door: Door, reduced: ReducedModel, jambs: bool = True
+        self,
+        scenario: Scenario,
+        vehicle: Vehicle,
+        door: Door,
+        travel: Travel,
+        reduced: ReducedModel,
+        jambs: bool = True,
     ) -> None:
         self._scenario, self._vehicle, self._door, self._reduced, self._jambs = scenario, vehicle, door, reduced, jambs
+        self._travel = travel
         self._pushes = scenario.contact.kind == "push"
         self._clear = Room(vehicle, door, reduced, margin=0.0, jambs=jambs)
         self._middle = 0.5 * np.add(*joint_bounds(vehicle))
@@ -124,7 +135,7 @@ class _Finder:
             return state
         narrow = self._pushes and self._scenario.contact.fit_doorway and end.attitude is None
         if end.name == "goal" and narrow:
-            state = beside_the_normal(state, room, self._scenario, self._door)
+            state = beside_the_normal(state, self._travel.start, room, self._scenario, self._door)
         return state if room.keeps(state) else None
 
     def _reached(self, end: End, other: Array) -> Array:

@@ -59,7 +59,7 @@ class Room:
         self._leaf = len(vehicle.point_names)
         self.latch = self._leaf + 1
         """Index of the constraint between disc and latch jamb."""
-        self._counted = self._leaf + (3 if jambs else 1)
+        self._counted = self._leaf + (reduced.n_rows - self._leaf if jambs else 1)
         span = vehicle.upper_limits - vehicle.lower_limits
         self._bounded = np.flatnonzero(np.isfinite(span) & (span > 0.0))
         self._span = span[self._bounded]

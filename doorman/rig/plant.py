@@ -278,7 +278,7 @@ class RigPlant(Uncopied):
         data.qpos[:3] = self.places.pad - [0.0, 0.0, sunk] + rotation @ to_root[:3, 3]
         engine().mju_mat2Quat(data.qpos[3:7], (rotation @ to_root[:3, :3]).ravel())
         data.qpos[plant.arm_positions] = self.model.start_arm
-        data.qpos[plant.hinge_position] = self.model.true_door.joint_value(self.model.scenario.start.door_angle)
+        data.qpos[plant.hinge_position] = self.model.true_door.joint_value(self.model.travel.start)
         data.qvel[:] = 0.0
         if plant.engine_model.na:
             data.act[:] = 0.0

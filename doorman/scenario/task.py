@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Any, Literal
+
+from pydantic import model_validator
 
 from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Pitch, Positive, Section, Switch
 
@@ -22,8 +24,12 @@ class VehicleSection(Section):
     """[N]; by default the sum over the URDF's rotors, or twice the weight where it names none."""
 
 
+_NAMES = {"joint": "hinge", "link": "leaf"}
+"""Other names of keys of `[door]`."""
+
+
 class DoorSection(Section):
-    """Door: its URDF, the names in it, and the torques in its hinge."""
+    """Door: its URDF, the names in it, and the torques in its hinge. `link` and `joint` are other names of `leaf` and `hinge`."""
 
     urdf: Name = "hinged_door"
     leaf: Name = "leaf"
@@ -44,6 +50,18 @@ class DoorSection(Section):
     """k of a spring or closer [N m/rad]."""
     rest_angle: Angle = math.pi / 2
     """α_0, where the spring is relaxed [rad]."""
+    latched: Switch = False
+    """Whether a latch or a lock holds the door closed: nothing opens it then."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _other_names(cls, values: Any) -> Any:
+        """`joint` and `link`, in place of `hinge` and `leaf`."""
+        if not isinstance(values, dict):
+            return values
+        return {_NAMES.get(key, key): value for key, value in values.items() if key not in _NAMES} | {
+            _NAMES[key]: value for key, value in values.items() if key in _NAMES
+        }
 
 
 class ContactSection(Section):
@@ -56,6 +74,12 @@ class ContactSection(Section):
     ends beside the leaf's normal there."""
     height: NonNegative = 0.80
     kind: Literal["grip", "push"] = "grip"
+    frame: Name | None = None
+    """Frame of the door's URDF, on the leaf, where the tip touches, with its x axis away from the leaf: it takes the place of
+    `distance_from_hinge`, `height` and `side`."""
+    side: Literal["push", "pull"] | None = None
+    """Side of the leaf that the vehicle is on: where the door is pushed open, or pulled; by default that of `frame`, or of a
+    start or goal whose `door_angle` is beyond the closed door's."""
 
 
 class StartSection(Section):
@@ -63,7 +87,10 @@ class StartSection(Section):
 
     attitude: tuple[Angle, Pitch, Angle] | None = None
     """Roll, pitch and yaw [rad]; by default level, along the leaf's normal, or beside it where that breaks a constraint."""
-    door_angle: DoorAngle = math.pi / 2
+    door_angle: DoorAngle | None = None
+    """α [rad]; by default the closed door's, π/2."""
+    opening: NonNegative | None = None
+    """From the closed door, in place of `door_angle` [rad]."""
     arm: tuple[Angle, ...] | None = None
     """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints that keeps all limits with it, else what is found."""
 
@@ -73,6 +100,9 @@ class GoalSection(Section):
 
     attitude: tuple[Angle, Pitch, Angle] | None = None
     """Roll, pitch and yaw [rad]; by default level, along the leaf's normal, or beside it where that breaks a constraint."""
-    door_angle: DoorAngle = math.pi / 9
+    door_angle: DoorAngle | None = None
+    """α [rad]; by default that of an opening of 70°, or of what the hinge's limits leave of it."""
+    opening: NonNegative | None = None
+    """From the closed door, in place of `door_angle` [rad]."""
     arm: tuple[Angle, ...] | None = None
     """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints that keeps all limits with it, else what is found."""

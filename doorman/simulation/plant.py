@@ -146,7 +146,7 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
         true_normal = model.true_door.normal(float(state[3]))
         data.qpos[:3] += _gap(mujoco, plant) * true_normal
     if hovers:
-        data.qpos[:3] -= to_face + model.scenario.mission.hover_distance * model.door.normal(float(state[3]))
+        data.qpos[:3] += model.hover_offset - to_face
 
 
 def _gap(mujoco: Any, plant: Plant) -> float:

@@ -28,6 +28,10 @@ _ZOOM = 2.4
 _SKY = [0.93, 0.95, 0.97]
 
 
+_SUN = np.array([-0.55, 0.25, 0.8])
+"""Where the light comes from that casts shadows: the vehicle's side, from above; x leads through the doorway."""
+
+
 class Drawing:
     """Draws moments of one scenario.
 
@@ -59,6 +63,7 @@ class Drawing:
             ],
             "rotor_rate": _ROTOR_RATE,
             "camera": _camera(model),
+            "sun": model.door.from_doorway(_SUN).round(3).tolist(),
             "goal": round(float(np.degrees(model.goal_state[3])), 2),
             "margin": model.scenario.planner.margin,
         }  # fmt: skip
@@ -168,7 +173,7 @@ def _surroundings() -> list[Command]:
         set_property("/Axes", "visible", False),
         set_property("/Background", "top_color", _SKY),
         set_property("/Background", "bottom_color", _SKY),
-        set_property("/Lights/AmbientLight/<object>", "intensity", 0.75),
+        set_property("/Lights/AmbientLight/<object>", "intensity", 0.55),
         set_property("/Lights/PointLightNegativeX/<object>", "intensity", 0.2),
         set_property("/Lights/PointLightPositiveX/<object>", "intensity", 0.2),
         set_property("/Cameras/default/rotated/<object>", "zoom", _ZOOM),

@@ -15,6 +15,41 @@ const world = node("scene");
 const nodes = scene.nodes.map(node);
 const rotors = scene.rotors.map(([path, direction]) => [node(path), direction]);
 
+// ---------------------------------------------------------------- light, shadows, walls that would hide the vehicle
+
+const meshes = [];
+world.traverse((object) => { if (object.isMesh) meshes.push(object); });
+const surfaceMaterials = scene.surfaces.map(({node: path}) => node(path + "/<object>").material);
+const walls = [];  // of the door what its URDF draws transparent
+node("scene/door").traverse((object) => {
+    if (object.isMesh && object.material.transparent && !surfaceMaterials.includes(object.material)) walls.push(object);
+});
+for (const wall of walls) wall.material.opacity = 1;
+
+const REACH = 4.0;  // of the shadows around what the camera looks at [m]
+viewer.renderer.shadowMap.enabled = true;
+viewer.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+const sun = new THREE.DirectionalLight("#ffffff", 0.35);
+sun.castShadow = true;
+sun.shadow.mapSize.set(2048, 2048);
+sun.shadow.bias = -0.0005;
+Object.assign(sun.shadow.camera, {left: -REACH, right: REACH, top: REACH, bottom: -REACH, near: 0.1, far: 4 * REACH});
+const [middleX, middleZ, middleY] = scene.camera.target;  // the camera's frame has y up
+sun.target.position.set(middleX, -middleY, middleZ);
+sun.position.copy(sun.target.position).add(new THREE.Vector3(...scene.sun).multiplyScalar(2 * REACH));
+world.add(sun, sun.target);
+for (const mesh of meshes) mesh.castShadow = mesh.receiveShadow = !mesh.material.transparent;
+for (const wall of walls) wall.receiveShadow = true;
+
+const HIDDEN = 0.15, ray = new THREE.Raycaster();
+function showVehicleThroughWalls() {
+    const eye = viewer.camera.getWorldPosition(new THREE.Vector3());
+    const towards = node("scene/vehicle").getWorldPosition(new THREE.Vector3()).sub(eye);
+    ray.set(eye, towards.clone().normalize());
+    ray.far = towards.length();
+    for (const wall of walls) wall.material.opacity = ray.intersectObject(wall, false).length ? HIDDEN : 1;
+}
+
 // ---------------------------------------------------------------- colours of clearance
 
 const BLOCKED = new THREE.Color("#D55E00"), TIGHT = new THREE.Color("#E69F00"), FREE = new THREE.Color("#56B4E9");
@@ -156,6 +191,7 @@ function show(time) {
     showClearances(now.clearances);
     showRibbon(now.ribbon);
     showForce(now.tip, now.force);
+    showVehicleThroughWalls();
     trace.count = now.dots;
     for (const [rotor, direction] of rotors) rotor.rotation.z = direction * scene.rotor_rate * time;
     const force = now.force === null ? "" : `, tip force ${Math.hypot(...now.force).toFixed(1)} N`;

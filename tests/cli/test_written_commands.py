@@ -2,12 +2,15 @@
 
 All are parsed by the real application: options exist, values are of their type, scenarios and keys of `--set` too. A command
 alone on a line of a shell block, or in the help, is whole; one within a sentence may leave out what is required. Those that
-need seconds are run, on a short flight made once: `check`, `view`, `plot`, `export`, `replay`, and `--help`, `--version`.
-Parsed only are `open`, `campaign`, `warmup`, `rig` and `fly`: they take minutes, or hardware; tests of their own run them.
+need seconds are run, on a short flight made once: `check`, `view`, `plot`, `export`, `replay`, `merge`, `layout`,
+`parameters`, `system`, and `--help`, `--version`.
+Parsed only are `doctor`, whose answer is this machine's, and `open`, `campaign`, `warmup`, `rig` and `fly`: they take minutes,
+or hardware; tests of their own run them.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 import shutil
@@ -18,6 +21,7 @@ from typing import Any
 import pytest
 import typer.main
 from command_line import ROOT, run
+from made_logs import tumbling, write_dataflash, write_run, write_ulog
 
 from doorman.cli import app
 from doorman.cli.overrides import parse_overrides
@@ -26,8 +30,12 @@ from doorman.scenario import Scenario
 
 PAGES = [ROOT / "README.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS: Any = typer.main.get_command(app)
-RUN = {"check", "view", "plot", "export", "replay"}
+RUN = {"check", "view", "plot", "export", "replay", "merge", "layout"}
+PLACES = {"layout": "foxglove", "parameters": "px4", "system": "udev"}
+"""What commands take that do not take any word."""
 SHELL = re.compile(r"^```(?:sh|bash|console|shell|text)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+REDIRECTED = re.compile(r" > [\w./-]+")
+"""To a file, which the shell writes."""
 INLINE = re.compile(r"`+(doorman(?: [^`]+)?)`+")
 
 
@@ -35,7 +43,7 @@ def in_shell_blocks(text: str) -> Iterator[str]:
     for block in SHELL.findall(text):
         for line in re.sub(r"\\\n\s*", " ", block).splitlines():
             if line.removeprefix("$ ").startswith("doorman "):
-                yield line.removeprefix("$ ")
+                yield REDIRECTED.sub("", line.removeprefix("$ "))
 
 
 def in_sentences(text: str) -> Iterator[str]:
@@ -69,6 +77,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     flown = run("open", "paper", *at_the_door, "--out", str(folder / "runs" / "paper"))
     assert flown.exit_code == 1, flown.output  # not opened in so short a time
     shutil.copytree(folder / "runs" / "paper", folder / "push-3")
+    write_run(folder / "runs" / "fly-paper" / "flight.mcap", tumbling(1), 5.0)
+    write_ulog(folder / "log.ulg", tumbling(1), 0.0, 8.0, -1.0)
+    write_dataflash(folder / "log.bin", tumbling(1), 0.0, 8.0, -1.0)
+    os.utime(folder / "runs" / "fly-paper" / "flight.mcap", (0, 0))  # the newest run is the other one
     return folder
 
 
@@ -92,14 +104,20 @@ def parsed(arguments: list[str], whole: bool) -> dict[str, Any]:
         if "--help" in arguments:
             return {}
         if not whole:
-            needed = [
-                option.opts[0] for option in command.params if option.required and option.opts[0] not in arguments
-            ]
+            required = [one for one in command.params if one.required and one.opts[0] not in arguments]
+            needed = [one.opts[0] for one in required if one.param_type_name == "option"]
+            given = any(not word.startswith("-") for word in arguments[1:])
+            places = (
+                []
+                if given
+                else [PLACES.get(arguments[0], "1") for one in required if one.param_type_name == "argument"]
+            )
             valued = {
                 name for option in command.params if not getattr(option, "is_flag", False) for name in option.opts
             }
             last = ["1"] if arguments[-1] in valued else []
-            arguments = [arguments[0], *(word for name in needed for word in (name, "1")), *arguments[1:], *last]
+            filled = [*places, *(word for name in needed for word in (name, "1"))]
+            arguments = [arguments[0], *filled, *arguments[1:], *last]
         return dict(command.make_context(arguments[0], arguments[1:], parent=parent).params)
 
 

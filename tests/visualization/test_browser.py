@@ -135,6 +135,27 @@ def test_ribbon_force_and_trace_are_seen(page):
     assert page.evaluate("trace.count") > dots > 0
 
 
+def test_a_wall_fades_only_where_it_hides_the_vehicle(page):
+    opacities = "showVehicleThroughWalls(), walls.map(({material}) => material.opacity)"
+    before = page.evaluate("viewer.camera.position.toArray()")
+    assert page.evaluate("walls.length") > 0 and set(page.evaluate(opacities)) == {1}
+    page.evaluate("""(() => {
+        const middle = new THREE.Box3().setFromObject(walls[0]).getCenter(new THREE.Vector3());
+        const vehicle = node("scene/vehicle").getWorldPosition(new THREE.Vector3());
+        const behind = middle.clone().multiplyScalar(2).sub(vehicle);
+        viewer.camera.position.copy(viewer.camera.parent.worldToLocal(behind));
+        viewer.camera.updateMatrixWorld();
+    })()""")
+    seen = page.evaluate(opacities)
+    page.evaluate(f"viewer.camera.position.set(...{before}), viewer.camera.updateMatrixWorld()")
+    assert seen[0] < 0.5
+    assert set(page.evaluate(opacities)) == {1}
+
+
+def test_the_vehicle_casts_a_shadow(page):
+    assert share_that_changes(page, "sun.castShadow = false", "sun.castShadow = true") > 1e-3
+
+
 def test_surfaces_are_seen_when_they_are_asked_for(page):
     def change():
         return share_that_changes(page, "surfaces[0].material.visible = false", "surfaces[0].material.visible = true")

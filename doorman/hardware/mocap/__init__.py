@@ -1,10 +1,11 @@
-"""Mocap: the body's pose from a Vicon Tracker UDP object stream."""
+"""Mocap: the body's pose from cameras: Vicon Tracker's UDP object stream, OptiTrack, Qualisys, VRPN, Vicon DataStream."""
 
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import DISCARDING, MocapEvent, MocapFault
 from doorman.hardware.mocap.figures import MocapStatistics
 from doorman.hardware.mocap.receiver import MocapReceiver
 from doorman.hardware.mocap.sample import PoseQuality, PoseSample
+from doorman.hardware.mocap.sources import PoseSender, PoseSource
 
 __all__ = [
     "DISCARDING",
@@ -15,4 +16,6 @@ __all__ = [
     "MocapStatistics",
     "PoseQuality",
     "PoseSample",
+    "PoseSender",
+    "PoseSource",
 ]

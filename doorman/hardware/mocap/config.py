@@ -1,4 +1,4 @@
-"""What the adapter is told about stream, object, frames and the vehicle's motion."""
+"""What the adapter is told about cameras, object, frames and the vehicle's motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ipaddress import IPv4Address
 from numpy.typing import ArrayLike
 
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap.connection import parse_connection
+from doorman.hardware.mocap.connection import check_connection
 from doorman.hardware.mocap.frames import Alignment
 from doorman.hardware.mocap.gate import MotionGate
 from doorman.hardware.mocap.packets import NAME_SIZE
@@ -17,7 +17,7 @@ from doorman.hardware.mocap.packets import NAME_SIZE
 
 @dataclass(frozen=True)
 class MocapConfig:
-    """A tracked object in a Vicon Tracker UDP object stream.
+    """A tracked object and the cameras that see it.
 
     Raises:
         BackendError: if a value is out of range.
@@ -27,7 +27,8 @@ class MocapConfig:
     object_name: str
     """As in Tracker."""
     connection: str = "udp:51001"
-    """`udp:[HOST:]PORT`: where the stream is received; loopback unless a host is written."""
+    """`udp:[HOST:]PORT`: where Tracker's stream is received; loopback unless a host is written. `KIND:HOST[:PORT]`: cameras that
+    the extra `mocap` speaks to, see `parse_cameras`."""
     sender: str | None = None
     """IPv4 address of the computer with Tracker; None takes the first that sends the object."""
     rate: float = 100.0
@@ -72,7 +73,7 @@ class MocapConfig:
     """A fault of single packets is reported as ended after this time without another [s]."""
 
     def __post_init__(self) -> None:
-        parse_connection(self.connection)
+        check_connection(self.connection)
         size = len(self.object_name.encode())
         self._require(0 < size <= NAME_SIZE and "\0" not in self.object_name, "object_name", "1 to 24 bytes")
         if self.sender is not None:

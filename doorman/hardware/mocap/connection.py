@@ -1,16 +1,72 @@
-"""Where the stream is received: a checked string and the socket that listens there."""
+"""Where poses come from: a checked string, and the socket that receives the stream."""
 
 from __future__ import annotations
 
 import re
 import socket
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 
 from doorman.exceptions import BackendError
 
 LOOPBACK = "127.0.0.1"
 RECEIVE_BUFFER = 1 << 18
 """About a second of the stream's largest packets [byte]."""
-_ALLOWED = "udp:[HOST:]PORT; loopback unless a host is written"
+KINDS = MappingProxyType({"optitrack": "port_command", "qualisys": "port", "vicon": "", "vrpn": ""})
+"""Cameras that the extra `mocap` speaks to, and the setting that takes their port; nothing where it stays with the host."""
+_UDP = "udp:[HOST:]PORT; loopback unless a host is written"
+_PATTERN = rf"({'|'.join(KINDS)}):(?://)?([A-Za-z0-9.-]+)(?::(\d{{1,5}}))?((?:,\w+=[\w.:-]+)*)"
+_CAMERAS = f"KIND:HOST[:PORT][,KEY=VALUE...] with KIND {', '.join(KINDS)}"
+_ALLOWED = f"{_UDP}; or {_CAMERAS}"
+
+
+@dataclass(frozen=True)
+class CamerasLink:
+    """Cameras with a protocol of their own."""
+
+    kind: str
+    """One of `KINDS`."""
+    settings: Mapping[str, str]
+    """As the wheel `motioncapture` takes them."""
+
+
+def parse_cameras(text: str) -> CamerasLink | None:
+    """Cameras that a connection names.
+
+    `optitrack:192.168.10.5`, `qualisys:192.168.10.5:22222`, `vrpn:mocap.local:3883`, `vicon:192.168.10.5` for the DataStream,
+    `optitrack:192.168.10.5,interface_ip=192.168.10.7` where the computer is in several networks.
+
+    Args:
+        text: The string.
+
+    Returns:
+        The cameras; None where it is an address to listen on, or malformed: see `parse_connection`.
+    """
+    found = re.fullmatch(
+        rf"({'|'.join(KINDS)}):(?://)?([A-Za-z0-9.-]+)(?::(\d{{1,5}}))?((?:,\w+=[\w.:-]+)*)", text.strip(), re.ASCII
+    )
+    if found is None or not 0 < int(found[3] or 1) < 65536:
+        return None
+    kind, host, port, rest = found.groups()
+    name = KINDS[kind]
+    hostname = host if name or port is None else f"{host}:{port}"
+    settings = {"hostname": hostname} | ({name: port} if name and port else {})
+    settings |= dict(one.split("=", 1) for one in rest.split(",") if one)
+    return CamerasLink(kind, MappingProxyType(settings))
+
+
+def check_connection(text: str) -> None:
+    """Refuse a string that is neither cameras nor an address to listen on.
+
+    Args:
+        text: The string.
+
+    Raises:
+        BackendError: if it is malformed.
+    """
+    if parse_cameras(text) is None:
+        parse_connection(text)
 
 
 def parse_connection(text: str) -> tuple[str, int]:
@@ -35,15 +91,15 @@ def parse_connection(text: str) -> tuple[str, int]:
 
 
 def listen(connection: str) -> socket.socket:
-    """Socket that receives the stream and never blocks.
+    """Socket that receives the stream and never blocks; from cameras with a client, on a free port of loopback.
 
     Args:
-        connection: As for `parse_connection`.
+        connection: As for `parse_connection` or `parse_cameras`.
 
     Raises:
         BackendError: if the address is not this computer's, or is taken.
     """
-    host, port = parse_connection(connection)
+    host, port = (LOOPBACK, 0) if parse_cameras(connection) else parse_connection(connection)
     channel = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
         channel.setblocking(False)

@@ -48,6 +48,8 @@ class MocapFault(Flag):
     """The socket failed."""
     INTERNAL = auto()
     """The adapter itself failed."""
+    CLIENT = auto()
+    """The process that speaks to the cameras ended; it is started again."""
 
 
 DISCARDING = (

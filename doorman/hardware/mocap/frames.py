@@ -19,6 +19,7 @@ from doorman.checks import vector
 from doorman.hardware.mocap.quaternions import Quaternion, Vector, conjugate, from_attitude, multiply, rotate
 
 METRES_PER_MILLIMETRE = 1e-3
+_SINGULAR = 1.0 - 1e-12
 
 
 def object_quaternion(rotation: Vector) -> Quaternion:
@@ -36,6 +37,26 @@ def object_quaternion(rotation: Vector) -> Quaternion:
         sa * cb * cc + ca * sb * sc,
         ca * sb * cc - sa * cb * sc,
         ca * cb * sc + sa * sb * cc,
+    )
+
+
+def object_angles(q: Quaternion) -> Vector:
+    r"""Tracker's angles of a quaternion, the inverse of `object_quaternion`; at b = ±π/2 the angle c is 0.
+
+    Args:
+        q: Unit quaternion, the object's axes into the cameras'.
+
+    Returns:
+        (a, b, c) with R = Rx(a) Ry(b) Rz(c) [rad].
+    """
+    w, x, y, z = q
+    sine = 2.0 * (x * z + w * y)
+    if abs(sine) > _SINGULAR:
+        return (2.0 * math.atan2(x, w), math.copysign(0.5 * math.pi, sine), 0.0)
+    return (
+        math.atan2(2.0 * (w * x - y * z), 1.0 - 2.0 * (x * x + y * y)),
+        math.asin(sine),
+        math.atan2(2.0 * (w * z - x * y), 1.0 - 2.0 * (y * y + z * z)),
     )
 
 

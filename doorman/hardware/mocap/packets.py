@@ -7,6 +7,7 @@ An item is id (uint8), size of what follows (uint16), name (24 bytes), translati
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import NamedTuple
 
 Vector = tuple[float, float, float]
@@ -72,6 +73,20 @@ def parse(datagram: bytes) -> ObjectPacket | Malformed:
             objects.append(_object(datagram, offset))
         offset += size
     return ObjectPacket(frame_number, tuple(objects))
+
+
+def pack(frame_number: int, objects: Sequence[TrackedObject]) -> bytes:
+    """A datagram with objects, as Tracker would send it without padding.
+
+    Args:
+        frame_number: Taken modulo 2³².
+        objects: At most 255, with names of at most 24 bytes.
+    """
+    items = [
+        _ITEM.pack(OBJECT_ITEM, _OBJECT.size) + _OBJECT.pack(one.name.encode(), *one.translation, *one.rotation)
+        for one in objects
+    ]
+    return _HEADER.pack(frame_number % (1 << 32), len(items)) + b"".join(items)
 
 
 def _object(datagram: bytes, offset: int) -> TrackedObject:

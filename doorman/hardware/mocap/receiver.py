@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
+from importlib.util import find_spec
 from types import TracebackType
 
 from doorman.copying import Uncopied
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, how_to_install
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.connection import listen
+from doorman.hardware.mocap.connection import listen, parse_cameras
 from doorman.hardware.mocap.faults import EventLog, MocapEvent
 from doorman.hardware.mocap.figures import MocapStatistics
+from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.hardware.mocap.sample import PoseSample
 from doorman.hardware.mocap.worker import MocapWorker
 
@@ -19,7 +21,7 @@ STOP_TIMEOUT = 2.0
 
 
 class MocapReceiver(Uncopied):
-    """The body's pose from a Vicon Tracker UDP object stream, received by a thread of its own.
+    """The body's pose from cameras, received by a thread of its own: Vicon Tracker's stream, or whatever `connection` names.
 
     `read` returns the newest pose at once, with its age as of the call. The constructor touches no device. Whatever happens to
     the stream shows in samples and events; nothing raises but misuse.
@@ -41,10 +43,13 @@ class MocapReceiver(Uncopied):
 
         Raises:
             BackendError: if it is open already, the address cannot be listened on, the rate is another, or no pose comes; it
-                says what comes instead.
+                says what comes instead. Or if the cameras need an extra that is not installed.
         """
         if self._worker is not None:
             raise BackendError("the mocap receiver is open already", allowed="stop() before another open()")
+        if parse_cameras(self.config.connection) is not None and find_spec("motioncapture") is None:
+            raise BackendError(f"these cameras need the package motioncapture; {how_to_install('mocap')}",
+                               field="mocap.connection", given=self.config.connection)  # fmt: skip
         patience = self.config.open_timeout if timeout is None else timeout
         self._worker = MocapWorker(listen(self.config.connection), self.config, self._log)
         self._worker.start()
@@ -108,17 +113,22 @@ class MocapReceiver(Uncopied):
         self.stop()
 
     def _await_pose(self, worker: MocapWorker, timeout: float) -> None:
-        found = worker.wait(lambda pipeline: pipeline.ready or pipeline.wrong_rate is not None, timeout)
+
+        def decided(pipeline: Pipeline) -> bool:
+            return pipeline.ready or pipeline.wrong_rate is not None or bool(worker.client_words)
+
+        found = worker.wait(decided, timeout) and not worker.client_words
         rate = worker.pipeline.wrong_rate
         if rate is not None:
             raise BackendError("frames come at another rate", field="mocap.rate", given=self.config.rate,
                                allowed=f"the stream's {rate:.1f} 1/s")  # fmt: skip
         if not found:
             raise BackendError(
-                f"no pose of '{self.config.object_name}' within {timeout:g} s: {worker.pipeline.diagnosis()}",
+                f"no pose of '{self.config.object_name}' within {timeout:g} s: "
+                f"{worker.client_words or worker.pipeline.diagnosis()}",
                 field="mocap.connection",
                 given=self.config.connection,
-                allowed="where Tracker's UDP object stream is sent to",
+                allowed="where Tracker's UDP object stream is sent to, or cameras that can be reached",
             )
 
     def _as_of_now(self, worker: MocapWorker) -> PoseSample:

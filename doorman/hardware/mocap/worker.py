@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import select
 import socket
@@ -12,14 +13,17 @@ from collections.abc import Callable
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
-from doorman.hardware.mocap.connection import listen
+from doorman.hardware.mocap.connection import CamerasLink, listen, parse_cameras
 from doorman.hardware.mocap.faults import EventLog, MocapFault
 from doorman.hardware.mocap.packets import LARGEST
 from doorman.hardware.mocap.pipeline import Pipeline
 from doorman.hardware.mocap.sample import PoseSample
+from doorman.hardware.mocap.sources.client_process import ClientProcess
 
 REOPEN_INTERVAL = 0.1
 """How often a socket that failed is opened again [s]."""
+RESTART_INTERVAL = 1.0
+"""How often a cameras' client that ended is started again [s]."""
 INTERNAL_PAUSE = 0.001
 """After a failure, so that a lasting one does not take the processor from everybody [s]."""
 LONGEST_WAIT = 0.1
@@ -41,6 +45,11 @@ class MocapWorker:
     def __init__(self, channel: socket.socket, config: MocapConfig, log: EventLog) -> None:
         self._channel: socket.socket | None = channel
         self._config = config
+        self._cameras = parse_cameras(config.connection)
+        self._client: ClientProcess | None = None
+        self._started = -math.inf
+        self.client_words = ""
+        """Why the cameras' client ended last."""
         self._pipeline = Pipeline(config, log)
         self._changed = threading.Condition()
         self._stopping = False
@@ -106,13 +115,35 @@ class MocapWorker:
         finally:
             if self._channel is not None:
                 self._channel.close()
+            self._drop_client()
 
     def _turn(self) -> None:
         if self._channel is None:
             self._reopen()
         else:
+            if self._cameras is not None:
+                self._look_after_client(self._cameras, self._channel)
             self._receive(self._channel)
         self._pipeline.tick(time.monotonic())
+
+    def _look_after_client(self, cameras: CamerasLink, channel: socket.socket) -> None:
+        """Start the cameras' client, and start it again where it has ended; it ends with this thread."""
+        words = None if self._client is None else self._client.last_words
+        if words is not None:
+            self.client_words = words
+            self._pipeline.book.keep(MocapFault.CLIENT, True, time.monotonic(), f"{cameras.kind}: {words}")
+        if (self._client is None or words is not None) and time.monotonic() - self._started > RESTART_INTERVAL:
+            self._drop_client()
+            self._client = ClientProcess(cameras, channel.getsockname()[1], self._config.rate)
+            self._started = time.monotonic()
+        elif words is None and time.monotonic() - self._started > RESTART_INTERVAL:
+            self._pipeline.book.keep(MocapFault.CLIENT, False, time.monotonic())
+
+    def _drop_client(self) -> None:
+        """End the cameras' client, if there is one."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
 
     def _receive(self, channel: socket.socket) -> None:
         """Wait for packets until the next deadline, and read what has come."""
@@ -130,6 +161,7 @@ class MocapWorker:
         except OSError as error:
             channel.close()
             self._channel = None
+            self._drop_client()  # it sends to a port that is gone
             self._pipeline.book.keep(MocapFault.SOCKET, True, time.monotonic(), str(error.strerror or error))
 
     def _poll(self, descriptor: int) -> int:

@@ -23,7 +23,7 @@ class Places:
     touch: Array
     """Where the tip touches the leaf in the start posture, shape (3,) [m]."""
     hover: Array
-    """`mission.hover_distance` away from there, outward along the leaf's normal, shape (3,) [m]."""
+    """`mission.hover_distance` away from there, outward along the leaf's normal, or before the doorway, shape (3,) [m]."""
     pad: Array
     """Where the vehicle stands below `hover` before take-off, shape (3,) [m]."""
     yaw: float
@@ -38,7 +38,7 @@ class Places:
         """
         state = model.start_state
         touch = model.coupling.vehicle_motion(state, np.zeros(3), np.zeros(model.n_arm)).position
-        hover = touch - model.scenario.mission.hover_distance * model.door.normal(float(state[3]))
+        hover = touch + model.hover_offset
         lowest = min(float(point[2]) for point in model.vehicle.point_positions(model.start_arm))
         pad = np.array([hover[0], hover[1], LEG_CLEARANCE - min(lowest, 0.0)])
         return cls(frozen(touch), frozen(hover), frozen(pad), float(state[2]))

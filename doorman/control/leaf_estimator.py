@@ -1,8 +1,7 @@
 """What the vehicle knows at the leaf: its motion, the force it feels, leaf and hinge, whether it touches, and the wind.
 
-Wind and contact cannot be told apart while the tip pushes steadily. So in contact the wind stays what it was in free flight, but
-for what no contact can explain: a pull, or more along the face than friction carries. Three things say that there is no contact:
-the force fades, the tip draws back, or it gains speed as no leaf would.
+Wind and contact cannot be told apart while the tip pushes steadily. `wind_filter` says what the wind does meanwhile. Three things
+say that there is no contact: the force fades, the tip draws back, or it gains speed as no leaf would.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from doorman.control.door_filter import DoorFilter
 from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
+from doorman.control.wind_filter import WindFilter
 from doorman.kinematics.rotations import euler_rate_matrix
 from doorman.model import GRAVITY, Model
 from doorman.signals import Measurement
@@ -26,8 +26,12 @@ Array = NDArray[np.float64]
 
 _NEAR = 0.03
 """A tip that is farther from the leaf's place does not touch it [m]."""
-_FAR_WIND, _NEAR_WIND, _CONTACT_WIND = 0.4, 2.0, 1.0
-"""Times in which the wind follows what is felt: far from the leaf, near it, and in contact what no contact explains [s]."""
+_FACE, _MEASURED = 0.02, 0.3
+"""Deviation of where the face stands [m], which the first touch measures in so long [s],"""
+_STOPPED, _WENT_ON = 0.03, 0.015
+"""with a tip that has stopped [m/s]; one that goes on by the second has met nothing [m]."""
+_TIP_NOISE, _TIP_TIME = 0.003, 0.05
+"""Noise of the tip's place, which is a new one after the latter [m], [s]."""
 _LEAST = 0.2
 """Force of a tip that touches [N]."""
 _CARRIED = 0.5
@@ -45,18 +49,18 @@ _STANDS_AT_GOAL = 0.015
 _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, does
 not touch; nor does one that draws back by more than the second [rad],"""
-_GHOST, _GHOST_RATE, _GHOST_TIME = 1.5, 0.06, 0.3
+_GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if the leaf opened by itself with more [N m],"""
 _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
 """A tip that is farther than it last was in contact has met the leaf again [rad]."""
-_RESISTANCE = (0.05, 6.0)
-"""Within which resistance is believed [N m]."""
+_RESISTANCE, _FIRST_RESISTANCE = (0.05, 6.0), 0.3
+"""Within which resistance is believed, and what is believed at first [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class LeafEstimate:
     """What is known at one time."""
 
     position: Array
@@ -78,9 +82,15 @@ class Known:
     friction_share: float
     """of which this share does not drive it back."""
     inertia: float
+    face_offset: float
+    """Of the face from where the model has it, towards the vehicle [m],"""
+    lever: float
+    """at this distance from the hinge [m]."""
+    normal_pull: float
+    """λ as felt: wind less outer force along the normal [N]."""
 
 
-class Belief:
+class LeafEstimator:
     """Estimates of one flight.
 
     Args:
@@ -89,20 +99,25 @@ class Belief:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings, control = model.scenario.estimation, model.scenario.control
+        settings = model.scenario.estimation
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.distance_from_hinge
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
+        self._start = float(model.start_state[3])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
-        self._door, self._leaf = DoorFilter(model, settings), model.door
-        self._torque = DoorObserver(model, control.door_observer_rate, _RESISTANCE[1])
-        self._wind, self._friction = np.zeros(3), np.zeros(2)
-        self._deepest, self._ghost, self._touched_at = math.inf, 0.0, 0.0
-        self._resists, self._moved, self._more = 0.3, False, 0.0
+        self._model, self._leaf, self._touched_at = model, model.door, 0.0
+        self._begin()
+        self._wind, self._friction = WindFilter(), np.zeros(2)
+        self._face, self._face_variance, self._closed = 0.0, _FACE**2, True
+        self._met: float | None = None
+        self._measured = 0.0
+        self._angle_deviation = self._lever * settings.angle_deviation
         self._yaw = 0.0
 
-    def update(self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float) -> Known:
+    def update(
+        self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
+    ) -> LeafEstimate:
         """Take in one measurement.
 
         Args:
@@ -115,14 +130,16 @@ class Belief:
         weight = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
-        tip = self._converter.tip(measured, velocity)
+        self._wind.predict(time_step)
+        tip = self._tip(measured, velocity)
         normal = self._leaf.normal(self._door.angle)
         push = float(normal @ rotors)
         touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
-        acting = push + float(normal @ self._wind)
-        self._door.update(
-            acting, touching, tip[0], measured.pose_time, measured.time, time_step, wind=self._wind
-        )  # fmt: skip
+        if touching and self._closed:
+            touching, tip = self._first_touch(tip, time_step)
+        wind = self._wind.force
+        acting = push + float(normal @ wind)
+        self._door.update(acting, touching, tip[0], measured.pose_time, measured.time, time_step, wind=wind)
         if touching:
             self._torque.update(self._door.angle, self._door.rate, acting, self._door.inertia, time_step)
         else:
@@ -135,24 +152,60 @@ class Belief:
         hinge = self._door.hinge()
         closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
         slides = hinge.friction + 0.05
-        return Known(
+        return LeafEstimate(
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
-            self._door.rate, touching, force, self._friction.copy(), self._wind.copy(), resistance,
-            slides / (slides + closer), self._door.inertia,
+            self._door.rate, touching, force, self._friction.copy(), self._wind.force, resistance,
+            slides / (slides + closer), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
         )  # fmt: skip
+
+    def _tip(self, measured: Measurement, velocity: Array) -> tuple[float, float]:
+        """Angle and rate of a leaf that the tip is on [rad], [rad/s]."""
+        angle, rate = self._converter.tip(measured, velocity)
+        return angle - math.asin(self._face / self._lever), rate
+
+    def _first_touch(self, tip: tuple[float, float], time_step: float) -> tuple[bool, tuple[float, float]]:
+        """Where the face stands, as a closed leaf stands at a known angle; and whether anything has been met."""
+        off, speed = self._lever * (tip[0] - self._start), -self._lever * tip[1]
+        self._met = off if self._met is None else self._met
+        if self._met - off > _WENT_ON and speed > _STOPPED:
+            self._face, self._face_variance, self._met, self._deepest = 0.0, _FACE**2, None, math.inf
+            self._monitor.declare(False)
+            self._wind.lost(self._vehicle.outer_force)
+            return False, tip
+        if abs(speed) < _STOPPED:
+            noise = _TIP_NOISE**2 * max(_TIP_TIME / max(time_step, 1e-6), 1.0) + self._angle_deviation**2
+            gain = self._face_variance / (self._face_variance + noise)
+            self._face += gain * off
+            self._face_variance *= 1.0 - gain
+            self._measured += time_step
+        self._closed = self._measured < _MEASURED
+        self._deepest = self._start
+        return True, (self._start, tip[1])
+
+    def _begin(self) -> None:
+        """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
+        self._sought = True
+        self._door = DoorFilter(self._model, self._model.scenario.estimation)
+        self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
+        self._deepest, self._ghost = math.inf, 0.0
+        self._resists, self._moved, self._more = _FIRST_RESISTANCE, False, 0.0
 
     def _contact(
         self, tip: tuple[float, float], normal: Array, push: float, now: float, time_step: float, seeks: bool
     ) -> bool:
-        """Whether the tip touches; the wind follows what is felt where it does not."""
+        """Whether the tip touches; the wind is what is felt where it does not."""
         felt, monitor = self._vehicle.outer_force, self._monitor
-        near = seeks and self._lever * (tip[0] - self._door.angle) < _NEAR
+        reach = _NEAR + 2.0 * math.sqrt(self._face_variance) * self._closed
+        near = seeks and self._lever * (tip[0] - self._door.angle) < reach
         if not seeks:
             monitor.declare(False)
+            self._sought = False
+        elif not self._sought:
+            self._begin()
         was = monitor.touching
-        force = float(normal @ (self._wind - felt))
+        force = float(normal @ (self._wind.force - felt))
         if not was:
-            self._wind = self._wind + min(time_step / (_NEAR_WIND if near else _FAR_WIND), 1.0) * (felt - self._wind)
+            self._wind.feel(felt, near, time_step)
             if not near:
                 monitor.listen(force, time_step)
         touching = seeks and monitor.update(force if near or was else 0.0, time_step)
@@ -162,11 +215,12 @@ class Belief:
             touching, self._touched_at = True, now
             monitor.declare(True)
             expected = max((self._resists + self._more) / self._lever, _LEAST)
-            self._wind, force = self._wind + (expected - force) * normal, expected
+            self._wind.met(normal, expected - force)
+            force = expected
         if touching and self._is_none(tip, push + float(normal @ felt), force, now, time_step):
             touching = False
             monitor.declare(False)
-            self._wind = self._wind + 0.5 * (felt - self._wind)
+            self._wind.lost(felt)
         return touching
 
     def _is_none(self, tip: tuple[float, float], moves: float, force: float, now: float, time_step: float) -> bool:
@@ -202,14 +256,15 @@ class Belief:
         leaf, vehicle = self._door.inertia, self._mass * self._lever
         reaction = resistance if -self._door.rate > _MOVES else max(-self._torque.estimate, 0.0)
         force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * self._lever), _LEAST)
-        along, tip_force = self._leaf.leaf_direction(self._door.angle), self._wind - felt
+        along, tip_force = self._leaf.leaf_direction(self._door.angle), self._wind.force - felt
         pressed = float(normal @ tip_force)
         dragged = np.array([along @ tip_force, tip_force[2]])
         carried = _CARRIED * max(pressed, force)
         self._friction = dragged * min(1.0, carried / max(float(np.hypot(*dragged)), 1e-9))
         over = dragged - self._friction
-        unexplained = over[0] * along + np.array([0.0, 0.0, over[1]]) + min(pressed - _LEAST, 0.0) * normal
-        self._wind = self._wind - min(time_step / _CONTACT_WIND, 1.0) * unexplained
+        self._wind.unexplained(along, float(over[0]), time_step)
+        self._wind.unexplained(np.array([0.0, 0.0, 1.0]), float(over[1]), time_step)
+        self._wind.unexplained(normal, min(pressed - _LEAST, 0.0), time_step)
         return force
 
     def _attitude(self, measured: Measurement) -> tuple[Array, Array]:

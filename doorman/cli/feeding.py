@@ -1,0 +1,34 @@
+"""`--feed`: what a flight records goes to `doorman ros2`, too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+from doorman.recording import Listener
+from doorman.recording.messages import Value
+from doorman.ros2 import Feed
+
+
+@contextmanager
+def fed(port: int | None, other: Listener | None = None) -> Iterator[Listener | None]:
+    """Send everything that is recorded to a bridge.
+
+    Args:
+        port: UDP port of the bridge on loopback; None: send nothing.
+        other: Called with everything before.
+
+    Yields:
+        What the recorder has to call, if anything.
+    """
+    if port is None:
+        yield other
+        return
+    with Feed(port) as feed:
+
+        def listen(topic: str, time: float, fields: Mapping[str, Value]) -> None:
+            if other is not None:
+                other(topic, time, fields)
+            feed.listen(topic, time, fields)
+
+        yield listen

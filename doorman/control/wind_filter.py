@@ -1,0 +1,112 @@
+r"""The wind on the vehicle, which may turn: an extended Kalman filter of its force and of how fast it turns.
+
+.. math:: \dot w = \omega\,e_3 \times w + \nu_w,\qquad \dot\omega = \nu_\omega
+
+Free flight shows the wind: it is all that is felt. In contact the filter goes on turning it as it turned before, and takes in
+what no contact can explain: a pull, or more along the face than friction carries.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_FIRST, _FIRST_TURN = 0.5, 0.1
+"""Deviations at first of each part of the wind [N], and of its turning [rad/s]."""
+_GUSTS, _TURNS = 0.06, 0.01
+"""Growth of these in a second [N], [rad/s]."""
+_FELT, _FELT_TIME = 0.12, 0.25
+"""Noise of what is felt, and the time after which it is another one [N], [s]."""
+_NEAR_NOISE = 3.0
+"""By so much less is believed what is felt near the leaf: it may be a touch."""
+_BOUND, _BOUND_TIME = 0.3, 0.5
+"""Noise of what contact can explain, and the time after which it is another one [N], [s]."""
+_SETTLES = 0.6
+"""For so long the observer of the outer force settles after take-off [s]."""
+_STEADY = 0.15
+"""Weaker wind has no direction that turns [N]."""
+
+
+class WindFilter:
+    """Of one flight."""
+
+    def __init__(self) -> None:
+        self.state = np.zeros(4)
+        """[w, ω], shape (4,) [N], [rad/s]."""
+        self.covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2])
+        """Shape (4, 4)."""
+        self._flown = 0.0
+
+    @property
+    def force(self) -> Array:
+        """w, shape (3,), world frame [N]."""
+        return self.state[:3].copy()
+
+    def predict(self, time_step: float) -> None:
+        """Advance by one period.
+
+        Args:
+            time_step: Since the last call [s].
+        """
+        self._flown += time_step
+        x, y, _, turn = self.state
+        c, s = np.cos(turn * time_step), np.sin(turn * time_step)
+        self.state[:2] = c * x - s * y, s * x + c * y
+        change = np.eye(4)
+        change[:2, :2] = [[c, -s], [s, c]]
+        if np.hypot(x, y) > _STEADY:
+            change[:2, 3] = -time_step * self.state[1], time_step * self.state[0]
+        noise = np.array([_GUSTS**2] * 3 + [_TURNS**2])
+        self.covariance = change @ self.covariance @ change.T + time_step * np.diag(noise)
+
+    def feel(self, felt: Array, near: bool, time_step: float) -> None:
+        """Take in what is felt in free flight.
+
+        Args:
+            felt: Outer force, shape (3,), world frame [N].
+            near: Whether the tip may touch something.
+            time_step: Since the last call [s].
+        """
+        if self._flown < _SETTLES or time_step <= 0.0:
+            return
+        noise = _FELT**2 * (_NEAR_NOISE**2 if near else 1.0) * max(_FELT_TIME / time_step, 1.0)
+        for axis in np.eye(3):
+            self._correct(axis, float(axis @ (felt - self.state[:3])), noise)
+
+    def unexplained(self, direction: Array, force: float, time_step: float) -> None:
+        """Take in a part of what the tip seems to feel that no contact makes.
+
+        Args:
+            direction: Of it, shape (3,), world frame.
+            force: Wind less outer force along it, as far as no contact makes it [N].
+            time_step: Since the last call [s].
+        """
+        if force != 0.0 and time_step > 0.0:
+            self._correct(direction, -force, _BOUND**2 * max(_BOUND_TIME / time_step, 1.0))
+
+    def met(self, normal: Array, more: float) -> None:
+        """Take in that the tip presses harder than the wind seemed to say.
+
+        Args:
+            normal: n_D, shape (3,), world frame.
+            more: By so much [N].
+        """
+        self._correct(normal, more, _BOUND**2)
+
+    def lost(self, felt: Array) -> None:
+        """Take in that there is no contact: what is felt is wind.
+
+        Args:
+            felt: Outer force, shape (3,), world frame [N].
+        """
+        for axis in np.eye(3):
+            self._correct(axis, float(axis @ (felt - self.state[:3])), _FELT**2)
+
+    def _correct(self, direction: Array, off: float, noise: float) -> None:
+        row = np.append(direction, 0.0)
+        spread = self.covariance @ row
+        gain = spread / (row @ spread + noise)
+        self.state = self.state + gain * off
+        self.covariance = self.covariance - np.outer(gain, spread)

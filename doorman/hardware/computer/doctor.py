@@ -1,0 +1,181 @@
+"""Doctor: what is missing on this computer before it can fly, each with the command that mends it. Nothing is changed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+from packaging.requirements import Requirement
+
+from doorman.compilation import cache_content
+from doorman.exceptions import how_to_install
+from doorman.hardware.computer.host import Host
+from doorman.hardware.computer.system_files import SYSTEM_FILES
+from doorman.hardware.mocap.connection import RECEIVE_BUFFER
+
+DISTRIBUTION = "doorman-uam"
+LEAST_SPACE = 2_000_000_000
+"""For recordings [bytes]."""
+LARGEST_SLEW = 1000.0
+"""Of the clock that servos' stamps bear [ppm]."""
+_INSTALL = how_to_install("hardware").partition(": ")[2]
+_GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock")
+
+
+class Complaint(Enum):
+    """What a row says."""
+
+    NONE = "ok"
+    WORSE = "could be better"
+    """It can fly, worse."""
+    MISSING = "no"
+    """It cannot fly so."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing that was looked at."""
+
+    name: str
+    complaint: Complaint
+    found: str
+    command: str = ""
+    """That mends it; nothing where it is well."""
+
+
+def examine(host: Host, folder: Path) -> list[Row]:
+    """Look at everything.
+
+    Args:
+        host: The computer.
+        folder: Where recordings go.
+
+    Returns:
+        One row a thing, at least.
+    """
+    looks: tuple[Callable[[], Iterator[Row]], ...] = (
+        _versions, lambda: _permissions(host), lambda: _latency_timers(host), lambda: _modem_manager(host),
+        lambda: _priority(host), lambda: _governor(host), lambda: _clock(host), lambda: _buffers(host),
+        lambda: _space(host, folder), _kernels,
+    )  # fmt: skip
+    return [row for look in looks for row in look()]
+
+
+def _versions() -> Iterator[Row]:
+    wrong, missing = [], []
+    try:
+        texts = requires(DISTRIBUTION) or []
+    except PackageNotFoundError:
+        yield Row("versions", Complaint.WORSE, "doorman runs uninstalled: nobody knows what it needs", _INSTALL)
+        return
+    for text in texts:
+        requirement = Requirement(text)
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": "hardware"}):
+            continue
+        try:
+            found = version(requirement.name)
+        except PackageNotFoundError:
+            missing.append(requirement.name)
+            continue
+        if not requirement.specifier.contains(found, prereleases=True):
+            wrong.append(f"{requirement.name} {found}, wanted {requirement.specifier}")
+    if missing or wrong:
+        words = "; ".join([*wrong, *([f"not installed: {', '.join(missing)}"] if missing else [])])
+        yield Row("versions", Complaint.MISSING, words, _INSTALL)
+    else:
+        yield Row("versions", Complaint.NONE, "all packages are there, and new enough")
+
+
+def _permissions(host: Host) -> Iterator[Row]:
+    devices = host.serial_devices()
+    if not devices:
+        yield Row("serial devices", Complaint.WORSE, "none is plugged in: /dev/ttyUSB* and /dev/ttyACM*", "lsusb")
+    for device in devices:
+        if host.may(device):
+            yield Row(device.name, Complaint.NONE, "ours to read and write")
+        else:
+            yield Row(device.name, Complaint.MISSING, "not ours to read and write; log in anew after this",
+                      "sudo usermod -aG dialout $USER")  # fmt: skip
+
+
+def _latency_timers(host: Host) -> Iterator[Row]:
+    for path, timer in host.each("sys/bus/usb-serial/devices/*/latency_timer"):
+        name = f"latency timer of {Path(path).parent.name}"
+        if timer == "1":
+            yield Row(name, Complaint.NONE, "1 ms")
+        else:
+            command = f"echo 1 | sudo tee /{path}"
+            yield Row(name, Complaint.MISSING, f"{timer} ms; for good: doorman system udev", command)
+
+
+def _modem_manager(host: Host) -> Iterator[Row]:
+    ignored = "ID_MM_DEVICE_IGNORE" in (host.read(SYSTEM_FILES["udev"].place.lstrip("/")) or "")
+    if host.runs("ModemManager") and not ignored:
+        yield Row("ModemManager", Complaint.WORSE, "it talks to a Pixhawk that is plugged in",
+                  "sudo systemctl disable --now ModemManager")  # fmt: skip
+
+
+def _priority(host: Host) -> Iterator[Row]:
+    if host.real_time_allowed():
+        yield Row("real-time priority", Complaint.NONE, "allowed")
+    else:
+        yield Row("real-time priority", Complaint.WORSE, "not allowed: programs delay the controller; log in anew after this",
+                  f"doorman system limits | sudo tee {SYSTEM_FILES['limits'].place}")  # fmt: skip
+    if host.processors() < 2:
+        yield Row("processors", Complaint.MISSING, "one core for controller and planner", "nproc")
+
+
+def _governor(host: Host) -> Iterator[Row]:
+    governors = {text for _, text in host.each("sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")}
+    if governors - {"performance"}:
+        yield Row("governor", Complaint.WORSE, f"{', '.join(sorted(governors))}: cores are slow to speed up",
+                  "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")  # fmt: skip
+    else:
+        yield Row("governor", Complaint.NONE, "performance" if governors else "the system has none")
+
+
+def _clock(host: Host) -> Iterator[Row]:
+    source = host.read("sys/devices/system/clocksource/clocksource0/current_clocksource")
+    if source is not None and source not in _GOOD_CLOCKS:
+        better = host.read("sys/devices/system/clocksource/clocksource0/available_clocksource") or ""
+        best = next((name for name in _GOOD_CLOCKS if name in better.split()), "tsc")
+        yield Row("clock", Complaint.WORSE, f"{source}, slow to read; there is {better or 'no other'}",
+                  f"echo {best} | sudo tee /sys/devices/system/clocksource/clocksource0/current_clocksource")  # fmt: skip
+    else:
+        yield Row("clock", Complaint.NONE, source or "not told")
+    if host.runs("chronyd"):
+        text = host.read("etc/chrony/chrony.conf") or host.read("etc/chrony.conf") or ""
+        slews = re.findall(r"^\s*maxslewrate\s+([\d.]+)", text, re.MULTILINE)
+        if not slews or float(slews[-1]) > LARGEST_SLEW:
+            yield Row("time server", Complaint.WORSE, "chrony may slew the clock by 8 %: servos' stamps count as late then",
+                      "echo maxslewrate 500 | sudo tee -a /etc/chrony/chrony.conf; sudo systemctl restart chrony")  # fmt: skip
+
+
+def _buffers(host: Host) -> Iterator[Row]:
+    text = host.read("proc/sys/net/core/rmem_max")
+    if text is not None and text.isdigit() and int(text) < RECEIVE_BUFFER // 2:  # the kernel doubles what is asked for
+        yield Row("network buffers", Complaint.WORSE, f"{text} bytes: poses are lost when the computer is busy",
+                  f"sudo sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")  # fmt: skip
+
+
+def _space(host: Host, folder: Path) -> Iterator[Row]:
+    there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
+    free = host.free_space(there)
+    if free < LEAST_SPACE:
+        yield Row("disk", Complaint.WORSE, f"{free / 1e9:.1f} GB free at {there}", f"du -sh {folder}")
+    else:
+        yield Row("disk", Complaint.NONE, f"{free / 1e9:.0f} GB free")
+
+
+def _kernels() -> Iterator[Row]:
+    count = cache_content().kernels
+    if count:
+        yield Row("kernels", Complaint.NONE, f"{count} compiled")
+    else:
+        yield Row(
+            "kernels", Complaint.WORSE, "none is compiled yet: the first flight waits for minutes", "doorman warmup"
+        )

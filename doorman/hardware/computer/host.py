@@ -1,0 +1,77 @@
+"""What a Linux computer tells about itself in files; below another root in tests."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+REAL_TIME_PRIORITY = 20
+"""That the real-time class is asked for with."""
+
+
+@dataclass(frozen=True)
+class Host:
+    """A computer."""
+
+    root: Path = Path("/")
+    """Where its files begin."""
+
+    def read(self, path: str) -> str | None:
+        """Content of a file without blanks around it; None if it cannot be read.
+
+        Args:
+            path: From the root, without a leading slash.
+        """
+        try:
+            return (self.root / path).read_text(encoding="utf-8", errors="replace").strip()
+        except OSError:
+            return None
+
+    def each(self, pattern: str) -> Iterator[tuple[str, str]]:
+        """Path and content of all files that match.
+
+        Args:
+            pattern: From the root, as for `Path.glob`.
+        """
+        for file in sorted(self.root.glob(pattern)):
+            path = str(file.relative_to(self.root))
+            text = self.read(path)
+            if text is not None:
+                yield path, text
+
+    def serial_devices(self) -> list[Path]:
+        """Serial devices on USB."""
+        return sorted([*self.root.glob("dev/ttyUSB*"), *self.root.glob("dev/ttyACM*")])
+
+    def runs(self, program: str) -> bool:
+        """Whether a program runs.
+
+        Args:
+            program: Its name, of which the system keeps 15 characters.
+        """
+        return any(name == program[:15] for _, name in self.each("proc/[0-9]*/comm"))
+
+    @staticmethod
+    def may(device: Path) -> bool:
+        """Whether we may read and write a device."""
+        return os.access(device, os.R_OK | os.W_OK)
+
+    @staticmethod
+    def real_time_allowed() -> bool:
+        """Whether threads may run in the real-time class."""
+        soft, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
+        return os.geteuid() == 0 or soft == resource.RLIM_INFINITY or soft >= REAL_TIME_PRIORITY
+
+    @staticmethod
+    def free_space(folder: Path) -> int:
+        """Free on the disk of a folder [bytes]."""
+        return shutil.disk_usage(folder).free
+
+    @staticmethod
+    def processors() -> int:
+        """Cores that we may use."""
+        return len(os.sched_getaffinity(0))

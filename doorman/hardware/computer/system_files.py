@@ -1,0 +1,31 @@
+"""Files for the vehicle's system: udev rules, limits and a systemd unit, shipped beside this module."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+_FOLDER = Path(__file__).parent / "files"
+
+
+@dataclass(frozen=True)
+class SystemFile:
+    """One file."""
+
+    name: str
+    """As shipped."""
+    place: str
+    """Where it belongs."""
+
+    @property
+    def text(self) -> str:
+        """Its content."""
+        return (_FOLDER / self.name).read_text(encoding="utf-8")
+
+
+SYSTEM_FILES = {
+    "udev": SystemFile("99-doorman.rules", "/etc/udev/rules.d/99-doorman.rules"),
+    "limits": SystemFile("doorman.conf", "/etc/security/limits.d/doorman.conf"),
+    "service": SystemFile("doorman.service", "/etc/systemd/system/doorman.service"),
+}
+"""By short name."""

@@ -1,0 +1,85 @@
+"""Sends poses as the stream that `MocapReceiver` reads: for cameras and middleware that speak another language."""
+
+from __future__ import annotations
+
+import math
+import secrets
+import socket
+import time
+from collections.abc import Mapping
+
+from doorman.copying import Uncopied
+from doorman.exceptions import BackendError
+from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
+from doorman.hardware.mocap.packets import NAME_SIZE, TrackedObject, pack
+from doorman.hardware.mocap.quaternions import Quaternion, Vector
+from doorman.hardware.mocap.sources.numbering import ArrivalNumbers
+
+MOST = 200
+"""Objects that a datagram holds."""
+
+
+class PoseSender(Uncopied):
+    """Sends frames of poses to a receiver, `udp:PORT` there.
+
+    Its numbers begin anywhere, so that the receiver takes a sender that was started again for another stream, not for a late one.
+
+    Args:
+        target: Address and port of the receiver.
+        rate: Frames per second, as the receiver is told [1/s].
+    """
+
+    def __init__(self, target: tuple[str, int], rate: float) -> None:
+        self._target, self._rate = target, rate
+        self._numbers, self._first = ArrivalNumbers(rate), secrets.randbits(32)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+    def send(self, poses: Mapping[str, tuple[Vector, Quaternion]], taken: float | None = None) -> bool:
+        """Send one frame.
+
+        Args:
+            poses: Position [m] and quaternion (w, x, y, z) by name, in the cameras' axes; an object that is not seen is left
+                out. Names are cut to 24 bytes.
+            taken: When the frame was taken, by a clock that nobody sets; now if the cameras do not tell [s]. Frames in the wrong
+                order are not sent.
+
+        Returns:
+            Whether it was sent: two that come within a period count as one.
+
+        Raises:
+            BackendError: if a quaternion is zero or a number not finite, or there are too many poses for a datagram.
+        """
+        if len(poses) > MOST:
+            raise BackendError(
+                "too many poses for a datagram", field="poses", given=len(poses), allowed=f"up to {MOST}"
+            )
+        number = self._numbers.number(time.monotonic() if taken is None else taken)
+        if number is None:
+            return False
+        objects = [_tracked(name, *pose) for name, pose in poses.items()]
+        try:
+            self._socket.sendto(pack(self._first + number, objects), self._target)
+        except ConnectionRefusedError:  # nobody listens yet
+            return False
+        return True
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+    def __enter__(self) -> PoseSender:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _tracked(name: str, position: Vector, quaternion: Quaternion) -> TrackedObject:
+    length = math.sqrt(sum(value * value for value in quaternion))
+    if not (all(math.isfinite(value) for value in (*position, length)) and length > 0.0):
+        raise BackendError("not a pose", field=f"poses.{name}", given=(position, quaternion), allowed="finite numbers")
+    w, x, y, z = (value / length for value in quaternion)
+    x_mm, y_mm, z_mm = (value / METRES_PER_MILLIMETRE for value in position)
+    return TrackedObject(
+        name.encode()[:NAME_SIZE].decode(errors="ignore"), (x_mm, y_mm, z_mm), object_angles((w, x, y, z))
+    )

@@ -1,0 +1,76 @@
+"""The door of a scenario: which side of it the vehicle is on, and where the tip touches it."""
+
+from __future__ import annotations
+
+import math
+
+from doorman.exceptions import ScenarioError
+from doorman.kinematics.door import Door, Side
+from doorman.kinematics.leaf_on_joint import LeafOnJoint
+from doorman.kinematics.travel import Travel
+from doorman.scenario import GoalSection, Scenario, StartSection
+
+_BEYOND = math.radians(1.5)
+"""A start or goal that is so far beyond the closed door, on the vehicle's side, means a door that is pulled [rad]."""
+_DEFAULT_GOAL = math.pi / 9
+"""α of a door that is pushed open by 70° [rad]."""
+
+
+def read_door(scenario: Scenario) -> Door:
+    """Door of a scenario, as its URDF describes it.
+
+    Args:
+        scenario: The scenario.
+
+    Raises:
+        UrdfError: see `Door`.
+        ScenarioError: if contact frame and side contradict each other.
+    """
+    contact, urdf = scenario.contact, scenario.door_urdf
+    if contact.frame is None:
+        return Door(urdf, scenario.door, contact.side or _side_of_ends(scenario))
+    plain = Door(urdf, scenario.door)
+    _, outward = LeafOnJoint(plain.urdf, plain.model, plain.section).frame(contact.frame, plain.closed)
+    side: Side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
+    if contact.side not in (None, side):
+        raise ScenarioError(
+            "the contact frame is on the other side of the leaf", file=scenario.source, field="contact.side",
+            given=contact.side, allowed=f"{side}, or another contact.frame than '{contact.frame}'",
+        )  # fmt: skip
+    return Door(urdf, scenario.door, side, contact.frame)
+
+
+def read_travel(scenario: Scenario, door: Door) -> Travel:
+    """Door angles at which a scenario begins and ends.
+
+    Args:
+        scenario: The scenario.
+        door: Its door.
+
+    Raises:
+        ScenarioError: if an end is given twice.
+    """
+    start = _end(scenario, door, "start", scenario.start)
+    goal = _end(scenario, door, "goal", scenario.goal)
+    if start is None:
+        start = door.angle_of_opening(0.0)
+    if goal is None:
+        opening = min(0.5 * math.pi - _DEFAULT_GOAL, door.largest_opening)
+        goal = max(_DEFAULT_GOAL, door.lower_limit) if door.side == "push" else door.angle_of_opening(opening)
+    return Travel(start, goal)
+
+
+def _end(scenario: Scenario, door: Door, name: str, end: StartSection | GoalSection) -> float | None:
+    if end.opening is None:
+        return end.door_angle
+    if end.door_angle is not None:
+        raise ScenarioError(
+            "an end is given twice", file=scenario.source, field=f"{name}.opening", given=end.opening,
+            allowed=f"either {name}.opening or {name}.door_angle",
+        )  # fmt: skip
+    return door.angle_of_opening(end.opening)
+
+
+def _side_of_ends(scenario: Scenario) -> Side:
+    ends = (scenario.start.door_angle, scenario.goal.door_angle)
+    return "pull" if any(end is not None and end > 0.5 * math.pi + _BEYOND for end in ends) else "push"

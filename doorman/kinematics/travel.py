@@ -1,0 +1,42 @@
+"""Way of a door, or of any mechanism, from where a task begins to where it ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Travel:
+    """Direction of a task: what is before the goal, whichever way that is."""
+
+    start: float
+    """α at the start [rad]."""
+    goal: float
+    """α at the goal [rad]."""
+
+    @property
+    def sense(self) -> float:
+        """1 where α grows on the way, else −1."""
+        return math.copysign(1.0, self.goal - self.start)
+
+    @property
+    def length(self) -> float:
+        """Of the way [rad]."""
+        return abs(self.goal - self.start)
+
+    def left(self, angle: float) -> float:
+        """How far the goal is ahead of α, negative beyond it [rad]."""
+        return self.sense * (self.goal - angle)
+
+    def done(self, angle: float) -> float:
+        """How far α is ahead of the start [rad]."""
+        return self.sense * (angle - self.start)
+
+    def share(self, angle: float) -> float:
+        """Share of the way that is done: 0 before the start, 1 beyond the goal."""
+        return min(max(self.done(angle) / self.length, 0.0), 1.0) if self.length > 0.0 else 1.0
+
+    def ahead(self, rate: float) -> float:
+        """A rate of α, positive towards the goal [rad/s]; so a torque that turns the leaf, or one that resists [N m]."""
+        return self.sense * rate

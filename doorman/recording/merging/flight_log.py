@@ -1,0 +1,79 @@
+"""An autopilot's log, whichever autopilot wrote it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import DoormanError, RecordingError, how_to_install
+
+Array = NDArray[np.float64]
+SUFFIXES = {".ulg": "px4", ".bin": "ardupilot", ".log": "ardupilot"}
+"""Autopilot by the file's suffix, in lower case."""
+_ULOG = b"ULog\x01\x12\x35"
+_DATAFLASH = b"\xa3\x95"
+
+
+@dataclass(frozen=True)
+class LogTopic:
+    """Messages of one kind."""
+
+    time: Array
+    """Since the autopilot's start, by its own clock, shape (m,) [s]."""
+    fields: Mapping[str, NDArray[Any]]
+    """By name, each of m rows, in the log's own units and axes."""
+
+
+@dataclass(frozen=True)
+class FlightLog:
+    """What a log holds."""
+
+    autopilot: str
+    """`px4` or `ardupilot`."""
+    topics: Mapping[str, LogTopic]
+    """By name, such as `px4/vehicle_attitude_0`."""
+    rate_time: Array
+    """Of the body rates, shape (m,) [s]."""
+    body_rates: Array
+    """In the body frame, x forward, z up, shape (m, 3) [rad/s]; no rows where the log has none."""
+    companion_offsets: Array
+    """Autopilot's clock minus a companion's monotonic one, as the autopilot has estimated it, shape (k,) [s]."""
+
+
+def read_log(file: Path) -> FlightLog:
+    """Read a PX4 ULog or an ArduPilot DataFlash log; the content decides which.
+
+    Args:
+        file: The log.
+
+    Returns:
+        Everything in it that has a time.
+
+    Raises:
+        RecordingError: if it cannot be read, or is neither.
+        DoormanError: if the package that reads it is not installed.
+    """
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(len(_ULOG))
+    except OSError as error:
+        raise RecordingError(f"cannot be read: {error.strerror}", file=file) from error
+    try:
+        if head == _ULOG:
+            from doorman.recording.merging.px4_log import read_px4_log
+
+            return read_px4_log(file)
+        if head.startswith(_DATAFLASH):
+            from doorman.recording.merging.ardupilot_log import read_ardupilot_log
+
+            return read_ardupilot_log(file)
+    except ModuleNotFoundError as error:
+        raise DoormanError(f"this log needs {error.name}, which is not installed; {how_to_install('logs')}",
+                           file=file) from error  # fmt: skip
+    allowed = "a PX4 ULog (.ulg) or a binary ArduPilot DataFlash log (.bin)"
+    raise RecordingError("neither kind of log", file=file, given=repr(head), allowed=allowed)

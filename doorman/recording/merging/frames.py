@@ -1,0 +1,18 @@
+"""Axes of autopilots' logs: x forward, y right, z down."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def from_forward_right_down(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    r"""Vectors in this project's body frame, :math:`(x, -y, -z)`.
+
+    Args:
+        vectors: x forward, y right, z down, shape (m, 3).
+
+    Returns:
+        x forward, y left, z up, shape (m, 3).
+    """
+    return np.asarray(vectors * np.array([1.0, -1.0, -1.0]))

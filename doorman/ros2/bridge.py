@@ -1,0 +1,162 @@
+"""The bridge: a DDS participant that publishes a flight to ROS 2, and takes poses from there to the receiver of cameras."""
+
+from __future__ import annotations
+
+import select
+import socket
+import time
+from typing import Any
+
+from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from doorman.copying import Uncopied
+from doorman.exceptions import BackendError
+from doorman.hardware.mocap.sources.sender import PoseSender
+from doorman.model import Model
+from doorman.ros2 import types as ros
+from doorman.ros2.feed import BUFFER, LARGEST, PORT, parse
+from doorman.ros2.messages import TYPES, Translator
+
+_DEPTH = 100
+"""Messages that a slow subscriber may be behind."""
+_LONGEST_WAIT = 0.1
+"""For poses or messages, before the other is looked at [s]."""
+_PLAIN = Policy.DataRepresentation(use_cdrv0_representation=True)
+"""CDR as ROS 2 has it."""
+_OUT = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(_DEPTH), _PLAIN)
+_IN = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(_DEPTH), _PLAIN)
+"""Takes poses of reliable and of best-effort publishers."""
+
+
+def dds_name(topic: str) -> str:
+    """Name under which DDS knows a topic of ROS.
+
+    Args:
+        topic: With or without a leading slash.
+    """
+    return f"rt/{topic.strip('/')}"
+
+
+class FlightPublisher(Uncopied):
+    """Publishes what a `Feed` sends.
+
+    Args:
+        model: Of the scenario that is flown.
+        port: Of the feed, on loopback; 0 takes a free one.
+        domain: ROS_DOMAIN_ID.
+        prefix: Of the topics' names; `tf` has none.
+
+    Raises:
+        BackendError: if the port is taken.
+    """
+
+    def __init__(self, model: Model, port: int = PORT, domain: int = 0, prefix: str = "doorman") -> None:
+        self._translator = Translator(model)
+        self._participant = DomainParticipant(domain)
+        self._writers = {name: self._writer(name, prefix) for name in TYPES}
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+        try:
+            self._socket.bind(("127.0.0.1", port))
+        except OSError as error:
+            self._socket.close()
+            raise BackendError(
+                f"cannot listen: {error.strerror}", field="port", given=port, allowed="a free port"
+            ) from error
+        self.port = int(self._socket.getsockname()[1])
+        """Of the feed."""
+        self.published = self.refused = 0
+        """Messages of the flight, and datagrams that were none."""
+
+    def step(self, timeout: float = _LONGEST_WAIT) -> None:
+        """Publish what has come.
+
+        Args:
+            timeout: To wait for it [s].
+        """
+        if not select.select([self._socket], [], [], timeout)[0]:
+            return
+        told = parse(self._socket.recv(LARGEST))
+        if told is None:
+            self.refused += 1
+            return
+        for topic, message in self._translator.translate(told):
+            self._writers[topic].write(message)
+        self.published += 1
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._socket.close()
+        self._participant = None
+        self._writers.clear()
+
+    def __enter__(self) -> FlightPublisher:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _writer(self, name: str, prefix: str) -> Any:
+        topic = dds_name(name if name == "tf" or not prefix else f"{prefix}/{name}")
+        return DataWriter(self._participant, Topic(self._participant, topic, TYPES[name]), qos=_OUT)
+
+
+class PoseSubscriber(Uncopied):
+    """Takes `geometry_msgs/PoseStamped` and sends them on as a stream of cameras.
+
+    Args:
+        topic: Of the poses.
+        name: Of the object in the stream.
+        target: Address and port of the receiver.
+        rate: Poses per second [1/s].
+        domain: ROS_DOMAIN_ID.
+    """
+
+    def __init__(self, topic: str, name: str, target: tuple[str, int], rate: float, domain: int = 0) -> None:
+        self._name, self._sender = name, PoseSender(target, rate)
+        self._participant = DomainParticipant(domain)
+        self._reader = DataReader(
+            self._participant, Topic(self._participant, dds_name(topic), ros.PoseStamped), qos=_IN
+        )
+        self._waiting = WaitSet(self._participant)
+        condition = ReadCondition(self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
+        self._waiting.attach(condition)
+        self.received = self.refused = 0
+        """Poses, and those that were none."""
+
+    def step(self, timeout: float = _LONGEST_WAIT) -> None:
+        """Send on what has come.
+
+        Args:
+            timeout: To wait for it [s].
+        """
+        self._waiting.wait(duration(seconds=timeout))
+        for sample in self._reader.take(_DEPTH):
+            if isinstance(sample, ros.PoseStamped):
+                self._send(sample)
+
+    def _send(self, sample: ros.PoseStamped) -> None:
+        stamp, place, turn = sample.header.stamp, sample.pose.position, sample.pose.orientation
+        at = stamp.sec + 1e-9 * stamp.nanosec
+        pose = (place.x, place.y, place.z), (turn.w, turn.x, turn.y, turn.z)
+        try:
+            self._sender.send({self._name: pose}, at if at > 0.0 else time.monotonic())
+            self.received += 1
+        except BackendError:
+            self.refused += 1
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._sender.close()
+        self._reader = self._waiting = self._participant = None
+
+    def __enter__(self) -> PoseSubscriber:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,165 @@
+"""From what a flight records to standard messages; world and body are ROS's own: z up, x forward, y left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from cyclonedds.idl import IdlStruct
+from numpy.typing import NDArray
+
+from doorman.hardware.mocap.quaternions import from_attitude
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.ros2 import types as ros
+from doorman.ros2.feed import FedMessage
+
+WORLD, BODY = "map", "base_link"
+"""Frames."""
+_ARROW, _CUBE = 0, 1
+"""Types of markers."""
+_ADD = 0
+_METRES_PER_NEWTON = 0.06
+"""Of the arrow of the tip's force."""
+_LINE_WIDTH = 0.02
+_SELDOM = 100_000_000
+"""Between two plans, or two sets of markers, at least [ns]: they are long, and for eyes."""
+
+Array = NDArray[np.float64]
+
+
+class Outgoing(NamedTuple):
+    """A message and where it goes."""
+
+    topic: str
+    """Without its prefix."""
+    message: IdlStruct
+
+
+TYPES: dict[str, type[IdlStruct]] = {
+    "odometry": ros.Odometry, "joint_states": ros.JointState, "tip_force": ros.WrenchStamped, "plan": ros.Path,
+    "mission": ros.String, "markers": ros.MarkerArray, "tf": ros.TFMessage,
+}  # fmt: skip
+"""What is published."""
+
+
+class Translator:
+    """Turns a flight's messages into those of ROS.
+
+    Args:
+        model: Of the scenario that is flown.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._sent: dict[str, int] = {}
+
+    def translate(self, told: FedMessage) -> Iterator[Outgoing]:
+        """Messages for one of the flight's.
+
+        Args:
+            told: Of the flight.
+        """
+        stamp = time_of(told.wall_time)
+        if told.topic == "measurement":
+            yield from self._measurement(told, stamp)
+        elif told.topic == "estimate":
+            yield from self._estimate(told, stamp)
+        elif told.topic == "plan" and self._due("plan", told.wall_time):
+            yield Outgoing("plan", self._path(told.fields["states"], stamp))
+        elif told.topic == "mission":
+            text = (
+                f"{told.fields['state']}: {told.fields['message']}" if told.fields["message"] else told.fields["state"]
+            )
+            yield Outgoing("mission", ros.String(text))
+
+    def _measurement(self, told: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
+        fields = told.fields
+        turn = _rotation(fields["attitude"])
+        x, y, z = fields["position"].tolist()
+        velocity = (
+            rotation_body_to_world(fields["attitude"]).T @ fields["velocity"]
+        )  # a twist stands in the child's frame
+        twist = ros.Twist(_vector(velocity), _vector(fields["body_rates"]))
+        unknown = [0.0] * 36
+        header = ros.Header(stamp, WORLD)
+        pose = ros.PoseWithCovariance(ros.Pose(ros.Point(x, y, z), turn), unknown)
+        yield Outgoing("odometry", ros.Odometry(header, BODY, pose, ros.TwistWithCovariance(twist, unknown)))
+        placed = ros.TransformStamped(header, BODY, ros.Transform(ros.Vector3(x, y, z), turn))
+        yield Outgoing("tf", ros.TFMessage([placed]))
+        names = list(self._model.vehicle.joint_names)
+        angles, rates = fields["arm_angles"].tolist(), fields["arm_rates"].tolist()
+        yield Outgoing("joint_states", ros.JointState(ros.Header(stamp, BODY), names, angles, rates, []))
+
+    def _estimate(self, told: FedMessage, stamp: ros.Time) -> Iterator[Outgoing]:
+        header, force = ros.Header(stamp, WORLD), told.fields["tip_force"]
+        yield Outgoing("tip_force", ros.WrenchStamped(header, ros.Wrench(_vector(force), _vector(np.zeros(3)))))
+        if self._due("markers", told.wall_time):
+            angle = float(told.fields["state"][3])
+            if np.isfinite([angle, *force]).all():
+                yield Outgoing(
+                    "markers", ros.MarkerArray([self._leaf(header, angle), self._arrow(header, angle, force)])
+                )
+
+    def _due(self, name: str, now: int) -> bool:
+        """Whether it is time for the next one of what is sent seldom."""
+        if now - self._sent.get(name, -_SELDOM) < _SELDOM:
+            return False
+        self._sent[name] = now
+        return True
+
+    def _path(self, states: Array, stamp: ros.Time) -> ros.Path:
+        header, poses = ros.Header(stamp, WORLD), []
+        for state in states:
+            x, y, z = self._model.coupling.vehicle_position(state[:3], state[3], state[5:]).tolist()
+            poses.append(ros.PoseStamped(header, ros.Pose(ros.Point(x, y, z), _rotation(state[:3]))))
+        return ros.Path(header, poses)
+
+    def _leaf(self, header: ros.Header, angle: float) -> ros.Marker:
+        door = self._model.door
+        x, y, z = (door.hinge_position + 0.5 * door.width * door.leaf_direction(angle)).tolist()
+        along = door.leaf_direction(angle)
+        turn = _rotation(np.array([0.0, 0.0, np.arctan2(along[1], along[0])]))
+        pose = ros.Pose(ros.Point(x, y, z + 0.5 * door.height), turn)
+        size = ros.Vector3(float(door.width), float(door.thickness), float(door.height))
+        return _marker(header, "leaf", _CUBE, pose, size, (0.55, 0.4, 0.25, 0.8))
+
+    def _arrow(self, header: ros.Header, angle: float, force: Array) -> ros.Marker:
+        start = self._model.coupling.contact_point(angle)
+        ends = [ros.Point(*map(float, end)) for end in (start, start + _METRES_PER_NEWTON * force)]
+        nowhere = ros.Pose(ros.Point(0.0, 0.0, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
+        size = ros.Vector3(_LINE_WIDTH, 2.0 * _LINE_WIDTH, 0.0)
+        return _marker(header, "tip force", _ARROW, nowhere, size, (0.8, 0.2, 0.7, 1.0), ends)
+
+
+def time_of(wall_time: int) -> ros.Time:
+    """A time of ROS.
+
+    Args:
+        wall_time: Since 1970 [ns].
+    """
+    seconds, rest = divmod(wall_time, 1_000_000_000)
+    return ros.Time(seconds, rest)
+
+
+def _marker(
+    header: ros.Header, name: str, kind: int, pose: ros.Pose, size: ros.Vector3, color: tuple[float, float, float, float],
+    points: Sequence[ros.Point] = (),
+) -> ros.Marker:  # fmt: skip
+    nothing = ros.Header(ros.Time(0, 0), "")
+    return ros.Marker(
+        header, name, 0, kind, _ADD, pose, size, ros.ColorRGBA(*color), ros.Duration(0, 0), False, list(points), [], "",
+        ros.CompressedImage(nothing, "", []), [], "", "", ros.MeshFile("", []), False,
+    )  # fmt: skip
+
+
+def _rotation(attitude: Array) -> ros.Quaternion:
+    roll, pitch, yaw = attitude.tolist()
+    w, x, y, z = from_attitude((roll, pitch, yaw))
+    return ros.Quaternion(x, y, z, w)
+
+
+def _vector(values: Array) -> ros.Vector3:
+    x, y, z = values.tolist()
+    return ros.Vector3(x, y, z)

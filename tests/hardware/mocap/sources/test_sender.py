@@ -1,0 +1,73 @@
+"""What `PoseSender` sends is what the receiver's parser and frames make of it."""
+
+from __future__ import annotations
+
+import math
+import socket
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from doorman.exceptions import BackendError
+from doorman.hardware.mocap import PoseSender
+from doorman.hardware.mocap.frames import object_angles, object_quaternion
+from doorman.hardware.mocap.packets import ObjectPacket, TrackedObject, pack, parse
+from doorman.hardware.mocap.quaternions import angle_between
+
+component = st.floats(-1.0, 1.0)
+number = st.floats(-1e4, 1e4)
+
+
+@given(st.tuples(component, component, component, component).filter(lambda q: np.linalg.norm(q) > 0.1))
+def test_angles_of_a_quaternion_turn_the_same(values):
+    quaternion = tuple(np.array(values) / np.linalg.norm(values))
+    assert angle_between(object_quaternion(object_angles(quaternion)), quaternion) < 1e-6
+
+
+@pytest.mark.parametrize("pitch", [0.5 * math.pi, -0.5 * math.pi])
+@pytest.mark.parametrize("roll", [0.0, 0.7, -2.0])
+def test_angles_where_two_axes_are_one(pitch, roll):
+    quaternion = object_quaternion((roll, pitch, 0.3))
+    assert angle_between(object_quaternion(object_angles(quaternion)), quaternion) < 1e-6
+
+
+@given(st.integers(0, 2**32 - 1), st.lists(st.tuples(number, number, number), max_size=5))
+def test_what_is_packed_is_parsed(frame_number, places):
+    objects = tuple(TrackedObject(f"body {i}", place, (0.1, 0.2, 0.3)) for i, place in enumerate(places))
+    assert parse(pack(frame_number, objects)) == ObjectPacket(frame_number, objects)
+
+
+@pytest.fixture
+def listener():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+        channel.bind(("127.0.0.1", 0))
+        channel.settimeout(1.0)
+        yield channel
+
+
+def test_frames_are_sent_with_numbers_by_their_times(listener):
+    with PoseSender(listener.getsockname(), 100.0) as sender:
+        sent = [sender.send({"ü" * 20: ((1.0, 2.0, 3.0), (2.0, 0.0, 0.0, 0.0))}, taken=at) for at in (5.0, 5.02, 5.021)]
+    assert sent == [True, True, False]
+    first, second = (parse(listener.recv(2048)) for _ in range(2))
+    assert (second.frame_number - first.frame_number) % 2**32 == 2
+    assert first.objects == (TrackedObject("ü" * 12, (1000.0, 2000.0, 3000.0), (0.0, 0.0, 0.0)),)
+
+
+@pytest.mark.parametrize(
+    "pose", [((0.0, math.nan, 0.0), (1.0, 0.0, 0.0, 0.0)), ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))]
+)
+def test_what_is_no_pose_is_refused(pose, listener):
+    with PoseSender(listener.getsockname(), 100.0) as sender, pytest.raises(BackendError, match=r"poses\.vehicle"):
+        sender.send({"vehicle": pose})
+
+
+def test_nobody_listens():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+        channel.bind(("127.0.0.1", 0))
+        target = channel.getsockname()
+    with PoseSender(target, 100.0) as sender:
+        for index in range(3):
+            sender.send({}, taken=0.01 * index)
