@@ -6,8 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
+
+Array = NDArray[np.float64]
 
 _AT_GOAL = 0.03
 """Within about this the door is held, and not opened [rad]."""
@@ -16,6 +19,11 @@ _HOLD_LEAST, _HOLD_FORCE, _HOLD_OPENING = 0.3, 0.5, 0.4
 _ROOM = (0.03, 0.03, 0.03, 1e3, 1.0, 1.0)
 """By which rows are widened: three planes, force, speed and stopping. Noise moves a start across rows that are tight, and plans
 of one iteration do not converge there; residuals keep the distance instead."""
+
+_JAMBS, _NOWHERE = slice(-5, -3), 1e3
+"""Their rows, and what takes them away [m]."""
+_PLACE, _UNHURRIED = 4.0, 20.0
+"""Weights of place and velocity of a vehicle in free flight: it covers the way to a place in about two seconds."""
 
 
 def at_the_leaf(
@@ -55,4 +63,28 @@ def at_the_leaf(
         "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),
         "weight.force": 0.02 * touch,
         "weight.least_force": 2.0 * touch,
+    }  # fmt: skip
+
+
+def at_a_place(numbers: Numbers, position: Array, heading: float, arm: Array, between_jambs: bool) -> dict[str, Any]:
+    """References and weights of a vehicle that is to hover at a place, or to leave the leaf for it.
+
+    Args:
+        numbers: Of the scenario's task.
+        position: Of O_B, shape (3,), world frame [m].
+        heading: ψ [rad].
+        arm: H, shape (n,) [rad].
+        between_jambs: Whether the rotor disc is in the doorway; elsewhere the jambs' planes bound nothing.
+
+    Returns:
+        By the names of the task's numbers.
+    """
+    widened = np.array([*np.zeros(numbers.sizes["limits.widened"] - len(_ROOM)), *_ROOM])
+    if not between_jambs:
+        widened[_JAMBS] = _NOWHERE
+    nothing = ("place", "approach", "opening", "force", "least_force", "largest_force", "near")
+    return {
+        "reference.position": position, "reference.heading": [heading, 0.0],
+        "reference.arm": arm, "reference.arm_slope": np.zeros(len(arm)), "limits.widened": widened,
+        "weight.position": _PLACE, "weight.velocity_in_world": _UNHURRIED, **{f"weight.{name}": 0.0 for name in nothing},
     }  # fmt: skip
