@@ -22,7 +22,7 @@ of one iteration do not converge there; residuals keep the distance instead."""
 
 _JAMBS, _NOWHERE = slice(-5, -3), 1e3
 """Their rows, and what takes them away [m]."""
-_PLACE, _UNHURRIED = 4.0, 20.0
+_PLACE, _UNHURRIED = 30.0, 20.0
 """Weights of place and velocity of a vehicle in free flight: it covers the way to a place in about two seconds."""
 
 
