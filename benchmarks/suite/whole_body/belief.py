@@ -36,6 +36,8 @@ _LEAST = 0.2
 """Force of a tip that touches [N]."""
 _CARRIED = 0.5
 """Share of the normal force that friction is believed to carry."""
+_ON_LEAF = 0.5
+"""Wind that is expected on the leaf, as a share of the vehicle's."""
 _MOVES = 0.02
 """A door that is faster teaches its resistance [rad/s],"""
 _LEARNT = 0.3
@@ -113,6 +115,7 @@ class Belief:
         self._met: float | None = None
         self._measured = 0.0
         self._angle_deviation = self._lever * settings.angle_deviation
+        self._levers = (self._lever, _ON_LEAF * 0.5 * model.door.width)
         self._yaw = 0.0
 
     def update(self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float) -> Known:
@@ -138,10 +141,14 @@ class Belief:
         wind = self._wind.force
         acting = push + float(normal @ wind)
         self._door.update(acting, touching, tip[0], measured.pose_time, measured.time, time_step, wind=wind)
+        angle, rate = self._door.angle, self._door.rate
         if touching:
-            self._torque.update(self._door.angle, self._door.rate, acting, self._door.inertia, time_step)
+            self._torque.update(angle, rate, acting, self._door.inertia, time_step)
+            bare = -self._bare.update(angle, rate, push, self._door.inertia, time_step)
+            self._wind.pushed(normal, self._levers, bare, -rate, time_step)
         else:
             self._torque.pause()
+            self._bare.pause()
             if seeks:
                 self._door.passed(tip[0])
         resistance = self._resistance(touching, wanted, time_step)
@@ -185,6 +192,7 @@ class Belief:
         self._sought = True
         self._door = DoorFilter(self._model, self._model.scenario.estimation)
         self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
+        self._bare = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
         self._deepest, self._ghost = math.inf, 0.0
         self._resists, self._moved, self._more = _FIRST_RESISTANCE, False, 0.0
 

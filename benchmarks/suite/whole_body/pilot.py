@@ -31,7 +31,7 @@ _PERIOD = 0.02
 _ITERATIONS = 1
 _RAMP = 0.06
 """Growth of the opening rate that is asked for [rad/s²]."""
-_AT_GOAL = 0.03
+_AT_GOAL = 0.014
 """Within about this the door is held, and not opened [rad]."""
 _HOLD_LEAST, _HOLD_FORCE, _HOLD_OPENING = 0.3, 0.5, 0.4
 """Of a held door: least force and force as shares of what it resists with, and the weight of its speed."""
@@ -160,7 +160,7 @@ class Pilot:
             "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
             "weight.approach": 1000.0 - 400.0 * touch,
             "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),
-            "weight.force": 0.02 * touch,
+            "weight.force": 0.2 * touch,
             "weight.least_force": 2.0 * touch,
         }  # fmt: skip
 
