@@ -49,8 +49,9 @@ _NUDGED_WITHIN = 0.07
 _STANDS_AT_GOAL = 0.015
 """Nearer than this it does not grow [rad]."""
 _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
-"""A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, does
-not touch; nor does one that draws back by more than the second [rad],"""
+"""A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, or of
+what shuts a leaf whose closer is stronger than its friction, does not touch; nor does one that draws back by more than the second
+[rad],"""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if the leaf opened by itself with more [N m],"""
 _SETTLED = 0.5
@@ -154,14 +155,18 @@ class Belief:
         resistance = self._resistance(touching, wanted, time_step)
         force = self._forces(normal, felt, acting, resistance, time_step) if touching else 0.0
         attitude, rates = self._attitude(measured)
-        hinge = self._door.hinge()
-        closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
-        slides = hinge.friction + 0.05
         return Known(
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
             self._door.rate, touching, force, self._friction.copy(), self._wind.force, resistance,
-            slides / (slides + closer), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
+            self._friction_share(), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
         )  # fmt: skip
+
+    def _friction_share(self) -> float:
+        """Share of friction in what the hinge resists with."""
+        hinge = self._door.hinge()
+        closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
+        slides = hinge.friction + 0.05
+        return slides / (slides + closer)
 
     def _tip(self, measured: Measurement, velocity: Array) -> tuple[float, float]:
         """Angle and rate of a leaf that the tip is on [rad], [rad/s]."""
@@ -235,7 +240,8 @@ class Belief:
         gains = moves / self._mass / self._lever
         opens_itself = tip[1] < -_GHOST_RATE and self._lever * force - self._door.inertia * gains < -_GHOST
         self._ghost = self._ghost + time_step if opens_itself else max(0.0, self._ghost - time_step)
-        faded = self._lever * force < _FADED * (self._resists + self._more)
+        shuts = 1.0 - 2.0 * self._friction_share()
+        faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else 1.0) * (self._resists + self._more)
         back = tip[1] > _MOVES and tip[0] - self._deepest > (_DRAWN_BACK if faded else _FAR_BACK)
         if now - self._touched_at <= _SETTLED or not (back or self._ghost > _GHOST_TIME):
             return False

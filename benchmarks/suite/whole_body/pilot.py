@@ -33,8 +33,9 @@ _RAMP = 0.06
 """Growth of the opening rate that is asked for [rad/s²]."""
 _AT_GOAL = 0.014
 """Within about this the door is held, and not opened [rad]."""
-_HOLD_LEAST, _HOLD_FORCE, _HOLD_OPENING = 0.3, 0.5, 0.4
-"""Of a held door: least force and force as shares of what it resists with, and the weight of its speed."""
+_HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
+"""Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
+and the weight of its speed."""
 _FREE_AIR = -0.004
 """Depth of a tip that does not touch, at most [m]."""
 _ROOM = np.array([0.0, 0.0, 0.0, 0.03, 0.03, 0.03, 1e3, 1.0, 1.0])
@@ -145,7 +146,7 @@ class Pilot:
     def _references(self, known: Known) -> dict[str, Any]:
         """What a tip that is to open the door, or to hold it at the goal, aims for."""
         left = known.door_angle - self._first.one("reference.joint")
-        holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.2 * _AT_GOAL), 50.0)))
+        holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
         steady = known.resistance / self._model.coupling.distance_from_hinge
         least, depth = self._first.one("reference.least_force"), self._first.one("reference.depth")
         touch = float(known.touching)
@@ -156,7 +157,7 @@ class Pilot:
             "limits.widened": _ROOM,
             "reference.depth": depth * (1.0 - holds),
             "reference.opening_speed": self.opening_rate,
-            "reference.force": steady * (1.0 - holds * (1.0 - _HOLD_FORCE)),
+            "reference.force": steady * (1.0 - holds * _HOLD_SLACK * known.friction_share),
             "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
             "weight.approach": 1000.0 - 400.0 * touch,
             "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),

@@ -24,6 +24,8 @@ _NEAR_NOISE = 3.0
 """By so much less is believed what is felt near the leaf: it may be a touch."""
 _BOUND, _BOUND_TIME = 0.3, 0.5
 """Noise of what contact can explain, and the time after which it is another one [N], [s]."""
+_SUDDEN = 0.5
+"""Noise of the wind where contact is found to be lost, or to be there [N]."""
 _HINGE, _HINGE_CHANGES = (1.0, 1.5), 0.7
 """τ at first with its deviation [N m], and its change with the square root of the way [N m/rad^0.5]."""
 _MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012
@@ -119,7 +121,7 @@ class WindFilter:
             normal: n_D, shape (3,), world frame.
             more: By so much [N].
         """
-        self._correct(normal, more, _BOUND**2)
+        self._correct(normal, more, _SUDDEN**2)
 
     def lost(self, felt: Array) -> None:
         """Take in that there is no contact: what is felt is wind.
@@ -128,7 +130,7 @@ class WindFilter:
             felt: Outer force, shape (3,), world frame [N].
         """
         for axis in np.eye(3):
-            self._correct(axis, float(axis @ (felt - self.state[:3])), _FELT**2)
+            self._correct(axis, float(axis @ (felt - self.state[:3])), _SUDDEN**2)
 
     def _correct(self, direction: Array, off: float, noise: float) -> None:
         self._update(np.append(direction, [0.0, 0.0]), off, noise)
