@@ -176,8 +176,9 @@ class Belief:
     def _first_touch(self, tip: tuple[float, float], time_step: float) -> tuple[bool, tuple[float, float]]:
         """Where the face stands, as a closed leaf stands at a known angle; and whether anything has been met."""
         off, speed = self._lever * (tip[0] - self._start), -self._lever * tip[1]
-        self._met = off if self._met is None else self._met
-        if self._met - off > _WENT_ON and speed > _STOPPED:
+        before = off + self._face
+        self._met = before if self._met is None else self._met
+        if self._met - before > _WENT_ON and speed > _STOPPED:
             self._face, self._face_variance, self._met, self._deepest = 0.0, _FACE**2, None, math.inf
             self._monitor.declare(False)
             self._wind.lost(self._vehicle.outer_force)
@@ -190,7 +191,8 @@ class Belief:
             self._measured += time_step
         self._closed = self._measured < _MEASURED
         self._deepest = self._start
-        return True, (self._start, tip[1])
+        self._door.meet(self._start)
+        return True, (self._start, 0.0)
 
     def _begin(self) -> None:
         """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
