@@ -36,6 +36,9 @@ _AT_GOAL = 0.014
 _HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
 """Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
 and the weight of its speed."""
+_BRAKED, _LONGEST = 0.77, 0.5
+"""The way in which a leaf slows down before the goal is this times ω²I/τ, as half of what resists must do, and at most the second
+[rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
 _FREE_AIR = -0.004
 """Depth of a tip that does not touch, at most [m]."""
 _ROOM = np.array([0.0, 0.0, 0.0, 0.03, 0.03, 0.03, 1e3, 1.0, 1.0])
@@ -148,7 +151,9 @@ class Pilot:
         left = known.door_angle - self._first.one("reference.joint")
         holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
         steady = known.resistance / self._model.coupling.distance_from_hinge
-        least, depth = self._first.one("reference.least_force"), self._first.one("reference.depth")
+        least, depth = min(self._first.one("reference.least_force"), 0.5 * steady), self._first.one("reference.depth")
+        fastest, length = self._first.one("reference.opening_speed"), self._first.one("reference.opening_length")
+        braked = _BRAKED * fastest**2 * known.inertia / known.resistance
         touch = float(known.touching)
         return {
             "mechanism.friction": known.friction_share * known.resistance,
@@ -157,6 +162,7 @@ class Pilot:
             "limits.widened": _ROOM,
             "reference.depth": depth * (1.0 - holds),
             "reference.opening_speed": self.opening_rate,
+            "reference.opening_length": min(max(braked, length), _LONGEST),
             "reference.force": steady * (1.0 - holds * _HOLD_SLACK * known.friction_share),
             "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
             "weight.approach": 1000.0 - 400.0 * touch,
