@@ -196,11 +196,13 @@ class PlanSchedule:
         return _Answer(order, plan, forces, rows, planner.numbers.vector, elapsed)
 
     def _follow(self, order: _Order, numbers: Mapping[str, Any], elapsed: float) -> Plan:
-        """One iteration from the plan before, on new references; one that leads nowhere is made anew."""
+        """`planner.iterations` from the plan before, on new references; one that leads nowhere is made anew."""
         planner = self.planner
         planner.update_numbers(numbers)
         if not order.cold:
-            plan = planner.replan(order.state, elapsed, max_iterations=1, time_limit=order.time_limit)
+            plan = planner.replan(
+                order.state, elapsed, max_iterations=planner.settings.iterations, time_limit=order.time_limit
+            )
             if plan.flyable:
                 return plan
         return planner.plan(order.state, time_limit=order.time_limit)
