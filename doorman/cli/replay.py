@@ -117,17 +117,33 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
             allowed="a recording of this version of doorman",
         )  # fmt: skip
     differences, comparable, left_out = [], True, 0
-    for k, start in enumerate(_starts(recording, planner.model)):
-        planner.update_door(**Hinge(*map(float, recorded["hinge"][k]))._asdict())
-        planner.update_margin(float(recorded["margin"][k]))
-        x = planner.planning.state(*start)
-        plan = planner.plan(x) if recorded["cold"][k] else planner.replan(x)
+    make = _whole_body_plans if "whole_state" in recorded else _reduced_plans
+    for k, plan in enumerate(make(recording, planner)):
         comparable = (comparable or bool(recorded["cold"][k])) and not recorded["cut_short"][k]
         left_out += not comparable
         fields = _differences(recorded, k, plan, planner) if comparable else {}
         if fields:
             differences.append(Difference(k, float(recorded.time[k]), fields))
     return Replay(len(recorded.time), int(recorded["cold"].sum()), tuple(differences), left_out)
+
+
+def _reduced_plans(recording: Recording, planner: Planner) -> Iterator[Plan]:
+    """Plans that begin with a reduced state."""
+    recorded = recording["plan"]
+    for k, start in enumerate(_starts(recording, planner.model)):
+        planner.update_door(**Hinge(*map(float, recorded["hinge"][k]))._asdict())
+        planner.update_margin(float(recorded["margin"][k]))
+        x = planner.planning.state(*start)
+        yield planner.plan(x) if recorded["cold"][k] else planner.replan(x)
+
+
+def _whole_body_plans(recording: Recording, planner: Planner) -> Iterator[Plan]:
+    """Plans of the whole body: one iteration, and anew where that led nowhere."""
+    recorded = recording["plan"]
+    for k, x in enumerate(recorded["whole_state"]):
+        planner.update_numbers(planner.numbers.named(recorded["numbers"][k]))
+        plan = None if recorded["cold"][k] else planner.replan(x, float(recorded["elapsed"][k]), max_iterations=1)
+        yield plan if plan is not None and plan.flyable else planner.plan(x)
 
 
 def _starts(recording: Recording, model: Model) -> Iterator[tuple[NDArray[Any], NDArray[Any]]]:

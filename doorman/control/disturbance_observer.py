@@ -81,3 +81,15 @@ class DisturbanceObserver:
         self._outer = self._outer + change
         settled = self.damping * self.rate * self.estimate - self._gain * velocity
         self._inner = self._inner + (direction @ (settled - self._inner)) * direction
+
+    def resume(self, position: Array, velocity: Array, disturbance: Array) -> None:
+        """Begin anew with a known disturbance.
+
+        Args:
+            position: p now, shape (3,), world frame [m].
+            velocity: ṗ, shape (3,), world frame [m/s].
+            disturbance: δ̂ from now on, shape (3,), world frame [N].
+        """
+        self.estimate = np.clip(disturbance, -self.limit, self.limit)
+        self._outer = self.estimate - self._gain * position
+        self._inner = self.damping * self.rate * self.estimate - self._gain * velocity

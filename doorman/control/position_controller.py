@@ -142,6 +142,17 @@ class PositionController:
             saturated=bool(np.abs(force - wanted).max() > 1e-9),
         )
 
+    def resume(self, position: Array, velocity: Array, wind: Array) -> None:
+        """Begin anew, bumpless, where something else flew the vehicle.
+
+        Args:
+            position: P, shape (3,), world frame [m].
+            velocity: Ṗ, shape (3,), world frame [m/s].
+            wind: δ̂ from now on, shape (3,), world frame [N].
+        """
+        self.observer.resume(position, velocity, wind)
+        self._acting, self._free = np.zeros(3), self.observer.estimate.copy()
+
     def _not_wound_up(self, setpoint: Setpoint, velocity: Array) -> None:
         """Keep δ̂ near what it was in free flight: upwards, and along the leaf where the tip pushes."""
         if setpoint.push is not None:

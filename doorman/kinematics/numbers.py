@@ -32,6 +32,15 @@ class Numbers:
     def __getitem__(self, name: str) -> Array:
         return self.vector[self._place(name)]
 
+    def named(self, vector: ArrayLike) -> dict[str, Array]:
+        """Other numbers in the same order, by name.
+
+        Args:
+            vector: Shape (np,).
+        """
+        other = np.asarray(vector, dtype=np.float64)
+        return {name: other[place] for name, place in self._places.items()}
+
     def one(self, name: str) -> float:
         """The number of a name that stands for one."""
         return float(self[name][0])

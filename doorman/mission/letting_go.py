@@ -8,7 +8,6 @@ from enum import Enum
 
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.control.push_control import PushController
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.motion import in_the_doorway
 from doorman.model import Model
@@ -67,14 +66,12 @@ class LettingGo:
     Args:
         model: Model of the scenario.
         leaf: Motion at the leaf, begun where the tip is.
-        push: Control of a push; None with a gripper.
+        push: F_n that a tip presses with; None with a gripper [N].
         estimate: Where it begins.
         closed: Whether a gripper is closed: the load is taken off it first.
     """
 
-    def __init__(
-        self, model: Model, leaf: AtTheLeaf, push: PushController | None, estimate: Estimate, closed: bool
-    ) -> None:
+    def __init__(self, model: Model, leaf: AtTheLeaf, push: float | None, estimate: Estimate, closed: bool) -> None:
         self._model, self._leaf, self._push = model, leaf, push
         self._goal = float(model.goal_state[3])
         self._angle, self._began = estimate.door_angle, estimate.time
@@ -114,7 +111,7 @@ class LettingGo:
             gently = _DRAWING_BACK * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
             force = max(gently, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING))
             return _parting(self._leaf.draw_back(estimate, force), spent >= _LETTING_GO)
-        pressed = self._push.push
+        pressed = self._push
         if not failed:
             if spent < _EASING + _WATCHING:
                 return self._ease(estimate, pressed, min(spent / _EASING, 1.0))

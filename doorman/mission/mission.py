@@ -19,6 +19,7 @@ from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
@@ -49,6 +50,9 @@ class Mission(Uncopied):
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
+        whole = settings.planner.model == "whole_body"
+        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if whole else None
+        self._flew_plan = False
         self._started = 0.0
         self._last_time: float | None = None
         self._opened_at: float | None = None
@@ -120,14 +124,29 @@ class Mission(Uncopied):
         self._last_time = now
         force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
+        if self._whole_body is not None:
+            seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
+            estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
         setpoint = action.setpoint
-        self._change_smoothly(setpoint, estimate)
-        thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
-        command = Command(thrust.thrust, self._engaged(thrust.attitude, measurement), setpoint.arm_rates, action.grip)
-        self._thrust = thrust.thrust
+        planned = None
+        if self._whole_body is not None:
+            planned = self._whole_body.command(measurement, self._sequence.at_the_leaf, elapsed)
+        if planned is None:
+            if self._flew_plan:
+                self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
+            self._change_smoothly(setpoint, estimate)
+            thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
+            attitude = self._engaged(thrust.attitude, measurement)
+            command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
+        else:
+            command = planned
+            up = rotation_body_to_world(planned.attitude)[:, 2]
+            thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
+        self._flew_plan = planned is not None
+        self._thrust = command.thrust
         backend.command(command)
         self._estimator.tell(command.attitude)
         self._record(measurement, estimate, setpoint, thrust, command)

@@ -26,7 +26,7 @@ _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
 _STUCK_IN_SWING = 6.0
 """The same for a pushed door that has swung: somebody holds it, and pushing harder tilts the disc onto the leaf [s]."""
-_SILENT = 0.5
+SILENT = 0.5
 """A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _AHEAD = math.radians(16.0)
 """No heading is asked for that is farther ahead of a gripped door; where the door gives way, it is 15° at most [rad]."""
@@ -69,7 +69,7 @@ class Opening:
 
     def may_go_on(self, estimate: Estimate) -> bool:
         """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
-        plans = self._schedule.overdue(estimate.time) <= _SILENT and not self._schedule.refusal
+        plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
         return plans and self._progress.swung
 
     def resume(self, now: float, push: float) -> None:
@@ -155,7 +155,7 @@ class Opening:
 
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
-        if (late := self._schedule.overdue(estimate.time)) > _SILENT:
+        if (late := self._schedule.overdue(estimate.time)) > SILENT:
             return f"the planner is silent for {late:.1f} s"
         angle = math.degrees(estimate.door_angle)
         ahead = self._ahead(float(estimate.state[2]), estimate.door_angle)

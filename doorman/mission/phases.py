@@ -23,10 +23,11 @@ from doorman.mission.grip_watch import TUG, GripWatch
 from doorman.mission.held_door import MOVING, OPEN_ENOUGH, After, HeldDoor
 from doorman.mission.letting_go import LOST_PAST, LettingGo, Then
 from doorman.mission.motion import in_the_doorway
-from doorman.mission.opening import Opening
+from doorman.mission.opening import SILENT, Opening
 from doorman.mission.retreat import Retreat
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector
+from doorman.mission.swing import Swing
 from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]
@@ -108,10 +109,11 @@ class Sequence:
         self._model, self._converter, self._estimator = model, converter, estimator
         self._settings = model.scenario.mission
         self._grips = model.scenario.contact.kind == "grip"
-        self._push = None if self._grips else PushController(model, converter)
+        self._whole_body = model.scenario.planner.model == "whole_body"
+        self._push = None if self._grips or self._whole_body else PushController(model, converter)
         self._schedule = schedule
-        self._opening = Opening(model, converter, schedule, self._push)
         self._leaf = AtTheLeaf(model, converter)
+        self._opening = self._make_opening()
         self._on_change = on_change
         self._slam = SlamDetector(model.vehicle.mass)
         self._grip_watch = GripWatch(model)
@@ -135,6 +137,16 @@ class Sequence:
             Phase.HOLD: self._hold, Phase.RECOVER: self._recover, Phase.RELEASE: self._release,
             Phase.RETREAT: self._retreat, Phase.DONE: self._retreat,
         }  # fmt: skip
+
+    def _make_opening(self) -> Opening | Swing:
+        if self._whole_body:
+            return Swing(self._model, self._leaf, self._schedule)
+        return Opening(self._model, self._converter, self._schedule, self._push)
+
+    @property
+    def at_the_leaf(self) -> bool:
+        """Whether the tip is to touch the leaf."""
+        return self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
 
     @property
     def tie(self) -> Tie:
@@ -166,8 +178,7 @@ class Sequence:
         if self.phase not in (Phase.RELEASE, Phase.RETREAT, Phase.DONE):
             self.failure = self.failure or reason
             self.opened = self.opened and self.phase is not Phase.HOLD  # it would not stay by itself
-            at_the_leaf = self.phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD, Phase.RECOVER)
-            touching = at_the_leaf and not at_once and (self._grips or estimate.touching)
+            touching = self.at_the_leaf and not at_once and (self._grips or estimate.touching)
             self._enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, reason)
 
     def _give_way(self, estimate: Estimate) -> None:
@@ -241,6 +252,9 @@ class Sequence:
             return
         if self._grips:
             return
+        if self._whole_body and (late := self._schedule.overdue(estimate.time)) > SILENT:
+            self.abort(estimate, f"the planner is silent for {late:.1f} s")
+            return
         past = LOST_PAST if self.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._model.goal_state[3]) - past:
             self.abort(estimate, f"the leaf has gone past the goal, to {angle:.0f}°")
@@ -299,7 +313,7 @@ class Sequence:
             self._nearest = estimate.door_angle
         elif phase is Phase.RELEASE:
             self._leaf.begin(float(estimate.state[2]), estimate)
-            self._letting_go = LettingGo(self._model, self._leaf, self._push, estimate, closed)
+            self._letting_go = LettingGo(self._model, self._leaf, self._pressed(estimate), estimate, closed)
         elif phase is Phase.RETREAT:
             self._way_out = Retreat(self._model, estimate)
         elif phase is Phase.DONE:
@@ -309,6 +323,12 @@ class Sequence:
                 self.opened = False
                 self.seen = f"by its own estimate the door is at {np.degrees(estimate.door_angle):.0f}°"
         self._on_change(estimate.time, phase, reason)
+
+    def _pressed(self, estimate: Estimate) -> float | None:
+        """F_n that a tip presses with [N]."""
+        if self._whole_body:
+            return estimate.push
+        return None if self._push is None else self._push.push
 
     def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         setpoint, ready = self._approaching.to_hover(estimate, time_step)
@@ -436,7 +456,7 @@ class Sequence:
         reason, self.failure = f"attempt {self._attempt}, after: {self.failure}", ""
         self._recoveries = 0
         self.opened = self._unsure = self._following = False
-        self._opening = Opening(self._model, self._converter, self._schedule, self._push)
+        self._opening = self._make_opening()
         assert self._way_out is not None
         self._approaching = Approach(self._model, self._leaf, self._way_out.glide)
         self._estimator.lose_leaf()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -42,6 +42,7 @@ class _Order:
     margin: float
     cold: bool
     time_limit: float
+    numbers: Mapping[str, Any] | None
     epoch: int
     """Orders from before the schedule forgot are of no use any more."""
 
@@ -52,11 +53,23 @@ class _Answer:
     plan: Plan
     normal_force: Array
     user_rows: dict[str, float]
+    numbers: Array
+    """Of the task that the plan solves."""
+    elapsed: float
+    """Since the plan before [s]."""
 
 
 def _user_fields(rows: dict[str, float]) -> dict[str, Any]:
     """Rows of the user as recorded: nothing where there are none."""
     return {"user_rows": list(rows.values()), "user_row_names": list(rows)} if rows else {}
+
+
+def _made_of(answer: _Answer) -> dict[str, Any]:
+    """What a whole-body plan was made from, as recorded."""
+    order = answer.order
+    if order.numbers is None:
+        return {}
+    return {"whole_state": order.state, "numbers": answer.numbers, "elapsed": answer.elapsed}
 
 
 @dataclass
@@ -83,6 +96,7 @@ class PlanSchedule:
     _next: float = 0.0
     _started: bool = False
     _epoch: int = 0
+    _planned: float = 0.0
     _thread: PlanningThread[_Order, _Answer] | None = None
 
     def __post_init__(self) -> None:
@@ -109,7 +123,9 @@ class PlanSchedule:
             finally:
                 self._thread = None
 
-    def update(self, now: float, state: Array, hinge: Hinge, lean: float = 0.0) -> TimedPlan | None:
+    def update(
+        self, now: float, state: Array, hinge: Hinge, lean: float = 0.0, numbers: Mapping[str, Any] | None = None
+    ) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
         A plan that is not flyable is recorded and dropped: the last usable one is followed to its end, where it rests.
@@ -119,6 +135,7 @@ class PlanSchedule:
             state: x of the planner, shape (nx,).
             hinge: What is known of it.
             lean: By which the vehicle comes nearer to door and frame than a plan knows, as it leans into wind [m].
+            numbers: References and weights of a whole-body plan, by name: one iteration follows them.
 
         Returns:
             The plan, or None before the first one is known.
@@ -133,7 +150,14 @@ class PlanSchedule:
             self._next = max(self._next + self.period, now)
             margin = self.planner.settings.margin + lean
             order = _Order(
-                now, state, hinge, margin, not self._started, math.inf if thread is None else _LONGEST, self._epoch
+                now,
+                state,
+                hinge,
+                margin,
+                not self._started,
+                math.inf if thread is None else _LONGEST,
+                numbers,
+                self._epoch,
             )
             self._started = True
             if thread is None:
@@ -163,9 +187,24 @@ class PlanSchedule:
         planner = self.planner
         planner.update_door(**order.hinge._asdict())
         planner.update_margin(order.margin)
-        make = planner.plan if order.cold else planner.replan
-        plan = make(order.state, time_limit=order.time_limit)
-        return _Answer(order, plan, planner.normal_forces(plan), planner.user_rows())
+        elapsed, self._planned = order.time - self._planned, order.time
+        if order.numbers is None:
+            make = planner.plan if order.cold else planner.replan
+            plan = make(order.state, time_limit=order.time_limit)
+        else:
+            plan = self._follow(order, order.numbers, elapsed)
+        forces, rows = planner.normal_forces(plan), planner.user_rows()
+        return _Answer(order, plan, forces, rows, planner.numbers.vector, elapsed)
+
+    def _follow(self, order: _Order, numbers: Mapping[str, Any], elapsed: float) -> Plan:
+        """One iteration from the plan before, on new references; one that leads nowhere is made anew."""
+        planner = self.planner
+        planner.update_numbers(numbers)
+        if not order.cold:
+            plan = planner.replan(order.state, elapsed, max_iterations=1, time_limit=order.time_limit)
+            if plan.flyable:
+                return plan
+        return planner.plan(order.state, time_limit=order.time_limit)
 
     def _take(self, answer: _Answer, available_at: float) -> None:
         order, plan = answer.order, answer.plan
@@ -179,6 +218,7 @@ class PlanSchedule:
             order.time,
             {
                 "cold": order.cold,
+                **_made_of(answer),
                 "hinge": list(order.hinge),
                 "margin": order.margin,
                 "state": states[0],

@@ -57,7 +57,7 @@ NO_EXTRAS = Extras()
 
 def task_text(
     name: str, make_task: MakeTask, model: Model, numbers: Numbers, list_rows: Callable[[Any], list[Constraint]],
-    extras: Extras,
+    extras: Extras, list_costs: Callable[[Any], list[Residual]] = lambda task: [],
 ) -> str:  # fmt: skip
     """Text of a door problem.
 
@@ -68,6 +68,7 @@ def task_text(
         numbers: Of the task.
         list_rows: The problem's own constraints of a task.
         extras: The user's.
+        list_costs: The problem's own costs of a task, beside the quadratic one.
 
     Raises:
         SolverError: if a user's expression is none, or two names are the same.
@@ -80,7 +81,7 @@ def task_text(
 
         task = make_task(pattern, points, numbers)
         constraints = [*list_rows(task), *(_resolved(each, task) for each in extras.constraints)]
-        costs = [_resolved(each, task) for each in extras.costs]
+        costs = [*list_costs(task), *(_resolved(each, task) for each in extras.costs)]
         timed = any(ca.depends_on(ca.SX(each.expression), task.time) for each in (*constraints, *costs))
         return str(task.symbolic_model(timed).text(constraints, costs))
 

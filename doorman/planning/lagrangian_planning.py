@@ -13,6 +13,7 @@ from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.options import SolverOptions
 from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
@@ -39,6 +40,7 @@ class LagrangianPlanning(GripPlanning):
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
         self.follows_start = False
+        self.tolerance = SolverOptions().feasibility
         self.numbers = lagrangian_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:

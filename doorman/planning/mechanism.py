@@ -62,14 +62,15 @@ class Revolute(Mechanism):
         axis: a, a unit vector; plain numbers keep the expressions short, (3, 1).
         origin: o, any point of the axis, (3, 1) [m].
         point: p₀, (3, 1) [m].
+        sense: 1, or −1 where a growing q turns the other way about a; a symbol may say so in flight.
     """
 
-    def __init__(self, axis: Any, origin: Any, point: Any) -> None:
-        self._axis, self._origin, self._point = ca.SX(axis), origin, point
+    def __init__(self, axis: Any, origin: Any, point: Any, sense: Any = 1.0) -> None:
+        self._axis, self._origin, self._point, self._sense = ca.SX(axis), origin, point, sense
 
     def carried(self, position: Any, direction: Any) -> Any:
         """Turned by q. See `Mechanism`."""
-        return rotation_about(self._axis, position) @ direction
+        return rotation_about(self._axis, self._sense * position) @ direction
 
     def contact_point(self, position: Any) -> Any:
         """On a circle about the axis. See `Mechanism`."""
@@ -77,7 +78,7 @@ class Revolute(Mechanism):
 
     def lever(self, point: Any) -> Any:
         """A × (x − o). See `Mechanism`."""
-        return ca.cross(self._axis, point - self._origin)
+        return self._sense * ca.cross(self._axis, point - self._origin)
 
 
 class Prismatic(Mechanism):

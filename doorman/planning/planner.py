@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import number
 from doorman.copying import CopiedWhole
 from doorman.exceptions import DimensionError
+from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
 from doorman.ocp.solvers.hybrid import Hybrid
@@ -102,13 +103,18 @@ class Planner(CopiedWhole):
         names, rows = self._problem.constraint_names, extras.rows_of(self._problem.constraint_names)
         self._user_rows = {names[row]: row for row in rows}
         self.solver = Hybrid(
-            self._problem, options or SolverOptions(largest_multiplier=LARGEST_PRICE, hessian="gauss-newton")
+            self._problem,
+            options
+            or SolverOptions(
+                largest_multiplier=LARGEST_PRICE, hessian="gauss-newton", feasibility=self.planning.tolerance
+            ),
         )
         self._fitted = False
         self._numbers = self.planning.numbers
         self.update_time(0.0)
         self._hinge = Hinge.of(self.model.door)
         self._margin = self.settings.margin
+        self._given: dict[str, ArrayLike] = {}
 
     def update_door(
         self,
@@ -177,6 +183,23 @@ class Planner(CopiedWhole):
             steps = self.settings.time_step * np.arange(len(nodes))
             self.solver.update_parameters(node_parameters=(time + steps)[:, None])
 
+    def update_numbers(self, changes: Mapping[str, ArrayLike]) -> None:
+        """Give numbers of the task, as references and weights, that the next plans take instead of what would fit.
+
+        Args:
+            changes: By the names of `planning.numbers`; empty: nothing but what fits.
+
+        Raises:
+            DimensionError: if a name is unknown, or stands for another count of numbers.
+        """
+        self.planning.numbers.replaced(changes)
+        self._given, self._fitted = dict(changes), False
+
+    @property
+    def numbers(self) -> Numbers:
+        """Of the task, as the last plan took them."""
+        return self._numbers
+
     @property
     def margin(self) -> float:
         """Distance that plans keep from door and frame [m]."""
@@ -204,7 +227,7 @@ class Planner(CopiedWhole):
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
         if self._fitted and not self.planning.follows_start:
             return
-        self._numbers = self.planning.fitted(self._hinge, self._margin, state)
+        self._numbers = self.planning.fitted(self._hinge, self._margin, state).replaced(self._given)
         self.solver.update_parameters(self._numbers.vector)
         self.solver.update_goal(self.planning.goal(state, self._hinge))
         self._fitted = True

@@ -18,6 +18,7 @@ from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_planning import LagrangianPlanning
 from doorman.planning.push_planning import PushPlanning
 from doorman.planning.quasi_static_planning import QuasiStaticPlanning
+from doorman.planning.whole_body_planning import WholeBodyPlanning
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,8 @@ class PlanningModel(Protocol):
     """Of the scenario's task, by name; `fitted` returns others."""
     follows_start: bool
     """Whether `fitted` and `goal` depend on the start."""
+    tolerance: float
+    """Excess of a constraint up to which a plan may be used, in the constraint's unit."""
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
@@ -176,13 +179,20 @@ def planning_model(model: Model) -> PlanningModel:
         ScenarioError: if there is no such model for the contact.
     """
     push = model.scenario.contact.kind == "push"
+    if model.scenario.planner.model == "whole_body" and not push:
+        raise ScenarioError(
+            "a tip that grips is not planned with the whole body", file=model.scenario.source,
+            field="planner.model", given="whole_body", allowed="quasi_static, lagrangian",
+        )  # fmt: skip
     if model.scenario.planner.model == "lagrangian":
         if push:
             raise ScenarioError(
                 "a tip that can only push is planned with the simplified dynamics", file=model.scenario.source,
-                field="planner.model", given="lagrangian", allowed="quasi_static",
+                field="planner.model", given="lagrangian", allowed="quasi_static, whole_body",
             )  # fmt: skip
         return LagrangianPlanning(model)
+    if model.scenario.planner.model == "whole_body":
+        return WholeBodyPlanning(model)
     if push:
         return PushPlanning(model)
     return QuasiStaticPlanning(model)

@@ -14,6 +14,7 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.door_problem import door_numbers, door_problem
@@ -70,6 +71,7 @@ class QuasiStaticPlanning(GripPlanning):
         self.goal_state = model.goal_state
         self.hover_input = model.hover_input
         self.follows_start = False
+        self.tolerance = SolverOptions().feasibility
         self.numbers = door_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:

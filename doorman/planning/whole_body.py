@@ -70,6 +70,7 @@ class WholeBodyTask:
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         n = pattern.n_joints
         symbol = ca.SX.sym
+        self.time = symbol("time")
         self.position, self.velocity = symbol("position", 3), symbol("velocity", 3)
         self.attitude, self.attitude_rates = symbol("attitude", 3), symbol("attitude_rate", 3)
         self.joint, self.joint_rate = symbol("joint"), symbol("joint_rate")
@@ -101,7 +102,7 @@ class WholeBodyTask:
         self.points_in_body = dict(zip(point_names, points, strict=True))
         self.tip_in_body = points[-1]
         face = self.of["mechanism"]
-        self.mechanism: Mechanism = Revolute([0.0, 0.0, 1.0], face.origin, face.point)
+        self.mechanism: Mechanism = Revolute([0.0, 0.0, 1.0], face.origin, face.point, face.hand)
 
     @cached_property
     def rotation(self) -> Any:
@@ -137,8 +138,8 @@ class WholeBodyTask:
 
     @cached_property
     def up_the_face(self) -> Any:
-        """The other direction in the face, (3, 1)."""
-        return ca.cross(self.along, self.normal)
+        """The other direction in the face, whatever the hand, (3, 1)."""
+        return self.of["mechanism"].hand * ca.cross(self.along, self.normal)
 
     @cached_property
     def place(self) -> Any:
@@ -251,12 +252,31 @@ class WholeBodyTask:
         extent = ca.sqrt(1 - ca.dot(normal, self.rotation[:, 2]) ** 2 + _LEAST_EXTENT)
         return self.of["vehicle"].radius * extent - distance + self.of["limits"].margin
 
-    def symbolic_model(self) -> SymbolicModel:
-        """No step leads through the poles of the Euler angles."""
+    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
+        """No step leads through the poles of the Euler angles.
+
+        Args:
+            timed: Whether `time` is a parameter of every node.
+        """
         return SymbolicModel(
             self.state, self.inputs, self.next_state, parameters=self.parameters, integrator="discrete",
-            domain=ca.cos(self.attitude[1]),
+            node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),
         )  # fmt: skip
+
+    @property
+    def door_angle(self) -> Any:
+        """α, by its name in other door tasks [rad]."""
+        return self.joint
+
+    @property
+    def door_rate(self) -> Any:
+        """α̇, by its name in other door tasks [rad/s]."""
+        return self.joint_rate
+
+    def names(self) -> list[str]:
+        """Everything that an expression may use."""
+        every = {*vars(self), *vars(type(self))} - {"names", "symbolic_model", "parameters", "state", "inputs"}
+        return sorted(each for each in every if not each.startswith("_"))
 
 
 def constraints(task: WholeBodyTask) -> list[Constraint]:
@@ -278,8 +298,8 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
 
 def planes(task: WholeBodyTask) -> dict[str, Any]:
     """By how much the rotor disc is nearer to face and jambs than the margin [m]."""
-    hinge_side = ca.DM([0.0, 1.0, 0.0])
-    across = task.position[1] - task.of["mechanism"].origin[1]
+    hinge_side = task.of["mechanism"].across
+    across = ca.dot(hinge_side, task.position - task.of["mechanism"].origin)
     before = ca.dot(task.normal, task.position - task.mechanism.contact_point(task.joint))
     return {
         "face": task.clear_of(task.normal, before),

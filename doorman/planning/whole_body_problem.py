@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import ScenarioError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
-from doorman.ocp.kernels.printed_problem import kept_text, printed_problem
+from doorman.ocp.kernels.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
+from doorman.ocp.problem.terms import Constraint, Residual
+from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 
 Array = NDArray[np.float64]
 
@@ -44,29 +46,19 @@ def whole_body_numbers(model: Model) -> Numbers:
 
     Args:
         model: Model of the scenario.
-
-    Raises:
-        ScenarioError: if the door is on the left or turned in the world, or its face stands before the axis.
     """
     vehicle, door, coupling, scenario = model.vehicle, model.door, model.coupling, model.scenario
-    if not np.allclose(
-        np.vstack([door.axes, [door.surface_offset] * 3]), np.vstack([np.eye(3), np.zeros((1, 3))]), atol=1e-6
-    ):
-        raise ScenarioError(
-            "the whole-body problem knows one hinge only", file=scenario.source, field="door.urdf", given=str(door.urdf),
-            allowed="a hinge on the right, x through the doorway, and a face in the hinge's axis",
-        )  # fmt: skip
     start, goal = model.start_state, model.goal_state
     slope = (start - goal) / (start[3] - goal[3])
-    contact = [coupling.distance_from_hinge, 0.0, coupling.height]
     rows = len(vehicle.point_names) + 6
     return Numbers({
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": vehicle.inertia(model.goal_arm)[2, 2],
         "vehicle.attitude_gain": ATTITUDE_GAIN, "vehicle.rate_gain": RATE_GAIN, "vehicle.wind": np.zeros(3),
-        "mechanism.origin": door.hinge_position, "mechanism.point": door.hinge_position + contact,
-        "mechanism.normal": [0.0, 1.0, 0.0], "mechanism.along": [1.0, 0.0, 0.0],
+        "mechanism.origin": door.hinge_position, "mechanism.point": coupling.contact_point(0.0),
+        "mechanism.normal": -door.normal(0.0), "mechanism.along": door.leaf_direction(0.0),
+        "mechanism.hand": door.hand, "mechanism.across": door.along,
         "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
         "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
         "mechanism.friction_rate": 0.02, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
@@ -89,31 +81,41 @@ def whole_body_numbers(model: Model) -> Numbers:
     })  # fmt: skip
 
 
-def whole_body_problem(model: Model, numbers: Numbers | None = None) -> Problem:
+def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
     """Optimal control problem of a scenario's vehicle, arm and door, from free flight to contact.
 
     Args:
         model: Model of the scenario.
         numbers: Of the task; `whole_body_numbers` if not given.
+        extras: The user's constraints and costs.
 
     Returns:
         The problem; its parameters are in the order of the numbers.
+
+    Raises:
+        SolverError: if an expression of the user is none.
     """
-    numbers = numbers or whole_body_numbers(model)
-    pattern, _ = ArmPattern.of(model.vehicle.arm)
-    points = model.vehicle.point_names
+    numbers, planner = numbers or whole_body_numbers(model), model.scenario.planner
+    text = task_text("whole body", _task, model, numbers, _constraints, extras, _residuals)
+    return printed_problem(text, planner.horizon_steps, planner.time_step, _cost(model), _bounds(model), numbers.vector)
 
-    def text() -> str:
-        from doorman.planning.whole_body import WholeBodyTask, constraints, residuals  # CasADi
 
-        task = WholeBodyTask(pattern, points, numbers)
-        return str(task.symbolic_model().text(constraints(task), residuals(task)))
+def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
+    from doorman.planning.whole_body import WholeBodyTask  # CasADi
 
-    planner = model.scenario.planner
-    return printed_problem(
-        kept_text(f"whole body {pattern} {points} {numbers.sizes}", text), planner.horizon_steps, planner.time_step,
-        _cost(model), _bounds(model), numbers.vector,
-    )  # fmt: skip
+    return WholeBodyTask(pattern, point_names, numbers)
+
+
+def _constraints(task: Any) -> list[Constraint]:
+    from doorman.planning.whole_body import constraints  # CasADi
+
+    return constraints(task)
+
+
+def _residuals(task: Any) -> list[Residual]:
+    from doorman.planning.whole_body import residuals  # CasADi
+
+    return residuals(task)
 
 
 def whole_body_state(
@@ -140,6 +142,43 @@ def whole_body_state(
         x = [P, Φ, V, Φ̇, q, q̇, H], shape (14 + n,).
     """
     return np.concatenate([position, attitude, velocity, attitude_rates, [joint, joint_rate], arm])
+
+
+def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
+    """Force of the contact's spring.
+
+    Args:
+        numbers: Of the task.
+        model: Model of the scenario.
+        states: Shape (m, 14 + n).
+
+    Returns:
+        λ at rest, shape (m,) [N].
+    """
+    depths = np.array([tip_on_face(model, x[:3], x[3:6], float(x[12]), x[14:])[0] for x in states])
+    pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
+    return np.asarray(numbers.one("contact.stiffness") * pressed)
+
+
+def tip_on_face(
+    model: Model, position: Array, attitude: Array, door_angle: float, arm_angles: Array
+) -> tuple[float, Array]:
+    """Where the tip is relative to the contact point.
+
+    Args:
+        model: Model of the scenario.
+        position: P, shape (3,), world frame [m].
+        attitude: Φ, shape (3,) [rad].
+        door_angle: α [rad].
+        arm_angles: H, shape (n,) [rad].
+
+    Returns:
+        Depth δ in the face, and the place on it, along and up, shape (2,) [m].
+    """
+    tip = position + rotation_body_to_world(attitude) @ model.vehicle.tip_position(arm_angles)
+    off = tip - model.coupling.contact_point(door_angle)
+    place = np.array([model.door.leaf_direction(door_angle) @ off, off[2]])
+    return float(model.door.normal(door_angle) @ off), place
 
 
 def depth_of(force: float, numbers: Numbers) -> float:

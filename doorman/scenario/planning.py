@@ -21,8 +21,8 @@ class WeightsSection(Section):
 class PlannerSection(Section):
     """Receding-horizon planner."""
 
-    model: Literal["quasi_static", "lagrangian"] = "quasi_static"
-    """The paper's simplified dynamics, or the full ones of vehicle and door."""
+    model: Literal["quasi_static", "lagrangian", "whole_body"] = "quasi_static"
+    """The paper's simplified dynamics, the full ones of vehicle and door, or a vehicle that flies freely to a contact."""
 
     time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
     horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50

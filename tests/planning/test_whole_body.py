@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from urdf_variants import DOOR, write_mirrored, write_moved
 
-from doorman.exceptions import ScenarioError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -17,7 +18,7 @@ from doorman.model import GRAVITY, Model
 from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.whole_body import WholeBodyTask, constraints
+from doorman.planning.whole_body import WholeBodyTask, constraints, residuals
 from doorman.planning.whole_body_problem import (
     depth_of,
     stick_place,
@@ -25,8 +26,10 @@ from doorman.planning.whole_body_problem import (
     whole_body_problem,
     whole_body_state,
 )  # fmt: skip
+from doorman.scenario import Scenario
 
 Array = np.ndarray
+WIDE = np.array([0.0, 0.0, 0.0, 0.03, 0.03, 0.03, 1e3, 1.0, 1.0])
 
 
 class Numeric:
@@ -232,7 +235,7 @@ def test_one_plan_touches_and_swings_on_its_own_model(numeric: Numeric) -> None:
     """Five centimetres of free air, then the swing: no phase, no contact lost, no leaf thrown, slow at the goal."""
     numbers = numeric.numbers.replaced(
         {"mechanism.friction": 0.5, "mechanism.damping": 0.5, "weight.least_force": 2.0,
-         "limits.widened": [0.0, 0.0, 0.0, 0.03, 0.03, 0.03, 1e3, 1.0, 1.0]}
+         "limits.widened": WIDE}
     )  # fmt: skip
     solver = Hybrid(
         whole_body_problem(numeric.model, numbers),
@@ -258,7 +261,84 @@ def test_one_plan_touches_and_swings_on_its_own_model(numeric: Numeric) -> None:
     assert 0.08 < max(rates) < 1.2 * numbers.one("limits.speed") and rates[-1] < 0.05
 
 
-def test_a_door_that_it_does_not_know_is_refused() -> None:
-    with pytest.raises(ScenarioError, match="one hinge only") as caught:
-        whole_body_numbers(Model("push_left"))
-    assert caught.value.field == "door.urdf"
+def image(right: Model, left: Model, x: Array) -> Array:
+    """A state at a door on the right, as it is at the mirrored door wherever that stands."""
+    n = right.n_arm
+    mirror = np.array([-1.0, 1.0, -1.0])
+    seen = [right.door.in_doorway(part) for part in (x[:3] - right.door.hinge_position, x[6:9])]
+    position, velocity = (left.door.from_doorway(part) for part in seen)
+    yaw = np.array([0.0, 0.0, left.door.azimuth + right.door.azimuth])
+    arm = np.array([-1.0, *np.ones(n - 1)])  # the shipped arm's first joint turns, the others bend
+    return np.concatenate(
+        [position + left.door.hinge_position, mirror * x[3:6] + yaw, velocity, mirror * x[9:12], x[12:14], arm * x[14:]]
+    )
+
+
+@pytest.fixture(scope="module", params=["left", "left, turned and moved"])
+def left(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
+    folder = tmp_path_factory.mktemp("doors")
+    door = write_mirrored(folder / "left.urdf", DOOR)
+    if request.param != "left":
+        door = write_moved(folder / "moved.urdf", door, (4.0, -1.0, 0.3), 2.2)
+    return Model(Scenario.load("push", {"door.urdf": str(door)}))
+
+
+def test_a_left_door_anywhere_moves_vehicle_and_leaf_as_the_mirror_image(numeric: Numeric, left: Model) -> None:
+    right, change = numeric.model, numeric.function(numeric.task.rates_of_change)
+    rows = numeric.function(ca.vertcat(*(row.expression for row in constraints(numeric.task))))
+    of_door = [row for row in residuals(numeric.task) if "in the world" not in row.name]
+    drawn = numeric.function(ca.vertcat(*(row.expression for row in of_door)))
+    mirror, rng = np.array([-1.0, 1.0, -1.0]), np.random.default_rng(7)
+    numbers = [whole_body_numbers(right), whole_body_numbers(left)]
+    stick = np.array([0.002, -0.001])
+    for numbers_of in range(2):
+        numbers[numbers_of] = numbers[numbers_of].replaced({"contact.stick": stick})
+    for _ in range(5):
+        x = numeric.at_the_leaf(0.001, 1.0) + 0.01 * rng.normal(size=18)
+        u = numeric.hover + 0.1 * rng.normal(size=8)
+        x_left = image(right, left, x)
+        u_left = u * np.array([1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
+        at_right, at_left = change(x, u, numbers[0]), change(x_left, u_left, numbers[1])
+        seen = right.door.from_doorway(left.door.in_doorway(at_left[:3]))
+        np.testing.assert_allclose(seen, at_right[:3], atol=1e-8)
+        np.testing.assert_allclose(mirror * at_left[3:6], at_right[3:6], atol=1e-7)
+        assert at_left[6] == pytest.approx(at_right[6], abs=1e-8)
+        np.testing.assert_allclose(rows(x_left, u_left, numbers[1]), rows(x, u, numbers[0]), atol=1e-8)
+        seen = np.abs(drawn(x_left, u_left, numbers[1])), np.abs(drawn(x, u, numbers[0]))
+        np.testing.assert_allclose(*seen, atol=1e-7)
+
+
+def test_the_plan_of_a_left_door_is_the_mirror_image(numeric: Numeric, left: Model) -> None:
+    x, plans = numeric.at_the_leaf(-0.03, 1.4), []
+    for model in (numeric.model, left):
+        numbers = whole_body_numbers(model).replaced({"mechanism.friction": 0.5, "limits.widened": WIDE})
+        solver = Hybrid(
+            whole_body_problem(model, numbers),
+            SolverOptions(largest_multiplier=100.0, hessian="gauss-newton", feasibility=2e-3),
+        )
+        assert solver.run(image(numeric.model, model, x) if model is left else x)[0] is PlanStatus.CONVERGED
+        plans.append(solver.trajectory()[0].copy())
+    right = np.array([image(numeric.model, left, state) for state in plans[0]])
+    np.testing.assert_allclose(plans[1], right, atol=1e-3)
+
+
+@pytest.mark.parametrize("before", [-0.02, 0.04])
+def test_a_face_beside_the_hinges_axis_is_where_the_door_has_it(
+    numeric: Numeric, tmp_path: Path, before: float
+) -> None:
+    """Depth, lever and place of the tip are those of `Door`, whichever way the door stands."""
+    proud, leaf = tmp_path / "proud.urdf", 'xyz="0.6 -0.02 0.8"'
+    proud.write_text(
+        DOOR.read_text(encoding="utf-8").replace(leaf, f'xyz="0.6 {before - 0.02:g} 0.8"'), encoding="utf-8"
+    )
+    model = Model(Scenario.load("push", {"door.urdf": str(proud)}))
+    assert model.door.surface_offset == pytest.approx(before, abs=1e-9)
+    numbers, depth = whole_body_numbers(model), numeric.function(numeric.task.depth)
+    lever = numeric.function(numeric.task.mechanism.lever(numeric.task.mechanism.contact_point(numeric.task.joint)))
+    for angle in (math.pi / 2, 1.0, 0.4):
+        posture = model.on_the_way(angle)
+        place = model.coupling.vehicle_position(posture[:3], angle, posture[5:]) + 0.002 * model.door.normal(angle)
+        x = whole_body_state(place, posture[:3], np.zeros(3), np.zeros(3), angle, 0.0, posture[5:])
+        assert depth(x, numeric.hover, numbers) == pytest.approx(0.002, abs=1e-9)
+        found = lever(x, numeric.hover, numbers)
+        np.testing.assert_allclose(found, model.door.lever(angle, model.coupling.distance_from_hinge), atol=1e-9)

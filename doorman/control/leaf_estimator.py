@@ -17,10 +17,10 @@ from doorman.control.door_filter import DoorFilter
 from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
+from doorman.control.wind_filter import WindFilter
 from doorman.kinematics.rotations import euler_rate_matrix
 from doorman.model import GRAVITY, Model
 from doorman.signals import Measurement
-from suite.whole_body.wind_filter import WindFilter
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ _RESISTANCE, _FIRST_RESISTANCE = (0.05, 6.0), 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class LeafEstimate:
     """What is known at one time."""
 
     position: Array
@@ -93,7 +93,7 @@ class Known:
     """λ as felt: wind less outer force along the normal [N]."""
 
 
-class Belief:
+class LeafEstimator:
     """Estimates of one flight.
 
     Args:
@@ -119,7 +119,9 @@ class Belief:
         self._levers = (self._lever, _ON_LEAF * 0.5 * model.door.width)
         self._yaw = 0.0
 
-    def update(self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float) -> Known:
+    def update(
+        self, measured: Measurement, rotors: Array, time_step: float, seeks: bool, wanted: float
+    ) -> LeafEstimate:
         """Take in one measurement.
 
         Args:
@@ -155,7 +157,7 @@ class Belief:
         resistance = self._resistance(touching, wanted, time_step)
         force = self._forces(normal, felt, acting, resistance, time_step) if touching else 0.0
         attitude, rates = self._attitude(measured)
-        return Known(
+        return LeafEstimate(
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
             self._door.rate, touching, force, self._friction.copy(), self._wind.force, resistance,
             self._friction_share(), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),

@@ -1,1 +1,0 @@
-"""Research: the whole-body plan flown at the leaf, on what the vehicle's sensors say."""

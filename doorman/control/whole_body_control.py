@@ -1,0 +1,129 @@
+r"""From what is known at the leaf to the start of a whole-body plan, and from the plan to commands.
+
+A plan begins where the contact's spring makes the estimated force: :math:`P + (\delta(\hat\lambda) - \delta)\,n_D`, as a
+millimetre of noise would be newtons. It is followed by its inputs, at the time at which they act.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.leaf_estimator import LeafEstimate
+from doorman.model import Model
+from doorman.planning.planner import Plan
+from doorman.planning.whole_body_problem import (
+    depth_of,
+    stick_place,
+    tip_on_face,
+    whole_body_numbers,
+    whole_body_state,
+)  # fmt: skip
+from doorman.planning.whole_body_references import at_the_leaf
+from doorman.signals import Command
+
+Array = NDArray[np.float64]
+
+_RAMP = 0.06
+"""Growth of the opening rate that is asked for [rad/s²]."""
+_FREE_AIR = -0.004
+"""Depth of a tip that does not touch, at most [m]."""
+_AHEAD = 0.06
+"""The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
+_MOST_TURN = 0.25
+"""Largest lead of the commanded heading [rad]."""
+_YAW_LOOP = 4.0
+"""Of the onboard loop: rate by heading error [1/s]."""
+_YAW_RATE = 11
+"""Its place in the state."""
+
+
+class WholeBodyController:
+    """Starts and references of plans, and commands.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model, self._numbers = model, whole_body_numbers(model)
+        self.opening_rate = 0.0
+        """Asked for now [rad/s]."""
+
+    def forget(self) -> None:
+        """Begin anew: the door stands."""
+        self.opening_rate = 0.0
+
+    def aim(self, known: LeafEstimate, time_step: float) -> None:
+        """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
+
+        Args:
+            known: What is known now.
+            time_step: Since the last call [s].
+        """
+        opening, most = -known.door_rate, self._numbers.one("reference.opening_speed")
+        if known.touching:
+            self.opening_rate = min(max(self.opening_rate, opening) + _RAMP * time_step, most)
+        elif opening < self.opening_rate:
+            self.opening_rate = max(opening, 0.0)
+
+    def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
+        """What a plan begins with, and aims for.
+
+        Args:
+            known: What is known now.
+
+        Returns:
+            x with the tip as deep in the leaf as the estimated force says, shape (14 + n,), and numbers of the problem by name.
+        """
+        numbers, angle = self._numbers, known.door_angle
+        depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
+        depth += known.face_offset
+        wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
+        state = whole_body_state(
+            known.position + (wanted - depth) * self._model.door.normal(angle), known.attitude, known.velocity,
+            known.attitude_rates, angle, known.door_rate, known.arm_angles,
+        )  # fmt: skip
+        if known.touching:
+            place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
+        aims = at_the_leaf(
+            numbers, angle, known.touching, known.resistance, known.friction_share, known.inertia, self.opening_rate
+        )
+        face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
+        return state, {**aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face}
+
+    def follow(self, plan: Plan, time: float, measured_yaw: float) -> Command:
+        """What the vehicle is to do at a time of a plan; after its end, what it does last.
+
+        Args:
+            plan: Of the whole body.
+            time: Since its first state [s].
+            measured_yaw: ψ as the vehicle knows it [rad].
+        """
+        last = len(plan.inputs) - 1
+        planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
+        later = min(int((time + _AHEAD) / plan.time_step), last)
+        lead = float(np.clip(plan.states[later + 1, _YAW_RATE] / _YAW_LOOP, -_MOST_TURN, _MOST_TURN))
+        attitude = tilted(planned[1], planned[2], lead)
+        attitude[2] += measured_yaw
+        return Command(float(planned[0]), attitude, np.array(planned[4:]), False)
+
+
+def tilted(roll: float, pitch: float, yaw: float) -> Array:
+    """Attitude with the thrust's direction of [roll, pitch, 0], and another heading.
+
+    Args:
+        roll: φ at ψ = 0 [rad].
+        pitch: θ at ψ = 0 [rad].
+        yaw: ψ [rad].
+
+    Returns:
+        Φ, shape (3,) [rad].
+    """
+    up = np.array([math.sin(pitch) * math.cos(roll), -math.sin(roll), math.cos(pitch) * math.cos(roll)])
+    c, s = math.cos(yaw), math.sin(yaw)
+    ahead, aside = c * up[0] + s * up[1], -s * up[0] + c * up[1]
+    return np.array([-math.asin(min(max(aside, -1.0), 1.0)), math.atan2(ahead, up[2]), yaw])

@@ -1,0 +1,115 @@
+"""Decisions while a whole-body plan opens a door and holds it: whether it is open, held, stuck, and may be let go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.mission.at_the_leaf import AtTheLeaf
+from doorman.mission.opening import SILENT
+from doorman.mission.progress import NEARLY, STANDS, STILL_OPEN, Progress
+from doorman.mission.resistance import Resistance
+from doorman.mission.schedule import PlanSchedule
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_STUCK, _STUCK_IN_SWING = 10.0, 6.0
+"""Time without progress after which an opening is given up, and where the door has swung: somebody holds it [s]."""
+_HEADING_LOST = math.radians(55.0)
+"""A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
+_CLOSE = math.radians(0.8)
+"""A door that stands this near to the goal is held [rad]."""
+
+
+class Swing:
+    """Of one attempt, from the touch until the door is open.
+
+    Args:
+        model: Model of the scenario.
+        leaf: Motion at the leaf, for the moment before the first plan is known.
+        schedule: Plans.
+    """
+
+    def __init__(self, model: Model, leaf: AtTheLeaf, schedule: PlanSchedule) -> None:
+        self._model, self._leaf, self._schedule = model, leaf, schedule
+        self._goal = float(model.goal_state[3])
+        self._progress = Progress(model, True)
+        self.resistance = Resistance(model, self._progress, True)
+        """What the hinge resists with."""
+        self.held = False
+        """Whether the door is being held, and not moved."""
+        self._last = self._push = 0.0
+
+    def may_go_on(self, estimate: Estimate) -> bool:
+        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
+        plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
+        return plans and self._progress.swung
+
+    def resume(self, now: float, push: float) -> None:
+        """Begin, or go on after contact was regained.
+
+        Args:
+            now: [s].
+            push: F_n that the tip presses with [N].
+        """
+        self._progress.resume(now)
+        self.held, self._last, self._push = False, now, push
+
+    def hold_again(self, estimate: Estimate, push: float) -> None:
+        """Hold a door that was held before.
+
+        Args:
+            estimate: What is known now.
+            push: F_n that the tip presses with [N].
+        """
+        self.resume(estimate.time, push)
+        self.held = True
+
+    def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
+        """Take in where the door is. Once per tick.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,) [rad/s].
+
+        Returns:
+            What to do where no plan is known yet: to press on.
+        """
+        time_step, self._last = estimate.time - self._last, estimate.time
+        self.resistance.learn(estimate, time_step)
+        self._progress.update(estimate, self.held, time_step)
+        off = estimate.door_angle - self._goal
+        if self.held:
+            self.held = off <= STILL_OPEN
+        else:
+            self.held = off < 0.0 or (off < _CLOSE and abs(self._progress.rate) < STANDS)
+        return self._leaf.push(estimate, self._push)
+
+    def done(self, now: float) -> bool:
+        """Whether the door has stood at the goal for long enough, and stands still right now.
+
+        Args:
+            now: [s].
+        """
+        return self._progress.done(now)
+
+    def stuck(self, estimate: Estimate) -> str:
+        """Why the opening should be given up; empty if it should not."""
+        if (late := self._schedule.overdue(estimate.time)) > SILENT:
+            return f"the planner is silent for {late:.1f} s"
+        angle = math.degrees(estimate.door_angle)
+        heading = float(self._model.on_the_way(estimate.door_angle)[2])
+        turned = abs(math.remainder(float(estimate.state[2]) - heading, 2.0 * math.pi))
+        if turned > _HEADING_LOST:
+            return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle:.1f}°"
+        in_swing = self.resistance.known and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
+        if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
+            return ""
+        return f"the door does not move on from {angle:.1f}° against {max(0.0, -estimate.door_disturbance):.2f} N m" + (
+            f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
+        )

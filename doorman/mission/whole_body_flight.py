@@ -1,0 +1,90 @@
+"""The whole-body plan in a mission: touch, swing, loss of contact and hold are one problem."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate
+from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
+from doorman.control.state_converter import StateConverter
+from doorman.control.whole_body_control import WholeBodyController
+from doorman.mission.schedule import PlanSchedule
+from doorman.model import Model
+from doorman.planning.hinge import Hinge
+from doorman.signals import Command, Measurement
+
+Array = NDArray[np.float64]
+
+
+class WholeBodyFlight:
+    """Estimates, plans and commands of a tip at the leaf.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+        schedule: Plans.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
+        self._estimator, self._controller = LeafEstimator(model, converter), WholeBodyController(model)
+        self._schedule, self._hinge = schedule, Hinge.of(model.door)
+        self._known: LeafEstimate | None = None
+        self._at_the_leaf = False
+
+    def listen(
+        self, measurement: Measurement, force: Array, estimate: Estimate, seeks: bool, time_step: float
+    ) -> Estimate:
+        """Take in one measurement, in every phase.
+
+        Args:
+            measurement: What the sensors say.
+            force: Of the rotors since the last call, shape (3,), world frame [N].
+            estimate: What is known otherwise.
+            seeks: Whether the tip is to touch the leaf, or lets go of it.
+            time_step: Since the last call [s].
+
+        Returns:
+            What the phases decide by: of the leaf, its force and the wind, what is known here.
+        """
+        wanted = self._controller.opening_rate
+        self._known = known = self._estimator.update(measurement, force, time_step, seeks, wanted)
+        if not seeks:
+            return replace(estimate, wind=known.wind)
+        state = estimate.state.copy()
+        state[3:5] = known.door_angle, known.door_rate
+        turned = math.asin(known.face_offset / known.lever)
+        return replace(
+            estimate, state=state, wind=known.wind, touching=known.touching, normal_force=known.normal_pull,
+            tip_force=estimate.tip_force + known.wind - estimate.wind, tip_angle=estimate.tip_angle - turned,
+            push=known.normal_force,
+        )  # fmt: skip
+
+    def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:
+        """What the vehicle is to do now.
+
+        Args:
+            measurement: What the sensors say.
+            at_the_leaf: Whether the tip is to touch the leaf.
+            time_step: Since the last call [s].
+
+        Returns:
+            The command; None where the tip is not at the leaf, or no plan is known yet.
+        """
+        if not at_the_leaf or self._known is None:
+            self._at_the_leaf = False
+            return None
+        if not self._at_the_leaf:
+            self._at_the_leaf = True
+            self._controller.forget()
+            self._schedule.forget()
+        self._controller.aim(self._known, time_step)
+        state, numbers = self._controller.start(self._known)
+        now = measurement.time
+        current = self._schedule.update(now, state, self._hinge, numbers=numbers)
+        if current is None:
+            return None
+        return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]))

@@ -1,0 +1,136 @@
+"""The whole body as a model to plan with: a vehicle that flies freely, and meets the leaf by a compliant contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.ocp.kernels import functions
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.hinge import Hinge
+from doorman.planning.quasi_static_planning import resistance, too_stiff
+from doorman.planning.whole_body_problem import (
+    contact_forces,
+    depth_of,
+    whole_body_numbers,
+    whole_body_problem,
+    whole_body_state,
+)  # fmt: skip
+from doorman.planning.whole_body_references import at_the_leaf
+
+Array = NDArray[np.float64]
+
+_RESTING = 0.5
+"""Force of the tip in a state that is given by the door's angle, and not by the vehicle's position [N]."""
+_TOLERANCE = 2e-3
+"""Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
+_REDUCED = (3, 4, 5, 12, 13)
+"""Places of [Φ, α, α̇] in the state; the arm's angles follow."""
+
+
+class WholeBodyPlanning:
+    """x = [P, Φ, V, Φ̇, α, α̇, H], u = [f_t, φ_c, θ_c, τ_z, Ḣ_d]; see `PlanningModel` and `whole_body`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        joints = model.vehicle.joint_names
+        self.state_names = (
+            "x", "y", "z", "roll", "pitch", "yaw", "velocity x", "velocity y", "velocity z",
+            "roll rate", "pitch rate", "yaw rate", "door angle", "door rate", *joints,
+        )  # fmt: skip
+        self.input_names = (
+            "thrust", "commanded roll", "commanded pitch", "yaw torque", *(f"rate of {j}" for j in joints)
+        )  # fmt: skip
+        self.numbers = whole_body_numbers(model)
+        self.start_state = self.state(model.start_state, np.zeros(3))
+        self.goal_state = self.state(model.goal_state, np.zeros(3))
+        self.hover_input = model.hover_input
+        self.follows_start = True
+        self.tolerance = _TOLERANCE
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array, see `PlanningModel`."""
+        x = np.asarray(state)
+        checked = regular_state(np.roll(x, -3) if x.ndim == 1 else x, 14 + self.model.n_arm, field)
+        return np.roll(checked, 3)
+
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
+        """The whole-body problem, see `PlanningModel`."""
+        return whole_body_problem(self.model, self.numbers, extras)
+
+    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+        """References of a tip that opens the door, and the hinge as it is known, see `PlanningModel`."""
+        numbers, joint = self.numbers, float(start[12])
+        against = max(resistance(self.model, hinge, joint) - hinge.damping * float(start[13]), 0.0)
+        touching = float(contact_forces(numbers, self.model, start[None])[0]) > 0.5 * _RESTING
+        rate = numbers.one("reference.opening_speed")
+        known = at_the_leaf(numbers, joint, touching, against, 1.0, hinge.inertia, rate)
+        return numbers.replaced(
+            {
+                **known,
+                "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
+                "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
+                "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
+            }
+        )  # fmt: skip
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """Residuals draw to the goal; the quadratic cost, which only keeps the solver's equations regular, to the scenario's."""
+        return self.goal_state
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[12]))
+
+    def relaxed(self, numbers: Numbers) -> bool:
+        """Never: rows are as wide at every start, see `PlanningModel`."""
+        return False
+
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
+        """Force of the contact's spring, see `PlanningModel`."""
+        return contact_forces(numbers, self.model, states[: len(inputs)])
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """The tip at the contact point, resting on the leaf and moving with it, see `PlanningModel`."""
+        x, omega = np.asarray(reduced, dtype=np.float64), np.asarray(body_rates, dtype=np.float64)
+        motion = self.model.coupling.vehicle_motion(x, omega, np.zeros(self.model.n_arm))
+        pressed = depth_of(_RESTING, self.numbers) * self.model.door.normal(float(x[3]))
+        rates = euler_rate_matrix(x[:3]) @ omega
+        return whole_body_state(motion.position + pressed, x[:3], motion.velocity, rates, x[3], x[4], x[5:])
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        r"""Attitude, door and arm, and :math:`\Omega = W^{-1}\dot\Phi` in place of what commands it, see `PlanningModel`."""
+        x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
+        u[:, 1:4] = body_rates_of(x[: len(u), 3:6], x[: len(u), 9:12])
+        reduced = x[:, [*_REDUCED, *range(14, x.shape[1])]]
+        return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
+
+    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
+        mass = self.model.vehicle.mass
+        force: Array = thrust * rotation_body_to_world(reduced[:3])[:, 2] - mass * acceleration
+        force[2] -= mass * GRAVITY
+        return force
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        """The problem's own dynamics, friction and contact included, see `PlanningModel`."""
+        numbers = self.numbers.replaced({"mechanism.torque": disturbance, "mechanism.friction": 0.0})
+        kernels = whole_body_problem(self.model, numbers).model
+
+        def step(state: Array, inputs: Array) -> Array:
+            following = np.empty_like(state)
+            functions.step(kernels, state, inputs, following)
+            return following
+
+        return step

@@ -1,0 +1,64 @@
+"""What a tip at the leaf aims for: numbers of the whole-body problem that change from plan to plan."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from doorman.kinematics.numbers import Numbers
+
+_AT_GOAL = 0.014
+"""Within about this the door is held, and not opened [rad]."""
+_HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
+"""Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
+and the weight of its speed."""
+_BRAKED, _LONGEST = 0.77, 0.5
+"""The way in which a leaf slows down before the goal is this times ω²I/τ, as half of what resists must do, and at most the second
+[rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
+_ROOM = (0.03, 0.03, 0.03, 1e3, 1.0, 1.0)
+"""By which rows are widened: three planes, force, speed and stopping. Noise moves a start across rows that are tight, and plans
+of one iteration do not converge there; residuals keep the distance instead."""
+
+
+def at_the_leaf(
+    numbers: Numbers, door_angle: float, touching: bool, resistance: float, sliding_share: float, inertia: float,
+    opening_rate: float,
+) -> dict[str, Any]:  # fmt: skip
+    """References and weights of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
+
+    Args:
+        numbers: Of the scenario's task.
+        door_angle: q [rad].
+        touching: Whether the tip touches.
+        resistance: Torque of the hinge against opening [N m].
+        sliding_share: Share of it that does not drive the door back.
+        inertia: I of the leaf [kg m²].
+        opening_rate: That the leaf is to have far from the goal [rad/s].
+
+    Returns:
+        By the names of the task's numbers.
+    """
+    left = door_angle - numbers.one("reference.joint")
+    holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
+    lever = float(np.hypot(*(numbers["mechanism.point"] - numbers["mechanism.origin"])[:2]))
+    steady = resistance / lever
+    least, depth = min(numbers.one("reference.least_force"), 0.5 * steady), numbers.one("reference.depth")
+    braked = _BRAKED * numbers.one("reference.opening_speed") ** 2 * inertia / resistance
+    touch = float(touching)
+    return {
+        "mechanism.friction": sliding_share * resistance,
+        "mechanism.torque": -(1.0 - sliding_share) * resistance,
+        "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": inertia,
+        "limits.widened": [*np.zeros(numbers.sizes["limits.widened"] - len(_ROOM)), *_ROOM],
+        "reference.depth": depth * (1.0 - holds),
+        "reference.opening_speed": opening_rate,
+        "reference.opening_length": min(max(braked, numbers.one("reference.opening_length")), _LONGEST),
+        "reference.force": steady * (1.0 - holds * _HOLD_SLACK * sliding_share),
+        "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
+        "weight.approach": 1000.0 - 400.0 * touch,
+        "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),
+        "weight.force": 0.2 * touch,
+        "weight.least_force": 2.0 * touch,
+    }  # fmt: skip

@@ -1,0 +1,130 @@
+"""The estimates at the leaf on motions whose truth is known: wind, contact, forces, and what the hinge resists with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
+from doorman.control.state_converter import StateConverter
+from doorman.model import GRAVITY, Model
+from doorman.signals import Measurement
+
+Array = np.ndarray
+TICK = 0.004
+CLOSED = math.pi / 2
+
+
+@pytest.fixture(scope="module", params=["push", "push_left"])
+def model(request: pytest.FixtureRequest) -> Model:
+    return Model(request.param)
+
+
+class Vehicle:
+    """A level vehicle that moves as it is told, and what its estimator makes of that."""
+
+    def __init__(self, model: Model) -> None:
+        self.model, self.estimator = model, LeafEstimator(model, StateConverter(model))
+        self.time, self.yaw = 0.0, float(model.start_state[2])
+        self.place: Array | None = None
+        self.velocity = np.zeros(3)
+
+    def at(self, distance: float, angle: float = CLOSED) -> Array:
+        """Position with the tip this far before the leaf."""
+        posture = self.model.on_the_way(angle)
+        place = self.model.coupling.vehicle_position([0.0, 0.0, self.yaw], angle, posture[5:])
+        return np.asarray(place - distance * self.model.door.normal(angle))
+
+    def fly(
+        self,
+        seconds: float,
+        place: Array,
+        outer: Array,
+        seeks: bool = True,
+        to: Array | None = None,
+        wanted: float = 0.0,
+    ) -> LeafEstimate:
+        """Move from one place to another at a steady speed, with an outer force that the rotors hold against."""
+        steps = round(seconds / TICK)
+        to = place if to is None else to
+        rotors = np.array([0.0, 0.0, self.model.vehicle.mass * GRAVITY]) - outer
+        for k in range(1, steps + 1):
+            self.time += TICK
+            position = place + k / steps * (to - place)
+            measured = Measurement(
+                self.time, position, np.zeros(3), np.array([0.0, 0.0, self.yaw]), np.zeros(3), self.model.start_arm,
+                np.zeros(self.model.n_arm), self.time,
+            )  # fmt: skip
+            known = self.estimator.update(measured, rotors, TICK, seeks, wanted)
+        return known
+
+
+def test_wind_is_learnt_in_free_flight_and_is_no_contact(model: Model) -> None:
+    vehicle, wind = Vehicle(model), np.array([0.7, -0.4, 0.2])
+    known = vehicle.fly(4.0, vehicle.at(0.3), wind)
+    np.testing.assert_allclose(known.wind, wind, atol=0.03)
+    assert not known.touching and known.normal_force == 0.0
+
+
+def pressed(vehicle: Vehicle, force: float, wind: Array, aside: Array | float = 0.0) -> LeafEstimate:
+    """Comes to the closed leaf and presses, once the wind is known."""
+    normal = vehicle.model.door.normal(CLOSED)
+    vehicle.fly(3.0, vehicle.at(0.2), wind, seeks=False)
+    vehicle.fly(1.5, vehicle.at(0.2), wind, to=vehicle.at(0.0))
+    return vehicle.fly(1.5, vehicle.at(0.0), wind - force * normal + aside)
+
+
+def test_a_tip_that_is_stopped_touches_and_its_force_is_what_the_rotors_press_with(model: Model) -> None:
+    vehicle, wind = Vehicle(model), np.array([0.5, 0.3, 0.0])
+    known = pressed(vehicle, 1.2, wind)
+    assert known.touching
+    assert known.normal_force == pytest.approx(1.2, abs=0.15)
+    np.testing.assert_allclose(known.wind, wind, atol=0.25)
+    assert known.door_angle == pytest.approx(CLOSED, abs=0.005)
+
+
+def test_far_from_the_leaf_a_blow_is_no_contact(model: Model) -> None:
+    vehicle = Vehicle(model)
+    vehicle.fly(2.0, vehicle.at(0.3), np.zeros(3))
+    assert not vehicle.fly(1.0, vehicle.at(0.3), -1.5 * model.door.normal(CLOSED)).touching
+
+
+def test_a_pull_in_contact_is_wind(model: Model) -> None:
+    vehicle = Vehicle(model)
+    assert pressed(vehicle, 1.0, np.zeros(3)).touching
+    normal = model.door.normal(CLOSED)
+    known = vehicle.fly(2.0, vehicle.at(0.0), 1.0 * normal)  # as no leaf would: towards it
+    assert known.wind @ normal > 0.5
+
+
+def test_friction_takes_no_more_than_its_share_and_the_rest_is_wind(model: Model) -> None:
+    vehicle, along = Vehicle(model), model.door.leaf_direction(CLOSED)
+    little = pressed(vehicle, 2.0, np.zeros(3), -0.5 * along)
+    assert little.friction_force[0] == pytest.approx(0.5, abs=0.15) and abs(little.wind @ along) < 0.15
+    much = vehicle.fly(4.0, vehicle.at(0.0), -2.0 * model.door.normal(CLOSED) - 3.0 * along)
+    assert abs(much.friction_force[0]) < 1.3 and much.wind @ along < -1.2
+
+
+def test_a_door_that_sticks_is_believed_to_resist_more_and_more_up_to_a_bound(model: Model) -> None:
+    vehicle = Vehicle(model)
+    first = pressed(vehicle, 1.0, np.zeros(3)).resistance
+    push = -1.0 * model.door.normal(CLOSED)
+    later = vehicle.fly(1.0, vehicle.at(0.0), push, wanted=0.1).resistance
+    last = vehicle.fly(10.0, vehicle.at(0.0), push, wanted=0.1).resistance
+    assert 0.5 < later - first < 0.7 and later < last < first + 2.6
+
+
+def test_a_tip_that_does_not_seek_the_leaf_does_not_touch_it(model: Model) -> None:
+    vehicle = Vehicle(model)
+    assert pressed(vehicle, 1.0, np.zeros(3)).touching
+    assert not vehicle.fly(0.1, vehicle.at(0.0), -1.0 * model.door.normal(CLOSED), seeks=False).touching
+
+
+def test_the_heading_goes_on_without_jumps(model: Model) -> None:
+    vehicle, seen = Vehicle(model), []
+    for k in range(200):
+        vehicle.yaw = math.remainder(3.0 + 0.005 * k, 2.0 * math.pi)
+        seen.append(float(vehicle.fly(TICK, vehicle.at(0.5), np.zeros(3)).attitude[2]))
+    assert np.abs(np.diff(seen)).max() < 0.01 and seen[-1] - seen[0] == pytest.approx(0.995, abs=0.01)

@@ -1,0 +1,102 @@
+"""Starts of whole-body plans from what is known, and commands that follow them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman.control.leaf_estimator import LeafEstimate
+from doorman.control.whole_body_control import WholeBodyController, tilted
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.planning.planner import Plan, Planner
+from doorman.planning.whole_body_problem import contact_forces, tip_on_face
+from doorman.scenario import Scenario
+
+Array = np.ndarray
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner(Scenario.load("push", {"planner.model": "whole_body"}))
+
+
+@pytest.fixture(scope="module")
+def model(planner: Planner) -> Model:
+    return planner.model
+
+
+def known(model: Model, distance: float, touching: bool = False, angle: float = math.pi / 2) -> LeafEstimate:
+    """A level vehicle at rest with its tip this far before the contact point."""
+    posture = model.on_the_way(angle)
+    position = model.coupling.vehicle_position(posture[:3], angle, posture[5:]) - distance * model.door.normal(angle)
+    none = np.zeros(3)
+    force = 0.7 if touching else 0.0
+    return LeafEstimate(
+        position, none, posture[:3], none, posture[5:], angle, 0.0, touching, force, np.zeros(2), none, 0.5, 1.0,
+        model.door.inertia, 0.0, model.coupling.distance_from_hinge, force,
+    )  # fmt: skip
+
+
+def planned(planner: Planner, controller: WholeBodyController, now: LeafEstimate) -> Plan:
+    state, numbers = controller.start(now)
+    planner.update_numbers(numbers)
+    return planner.plan(state)
+
+
+@pytest.mark.parametrize("yaw", [-2.0, 0.3])
+def test_another_heading_keeps_the_direction_of_the_thrust(yaw: float) -> None:
+    attitude = tilted(0.1, -0.2, yaw)
+    wanted = rotation_body_to_world(np.array([0.1, -0.2, 0.0]))[:, 2]
+    np.testing.assert_allclose(rotation_body_to_world(attitude)[:, 2], wanted, atol=1e-12)
+    assert attitude[2] == yaw
+
+
+def test_before_the_leaf_it_carries_its_weight_and_goes_on(planner: Planner, model: Model) -> None:
+    controller, now = WholeBodyController(model), known(model, 0.1)
+    command = controller.follow(planned(planner, controller, now), 0.0, float(now.attitude[2]))
+    up = command.thrust * rotation_body_to_world(command.attitude)[:, 2]
+    assert up[2] == pytest.approx(model.vehicle.mass * GRAVITY, rel=0.1)
+    assert up @ model.door.normal(math.pi / 2) > 0.0
+    assert not command.grip and np.abs(command.arm_rates).max() < 1.5
+
+
+def test_a_plan_is_followed_where_it_is_by_now_and_its_end_after_it(planner: Planner, model: Model) -> None:
+    controller, now = WholeBodyController(model), known(model, 0.1)
+    plan = planned(planner, controller, now)
+    for time, node in ((0.0, 0), (0.0199, 0), (0.02, 1), (0.5, 25), (7.0, len(plan.inputs) - 1)):
+        command = controller.follow(plan, time, 0.3)
+        assert command.thrust == plan.inputs[node, 0]
+        np.testing.assert_array_equal(command.arm_rates, plan.inputs[node, 4:])
+
+
+def test_the_rate_that_is_asked_for_grows_in_contact_and_falls_with_the_door(model: Model) -> None:
+    controller, now = WholeBodyController(model), known(model, 0.0, touching=True)
+    for _ in range(250):
+        controller.aim(now, 0.004)
+    assert controller.opening_rate == pytest.approx(0.06, abs=1e-6)
+    controller.aim(known(model, 0.01), 0.004)
+    assert controller.opening_rate == 0.0
+
+
+@pytest.mark.parametrize(("distance", "touching"), [(0.002, True), (-0.01, True), (0.3, False), (-0.02, False)])
+def test_a_plan_begins_with_the_force_that_is_felt_wherever_the_tip_is_measured(
+    model: Model, distance: float, touching: bool
+) -> None:
+    controller, now = WholeBodyController(model), known(model, distance, touching)
+    state, numbers = controller.start(now)
+    force = float(contact_forces(controller._numbers, model, state[None])[0])
+    assert force == pytest.approx(0.7, abs=1e-6) if touching else force < 0.4
+    moved = state[:3] - now.position
+    np.testing.assert_allclose(np.cross(moved, model.door.normal(math.pi / 2)), 0.0, atol=1e-12)
+    assert numbers["weight.force"] == (0.02 if touching else 0.0)
+
+
+def test_a_tip_that_friction_drags_sticks_behind_where_it_is(model: Model) -> None:
+    controller, now = WholeBodyController(model), known(model, 0.0, touching=True)
+    dragged = LeafEstimate(**{**vars(now), "friction_force": np.array([0.2, 0.0])})
+    place = tip_on_face(model, now.position, now.attitude, now.door_angle, now.arm_angles)[1]
+    assert controller.start(dragged)[1]["contact.stick"][0] < place[0] - 5e-4
+    np.testing.assert_allclose(controller.start(now)[1]["contact.stick"], place, atol=1e-9)

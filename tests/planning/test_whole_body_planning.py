@@ -1,0 +1,96 @@
+"""The whole body behind the planner's interface: states, forces, references, and a plan that opens a door."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman import Planner, Scenario
+from doorman.exceptions import DimensionError, ScenarioError
+from doorman.ocp.problem.terms import Constraint
+from doorman.planning.hinge import Hinge
+from doorman.planning.planning_model import planning_model
+from doorman.planning.whole_body_problem import depth_of
+
+PUSH = Scenario.load("push", {"planner.model": "whole_body"})
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner(PUSH)
+
+
+def test_a_reduced_state_comes_back_from_the_whole_one(planner: Planner) -> None:
+    model, planning = planner.model, planner.planning
+    reduced = model.on_the_way(1.1) + 0.05
+    omega = np.array([0.1, -0.2, 0.3])
+    x = planning.state(reduced, omega)
+    assert len(x) == len(planning.state_names)
+    states, inputs = planning.reduced(x, np.zeros(len(planning.input_names)))
+    np.testing.assert_allclose(states, reduced, atol=1e-12)
+    np.testing.assert_allclose(inputs[1:4], omega, atol=1e-12)
+
+
+def test_the_force_of_a_state_at_the_leaf_is_that_of_the_contacts_spring(planner: Planner) -> None:
+    planning, model = planner.planning, planner.model
+    x = planning.state(model.on_the_way(1.0), np.zeros(3))
+    deeper = x.copy()
+    deeper[:3] += 1e-3 * model.door.normal(1.0)
+    forces = planning.normal_forces(planning.numbers, np.array([x, deeper, x]), np.zeros((2, 8)))
+    assert forces[0] == pytest.approx(0.5, abs=1e-6)
+    depths = [depth_of(float(force), planning.numbers) for force in forces]
+    assert len(forces) == 2 and depths[1] - depths[0] == pytest.approx(1e-3, abs=1e-7)
+
+
+def test_the_numbers_that_fit_a_hinge_are_that_hinges(planner: Planner) -> None:
+    hinge = Hinge(0.3, -0.7, 4.0, 0.2, 0.9)
+    numbers = planner.planning.fitted(hinge, 0.05, planner.planning.start_state)
+    named = {"friction": 0.3, "torque": -0.7, "inertia": 4.0, "damping": 0.2, "stiffness": 0.9}
+    assert {name: numbers.one(f"mechanism.{name}") for name in named} == named
+    assert numbers.one("limits.margin") == 0.05
+    assert numbers.one("reference.force") > 0.9 / 0.75  # it pushes against what resists
+
+
+def test_given_numbers_hold_until_others_are_given(planner: Planner) -> None:
+    planner.update_numbers({"vehicle.wind": [0.0, 1.0, 0.0]})
+    first = planner.plan(planner.planning.start_state)
+    assert planner.numbers["vehicle.wind"][1] == 1.0
+    planner.update_numbers({})
+    second = planner.plan(planner.planning.start_state)
+    assert planner.numbers["vehicle.wind"][1] == 0.0
+    assert np.abs(first.inputs - second.inputs).max() > 1e-2
+    with pytest.raises(DimensionError, match="no such number"):
+        planner.update_numbers({"vehicle.wings": 2.0})
+
+
+def test_plan_after_plan_opens_the_door_and_rests_at_the_goal(planner: Planner) -> None:
+    planner.update_door(friction=0.0, disturbance=-0.6)  # a smooth friction would let the leaf creep on
+    x, rates = planner.planning.start_state, []
+    plan = planner.plan(x)
+    for _ in range(1300):
+        x = plan.states[1].copy()
+        rates.append(-x[13])
+        plan = planner.replan(x, 0.02, max_iterations=1)
+        assert plan.flyable
+    goal = float(planner.model.goal_state[3])
+    assert x[12] == pytest.approx(goal, abs=math.radians(2.0)) and max(rates) < 0.13 and abs(rates[-1]) < 5e-3
+    planner.update_door(friction=planner.model.door.friction, disturbance=0.0)
+
+
+def test_a_gripper_is_not_planned_with_the_whole_body() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        planning_model(
+            Planner(Scenario.load("paper")).model.__class__(Scenario.load("paper", {"planner.model": "whole_body"}))
+        )
+    assert caught.value.field == "planner.model"
+
+
+@pytest.mark.slow
+def test_a_constraint_of_the_user_holds_along_whole_body_plans() -> None:
+    """Compiles a problem of its own."""
+    lowest = Constraint("not lower", lambda task: 0.2 - task.position[2])
+    planner = Planner(PUSH, constraints=[lowest])
+    plan = planner.plan(planner.planning.start_state)
+    assert plan.flyable and "not lower" in planner.user_rows()
