@@ -1,6 +1,6 @@
 """Fly the same draws with one planner's model after the other, and print the table that compares them.
 
-Usage: python benchmarks/compare_plans.py [--models quasi_static] [--sets proud_face,hands] [--first 6] [--report]
+Usage: python benchmarks/compare_plans.py [--models whole_body] [--sets proud_face,hands] [--first 6] [--report]
 
 What is flown stays under build/draws, one campaign a model and set: the same command goes on where it stopped, a larger --first
 flies what is missing, and --report prints the table of what is there.
@@ -59,7 +59,7 @@ def fly(name: str, model: str, folder: Path, arguments: argparse.Namespace) -> N
 
 def parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--models", type=models, default=["quasi_static"], help="values of planner.model")
+    parser.add_argument("--models", type=models, default=["whole_body"], help="values of planner.model")
     parser.add_argument("--sets", type=partial(chosen, allowed=list(SETS)), default=list(SETS), help=", ".join(SETS))
     parser.add_argument("--first", type=int, help="so many draws of every set at most; by default all")
     parser.add_argument(

@@ -120,7 +120,7 @@ def test_a_silent_planner_ends_the_opening(model: Model, schedule: PlanSchedule)
     class Seen:
         time, door_angle, door_disturbance, state = 0.0, 1.5, 0.0, model.start_state
 
-    opening = Opening(model, StateConverter(model), schedule, None)
+    opening = Opening(model, StateConverter(model), schedule)
     opening.resume(0.0, 0.0)
     schedule.update(0.0, model.start_state, FREE)
     Seen.time = 0.4

@@ -142,7 +142,11 @@ def _whole_body_plans(recording: Recording, planner: Planner) -> Iterator[Plan]:
     recorded = recording["plan"]
     for k, x in enumerate(recorded["whole_state"]):
         planner.update_numbers(planner.numbers.named(recorded["numbers"][k]))
-        plan = None if recorded["cold"][k] else planner.replan(x, float(recorded["elapsed"][k]), max_iterations=1)
+        plan = (
+            None
+            if recorded["cold"][k]
+            else planner.replan(x, float(recorded["elapsed"][k]), max_iterations=planner.settings.iterations)
+        )
         yield plan if plan is not None and plan.flyable else planner.plan(x)
 
 

@@ -69,7 +69,7 @@ def _model(model: Model) -> None:
 
 def _planner(model: Model) -> None:
     planner = Planner(model)
-    planner.replan(planner.plan(model.start_state).states[1])
+    planner.replan(planner.plan(planner.planning.start_state).states[1])
 
 
 def _flight(model: Model) -> None:

@@ -36,6 +36,8 @@ _LEAST = 0.2
 """Force of a tip that touches [N]."""
 _CARRIED = 0.5
 """Share of the normal force that friction is believed to carry."""
+_ON_LEAF = 0.5
+"""Wind that is expected on the leaf, as a share of the vehicle's."""
 _MOVES = 0.02
 """A door that is faster teaches its resistance [rad/s],"""
 _LEARNT = 0.3
@@ -47,8 +49,9 @@ _NUDGED_WITHIN = 0.07
 _STANDS_AT_GOAL = 0.015
 """Nearer than this it does not grow [rad]."""
 _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
-"""A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, does
-not touch; nor does one that draws back by more than the second [rad],"""
+"""A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, or of
+what shuts a leaf whose closer is stronger than its friction, does not touch; nor does one that draws back by more than the second
+[rad],"""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if the leaf opened by itself with more [N m],"""
 _SETTLED = 0.5
@@ -113,6 +116,7 @@ class LeafEstimator:
         self._met: float | None = None
         self._measured = 0.0
         self._angle_deviation = self._lever * settings.angle_deviation
+        self._levers = (self._lever, _ON_LEAF * 0.5 * model.door.width)
         self._yaw = 0.0
 
     def update(
@@ -140,23 +144,31 @@ class LeafEstimator:
         wind = self._wind.force
         acting = push + float(normal @ wind)
         self._door.update(acting, touching, tip[0], measured.pose_time, measured.time, time_step, wind=wind)
+        angle, rate = self._door.angle, self._door.rate
         if touching:
-            self._torque.update(self._door.angle, self._door.rate, acting, self._door.inertia, time_step)
+            self._torque.update(angle, rate, acting, self._door.inertia, time_step)
+            bare = -self._bare.update(angle, rate, push, self._door.inertia, time_step)
+            self._wind.pushed(normal, self._levers, bare, -rate, time_step)
         else:
             self._torque.pause()
+            self._bare.pause()
             if seeks:
                 self._door.passed(tip[0])
         resistance = self._resistance(touching, wanted, time_step)
         force = self._forces(normal, felt, acting, resistance, time_step) if touching else 0.0
         attitude, rates = self._attitude(measured)
-        hinge = self._door.hinge()
-        closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
-        slides = hinge.friction + 0.05
         return LeafEstimate(
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
             self._door.rate, touching, force, self._friction.copy(), self._wind.force, resistance,
-            slides / (slides + closer), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
+            self._friction_share(), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
         )  # fmt: skip
+
+    def _friction_share(self) -> float:
+        """Share of friction in what the hinge resists with."""
+        hinge = self._door.hinge()
+        closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
+        slides = hinge.friction + 0.05
+        return slides / (slides + closer)
 
     def _tip(self, measured: Measurement, velocity: Array) -> tuple[float, float]:
         """Angle and rate of a leaf that the tip is on [rad], [rad/s]."""
@@ -166,8 +178,9 @@ class LeafEstimator:
     def _first_touch(self, tip: tuple[float, float], time_step: float) -> tuple[bool, tuple[float, float]]:
         """Where the face stands, as a closed leaf stands at a known angle; and whether anything has been met."""
         off, speed = self._lever * (tip[0] - self._start), -self._lever * tip[1]
-        self._met = off if self._met is None else self._met
-        if self._met - off > _WENT_ON and speed > _STOPPED:
+        before = off + self._face
+        self._met = before if self._met is None else self._met
+        if self._met - before > _WENT_ON and speed > _STOPPED:
             self._face, self._face_variance, self._met, self._deepest = 0.0, _FACE**2, None, math.inf
             self._monitor.declare(False)
             self._wind.lost(self._vehicle.outer_force)
@@ -180,13 +193,15 @@ class LeafEstimator:
             self._measured += time_step
         self._closed = self._measured < _MEASURED
         self._deepest = self._start
-        return True, (self._start, tip[1])
+        self._door.meet(self._start)
+        return True, (self._start, 0.0)
 
     def _begin(self) -> None:
         """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
         self._sought = True
         self._door = DoorFilter(self._model, self._model.scenario.estimation)
         self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
+        self._bare = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
         self._deepest, self._ghost = math.inf, 0.0
         self._resists, self._moved, self._more = _FIRST_RESISTANCE, False, 0.0
 
@@ -229,7 +244,8 @@ class LeafEstimator:
         gains = moves / self._mass / self._lever
         opens_itself = tip[1] < -_GHOST_RATE and self._lever * force - self._door.inertia * gains < -_GHOST
         self._ghost = self._ghost + time_step if opens_itself else max(0.0, self._ghost - time_step)
-        faded = self._lever * force < _FADED * (self._resists + self._more)
+        shuts = 1.0 - 2.0 * self._friction_share()
+        faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else 1.0) * (self._resists + self._more)
         back = tip[1] > _MOVES and tip[0] - self._deepest > (_DRAWN_BACK if faded else _FAR_BACK)
         if now - self._touched_at <= _SETTLED or not (back or self._ghost > _GHOST_TIME):
             return False

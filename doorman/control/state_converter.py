@@ -131,19 +131,6 @@ class StateConverter:
         """α̇ at a time of the plan [rad/s]."""
         return float(self._at(plan, time)[0][4])
 
-    def force_along_leaf(self, plan: Plan, time: float) -> float:
-        r"""Force of the tip on the leaf away from the hinge, at a time of the plan; none after its end [N].
-
-        With :math:`t_D^T F_R + m_A D_V\dot\alpha^2`: the rotors' part, and what the swing's circle leaves of it.
-        """
-        ahead = time + self.model.scenario.control.attitude_look_ahead
-        if ahead >= plan.time_step * len(plan.inputs):
-            return 0.0
-        state, inputs = self._at(plan, ahead)
-        rotors = self._planning.force_on_door(state, float(inputs[0]), np.zeros(3))
-        swing = self.model.vehicle.mass * self._coupling.distance_from_hinge * state[4] ** 2
-        return float(self.model.door.leaf_direction(state[3]) @ rotors + swing)
-
     def heading(self, plan: Plan, time: float) -> float:
         """ψ at a time of the plan [rad]."""
         return float(self._at(plan, time)[0][2])

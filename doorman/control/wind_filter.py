@@ -1,9 +1,10 @@
-r"""The wind on the vehicle, which may turn: an extended Kalman filter of its force and of how fast it turns.
+r"""The wind on the vehicle, which may turn: an extended Kalman filter of its force, of how fast it turns, and of the hinge.
 
-.. math:: \dot w = \omega\,e_3 \times w + \nu_w,\qquad \dot\omega = \nu_\omega
+.. math:: \dot w = \omega\,e_3 \times w + \nu_w,\qquad \dot\omega = \nu_\omega,\qquad \dot\tau = \sqrt{|\dot q|}\,\nu_\tau
 
 Free flight shows the wind: it is all that is felt. In contact the filter goes on turning it as it turned before, and takes in
-what no contact can explain: a pull, or more along the face than friction carries.
+what no contact can explain: a pull, or more along the face than friction carries. The torque τ of friction and closer changes
+with the angle and not with time: a leaf that moves under another push than it did here before is in another wind.
 """
 
 from __future__ import annotations
@@ -23,6 +24,13 @@ _NEAR_NOISE = 3.0
 """By so much less is believed what is felt near the leaf: it may be a touch."""
 _BOUND, _BOUND_TIME = 0.3, 0.5
 """Noise of what contact can explain, and the time after which it is another one [N], [s]."""
+_SUDDEN = 0.5
+"""Noise of the wind where contact is found to be lost, or to be there [N]."""
+_HINGE, _HINGE_CHANGES = (1.0, 1.5), 0.7
+"""τ at first with its deviation [N m], and its change with the square root of the way [N m/rad^0.5]."""
+_MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012
+"""Noise of the torque that moves a leaf, the time after which it is another one, and the rate of a leaf that moves [N m], [s],
+[rad/s]."""
 _SETTLES = 0.6
 """For so long the observer of the outer force settles after take-off [s]."""
 _STEADY = 0.15
@@ -33,10 +41,10 @@ class WindFilter:
     """Of one flight."""
 
     def __init__(self) -> None:
-        self.state = np.zeros(4)
-        """[w, ω], shape (4,) [N], [rad/s]."""
-        self.covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2])
-        """Shape (4, 4)."""
+        self.state = np.array([0.0, 0.0, 0.0, 0.0, _HINGE[0]])
+        """[w, ω, τ], shape (5,) [N], [rad/s], [N m]."""
+        self.covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2, _HINGE[1] ** 2])
+        """Shape (5, 5)."""
         self._flown = 0.0
 
     @property
@@ -51,14 +59,14 @@ class WindFilter:
             time_step: Since the last call [s].
         """
         self._flown += time_step
-        x, y, _, turn = self.state
+        x, y, _, turn, _ = self.state
         c, s = np.cos(turn * time_step), np.sin(turn * time_step)
         self.state[:2] = c * x - s * y, s * x + c * y
-        change = np.eye(4)
+        change = np.eye(5)
         change[:2, :2] = [[c, -s], [s, c]]
         if np.hypot(x, y) > _STEADY:
             change[:2, 3] = -time_step * self.state[1], time_step * self.state[0]
-        noise = np.array([_GUSTS**2] * 3 + [_TURNS**2])
+        noise = np.array([_GUSTS**2] * 3 + [_TURNS**2, 0.0])
         self.covariance = change @ self.covariance @ change.T + time_step * np.diag(noise)
 
     def feel(self, felt: Array, near: bool, time_step: float) -> None:
@@ -86,6 +94,26 @@ class WindFilter:
         if force != 0.0 and time_step > 0.0:
             self._correct(direction, -force, _BOUND**2 * max(_BOUND_TIME / time_step, 1.0))
 
+    def pushed(
+        self, normal: Array, levers: tuple[float, float], torque: float, opening: float, time_step: float
+    ) -> None:
+        """Take in what the rotors turn the leaf with. One that stands bears that much, or more.
+
+        Args:
+            normal: n_D, shape (3,), world frame.
+            levers: Of the wind on the vehicle and of that on the leaf about the hinge [m].
+            torque: Of the rotors, less what moves vehicle and leaf [N m].
+            opening: Rate of the leaf [rad/s].
+            time_step: Since the last call [s].
+        """
+        if time_step <= 0.0:
+            return
+        self.covariance[4, 4] += _HINGE_CHANGES**2 * abs(opening) * time_step
+        row = np.append(-sum(levers) * normal, [0.0, 1.0])
+        off = torque - float(row @ self.state)
+        if opening > _MOVES or off > 0.0:
+            self._update(row, off, _MOVED**2 * max(_MOVED_TIME / time_step, 1.0))
+
     def met(self, normal: Array, more: float) -> None:
         """Take in that the tip presses harder than the wind seemed to say.
 
@@ -93,7 +121,7 @@ class WindFilter:
             normal: n_D, shape (3,), world frame.
             more: By so much [N].
         """
-        self._correct(normal, more, _BOUND**2)
+        self._correct(normal, more, _SUDDEN**2)
 
     def lost(self, felt: Array) -> None:
         """Take in that there is no contact: what is felt is wind.
@@ -102,10 +130,12 @@ class WindFilter:
             felt: Outer force, shape (3,), world frame [N].
         """
         for axis in np.eye(3):
-            self._correct(axis, float(axis @ (felt - self.state[:3])), _FELT**2)
+            self._correct(axis, float(axis @ (felt - self.state[:3])), _SUDDEN**2)
 
     def _correct(self, direction: Array, off: float, noise: float) -> None:
-        row = np.append(direction, 0.0)
+        self._update(np.append(direction, [0.0, 0.0]), off, noise)
+
+    def _update(self, row: Array, off: float, noise: float) -> None:
         spread = self.covariance @ row
         gain = spread / (row @ spread + noise)
         self.state = self.state + gain * off

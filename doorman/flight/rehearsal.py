@@ -52,7 +52,7 @@ def rehearse(model: Model, planner: Planner) -> None:
         model: Model of the scenario.
         planner: That will be flown; what it remembers of the rehearsal is overwritten by its first plan.
     """
-    planner.replan(planner.plan(model.start_state).states[1])
+    planner.replan(planner.plan(planner.planning.start_state).states[1])
     for start in ("hover", "contact"):
         scenario = model.scenario
         scenario = scenario.model_copy(update={"mission": scenario.mission.model_copy(update={"start": start})})

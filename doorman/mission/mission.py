@@ -50,8 +50,8 @@ class Mission(Uncopied):
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
-        whole = settings.planner.model == "whole_body"
-        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if whole else None
+        pushes = settings.contact.kind == "push"
+        self._whole_body = WholeBodyFlight(model, self.converter, self._schedule) if pushes else None
         self._flew_plan = False
         self._started = 0.0
         self._last_time: float | None = None

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.mission.approach import Approach
 from doorman.mission.at_the_leaf import AtTheLeaf
@@ -109,8 +108,6 @@ class Sequence:
         self._model, self._converter, self._estimator = model, converter, estimator
         self._settings = model.scenario.mission
         self._grips = model.scenario.contact.kind == "grip"
-        self._whole_body = model.scenario.planner.model == "whole_body"
-        self._push = None if self._grips or self._whole_body else PushController(model, converter)
         self._schedule = schedule
         self._leaf = AtTheLeaf(model, converter)
         self._opening = self._make_opening()
@@ -130,7 +127,6 @@ class Sequence:
         self._recoveries = 0
         self._unsure = False
         self._nearest = self._progress_at = 0.0
-        self._following = False
         self._clear_at = 0.0
         self._steps = {
             Phase.HOVER: self._hover, Phase.APPROACH: self._approach, Phase.TOUCH: self._touch, Phase.OPEN: self._open,
@@ -139,9 +135,9 @@ class Sequence:
         }  # fmt: skip
 
     def _make_opening(self) -> Opening | Swing:
-        if self._whole_body:
-            return Swing(self._model, self._leaf, self._schedule)
-        return Opening(self._model, self._converter, self._schedule, self._push)
+        if self._grips:
+            return Opening(self._model, self._converter, self._schedule)
+        return Swing(self._model, self._leaf, self._schedule)
 
     @property
     def at_the_leaf(self) -> bool:
@@ -255,7 +251,7 @@ class Sequence:
             return
         if self._grips:
             return
-        if self._whole_body and (late := self._schedule.overdue(estimate.time)) > SILENT:
+        if (late := self._schedule.overdue(estimate.time)) > SILENT:
             self.abort(estimate, f"the planner is silent for {late:.1f} s")
             return
         past = LOST_PAST if self.phase is Phase.RECOVER else _PAST
@@ -318,7 +314,9 @@ class Sequence:
             self._nearest = estimate.door_angle
         elif phase is Phase.RELEASE:
             self._leaf.begin(float(estimate.state[2]), estimate)
-            self._letting_go = LettingGo(self._model, self._leaf, self._pressed(estimate), estimate, closed)
+            self._letting_go = LettingGo(
+                self._model, self._leaf, None if self._grips else estimate.push, estimate, closed
+            )
         elif phase is Phase.RETREAT:
             self._way_out = Retreat(self._model, estimate)
         elif phase is Phase.DONE:
@@ -328,12 +326,6 @@ class Sequence:
                 self.opened = False
                 self.seen = f"by its own estimate the door is at {np.degrees(estimate.door_angle):.0f}°"
         self._on_change(estimate.time, phase, reason)
-
-    def _pressed(self, estimate: Estimate) -> float | None:
-        """F_n that a tip presses with [N]."""
-        if self._whole_body:
-            return estimate.push
-        return None if self._push is None else self._push.push
 
     def _hover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         setpoint, ready = self._approaching.to_hover(estimate, time_step)
@@ -377,7 +369,7 @@ class Sequence:
         setpoint = self._opening.step(estimate, body_rates)
         if self._opening.done(estimate.time):
             self.opened = True
-            if self._opening.resistance.keeps_the_door(estimate):
+            if self._opening.keeps_the_door(estimate):
                 self._enter(Phase.RELEASE, estimate, "")
             else:
                 self._enter(Phase.HOLD, estimate, "the door would not stay by itself")
@@ -391,7 +383,7 @@ class Sequence:
                 self._give_up(estimate, f"contact was lost {self._recoveries} times")
             else:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
-        return self._in_touch(setpoint, estimate) if self._opening.held else setpoint
+        return setpoint
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; a mission that need not come back ends so, the tip on the leaf."""
@@ -404,29 +396,14 @@ class Sequence:
             self._give_up(estimate, reason)
         elif after is After.LEAVE:
             self.abort(estimate, reason)
-        return self._in_touch(self._opening.step(estimate, body_rates), estimate)
-
-    def _in_touch(self, setpoint: Setpoint, estimate: Estimate) -> Setpoint:
-        """The setpoint that holds the door; a leaf that the tip does not feel is followed instead, up to the goal."""
-        if estimate.touching or self._grips or estimate.tip_angle <= float(self._model.goal_state[3]):
-            self._following = False
-            return setpoint
-        if not self._following:
-            self._following = True
-            self._leaf.begin(float(estimate.state[2]), estimate)
-        return self._follow(estimate)
-
-    def _follow(self, estimate: Estimate, far: bool = False) -> Setpoint:
-        """Follow the door as it is estimated to move, a little faster than it; far, with heading and arm in step with it."""
-        speed = self._settings.touch_speed - self._model.coupling.distance_from_hinge * estimate.door_rate
-        return self._leaf.search(estimate, speed) if far else self._leaf.move(estimate, speed)
+        return self._opening.step(estimate, body_rates)
 
     def _recover(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         if estimate.door_angle < self._nearest - _PROGRESS:
             self._nearest, self._progress_at = estimate.door_angle, estimate.time
         if estimate.touching:
             self._enter(Phase.OPEN, estimate, "contact regained")
-        return self._follow(estimate, far=self._searching(estimate.time))
+        return self._leaf.push(estimate, self._settings.touch_force)
 
     def _release(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Let go; a door that comes back meanwhile is held instead."""
@@ -460,7 +437,7 @@ class Sequence:
         self._attempt, self._again = self._attempt + 1, False
         reason, self.failure = f"attempt {self._attempt}, after: {self.failure}", ""
         self._recoveries = 0
-        self.opened = self._unsure = self._following = False
+        self.opened = self._unsure = False
         self._opening = self._make_opening()
         assert self._way_out is not None
         self._approaching = Approach(self._model, self._leaf, self._way_out.glide)

@@ -124,7 +124,7 @@ class PlanSchedule:
                 self._thread = None
 
     def update(
-        self, now: float, state: Array, hinge: Hinge, lean: float = 0.0, numbers: Mapping[str, Any] | None = None
+        self, now: float, state: Array, hinge: Hinge, numbers: Mapping[str, Any] | None = None
     ) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
@@ -134,7 +134,6 @@ class PlanSchedule:
             now: Time of the state [s].
             state: x of the planner, shape (nx,).
             hinge: What is known of it.
-            lean: By which the vehicle comes nearer to door and frame than a plan knows, as it leans into wind [m].
             numbers: References and weights of a whole-body plan, by name: one iteration follows them.
 
         Returns:
@@ -148,7 +147,7 @@ class PlanSchedule:
             self._take(answer, now)
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            margin = self.planner.settings.margin + lean
+            margin = self.planner.settings.margin
             order = _Order(
                 now,
                 state,
@@ -197,11 +196,13 @@ class PlanSchedule:
         return _Answer(order, plan, forces, rows, planner.numbers.vector, elapsed)
 
     def _follow(self, order: _Order, numbers: Mapping[str, Any], elapsed: float) -> Plan:
-        """One iteration from the plan before, on new references; one that leads nowhere is made anew."""
+        """`planner.iterations` from the plan before, on new references; one that leads nowhere is made anew."""
         planner = self.planner
         planner.update_numbers(numbers)
         if not order.cold:
-            plan = planner.replan(order.state, elapsed, max_iterations=1, time_limit=order.time_limit)
+            plan = planner.replan(
+                order.state, elapsed, max_iterations=planner.settings.iterations, time_limit=order.time_limit
+            )
             if plan.flyable:
                 return plan
         return planner.plan(order.state, time_limit=order.time_limit)

@@ -45,7 +45,7 @@ def simulate(
         on_progress: Called once per planner period with time and estimated door angle.
         listener: Called with topic, time and fields of everything that is recorded, as it is recorded.
         force: Fly even what the check refuses; without a report, nothing is checked.
-        report: Of the check, where it was made before; else it is made here, which takes less than a second.
+        report: Of the check, where it was made before; else it is made here, in seconds.
 
     Returns:
         The recording, with its summary. After Ctrl-C it holds what was flown until then.

@@ -12,7 +12,6 @@ from doorman.control.position_controller import Setpoint
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.opening import SILENT
 from doorman.mission.progress import NEARLY, STANDS, STILL_OPEN, Progress
-from doorman.mission.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
 
@@ -20,6 +19,10 @@ Array = NDArray[np.float64]
 
 _STUCK, _STUCK_IN_SWING = 10.0, 6.0
 """Time without progress after which an opening is given up, and where the door has swung: somebody holds it [s]."""
+_SWINGS, _SURELY = 0.02, 1.0
+"""A door swings that is faster [rad/s], and has swung that was so for longer [s]."""
+_GUSTINESS = 1.5
+"""Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
 _HEADING_LOST = math.radians(55.0)
 """A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 _CLOSE = math.radians(0.8)
@@ -39,11 +42,9 @@ class Swing:
         self._model, self._leaf, self._schedule = model, leaf, schedule
         self._goal = float(model.goal_state[3])
         self._progress = Progress(model, True)
-        self.resistance = Resistance(model, self._progress, True)
-        """What the hinge resists with."""
         self.held = False
         """Whether the door is being held, and not moved."""
-        self._last = self._push = 0.0
+        self._last = self._push = self._swung = 0.0
 
     def may_go_on(self, estimate: Estimate) -> bool:
         """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
@@ -81,7 +82,7 @@ class Swing:
             What to do where no plan is known yet: to press on.
         """
         time_step, self._last = estimate.time - self._last, estimate.time
-        self.resistance.learn(estimate, time_step)
+        self._swung += time_step if estimate.door_rate < -_SWINGS else 0.0
         self._progress.update(estimate, self.held, time_step)
         off = estimate.door_angle - self._goal
         if self.held:
@@ -89,6 +90,16 @@ class Swing:
         else:
             self.held = off < 0.0 or (off < _CLOSE and abs(self._progress.rate) < STANDS)
         return self._leaf.push(estimate, self._push)
+
+    def keeps_the_door(self, estimate: Estimate) -> bool:
+        """Whether friction is probably stronger than the closer, and the wind on leaf and vehicle besides.
+
+        Args:
+            estimate: Of hinge and wind.
+        """
+        hinge = estimate.hinge
+        wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
+        return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
     def done(self, now: float) -> bool:
         """Whether the door has stood at the goal for long enough, and stands still right now.
@@ -107,7 +118,8 @@ class Swing:
         turned = abs(math.remainder(float(estimate.state[2]) - heading, 2.0 * math.pi))
         if turned > _HEADING_LOST:
             return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle:.1f}°"
-        in_swing = self.resistance.known and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
+        swung = self._progress.swung and self._swung > _SURELY
+        in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
         return f"the door does not move on from {angle:.1f}° against {max(0.0, -estimate.door_disturbance):.2f} N m" + (

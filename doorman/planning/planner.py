@@ -35,11 +35,6 @@ LARGEST_PRICE = 100.0
 """Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
 
 
-def _runs_away(status: PlanStatus, violated: str) -> bool:
-    """Whether nothing that may be flown was found because the door would be too fast, or would leave the tip behind."""
-    return not status.flyable and violated.startswith(("door", "tip presses"))
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(OneLine):
     """One second or so of motion; arrays are read-only."""
@@ -61,8 +56,8 @@ class Plan(OneLine):
     time_step: float
     """Δt between nodes [s]."""
     violated: str = ""
-    """Where a constraint is violated: its name, the node and the amount of the worst one; of a door that cannot be opened or
-    stopped, the numbers; else empty."""
+    """Where a constraint is violated: its name, the node and the amount of the worst one; of a door that cannot be opened, the
+    numbers; else empty."""
 
     @property
     def usable(self) -> bool:
@@ -296,10 +291,8 @@ class Planner(CopiedWhole):
         states, inputs = self.solver.trajectory()
         violation, node, row = self.solver.worst()
         words = f"{row_name(self._problem, row)} by {violation:.3g} at node {node}" if violation > 1e-6 else ""
-        if status.usable and self.planning.relaxed(self._numbers):
-            status = PlanStatus.RELAXED
         impossible = self.planning.impossible(self._hinge, states[0])
-        if impossible is not None and (impossible[0] is PlanStatus.CANNOT_OPEN or _runs_away(status, words)):
+        if impossible is not None:
             status, words = impossible
         cost = self.solver.cost if status.flyable else math.inf
         return Plan(

@@ -16,7 +16,6 @@ from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_planning import LagrangianPlanning
-from doorman.planning.push_planning import PushPlanning
 from doorman.planning.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.whole_body_planning import WholeBodyPlanning
 
@@ -96,18 +95,15 @@ class PlanningModel(Protocol):
         """
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """Why the door cannot be opened from a start, or not be stopped, whatever the plan.
+        """Why the door cannot be opened from a start, whatever the plan.
 
         Args:
             hinge: What is known of it.
             start: x, shape (nx,).
 
         Returns:
-            `PlanStatus.CANNOT_OPEN` or `CANNOT_STOP`, and its numbers in words; None if nothing speaks against it.
+            `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
         """
-
-    def relaxed(self, numbers: Numbers) -> bool:
-        """Whether `fitted` had to widen constraints so that they contain the start."""
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the tip on the door along its normal, positive where it presses, as the model understands it.
@@ -170,7 +166,7 @@ class PlanningModel(Protocol):
 
 
 def planning_model(model: Model) -> PlanningModel:
-    """The model that a scenario plans with: by `planner.model`, and `contact.kind` with the simplified dynamics.
+    """The model that a scenario plans with: by `planner.model`, or by `contact.kind` where that is not given.
 
     Args:
         model: Model of the scenario.
@@ -178,21 +174,15 @@ def planning_model(model: Model) -> PlanningModel:
     Raises:
         ScenarioError: if there is no such model for the contact.
     """
-    push = model.scenario.contact.kind == "push"
-    if model.scenario.planner.model == "whole_body" and not push:
+    kinds: dict[str, Callable[[Model], PlanningModel]] = (
+        {"whole_body": WholeBodyPlanning}
+        if model.scenario.contact.kind == "push"
+        else {"quasi_static": QuasiStaticPlanning, "lagrangian": LagrangianPlanning}
+    )
+    given: str = model.scenario.planner.model or next(iter(kinds))
+    if given not in kinds:
         raise ScenarioError(
-            "a tip that grips is not planned with the whole body", file=model.scenario.source,
-            field="planner.model", given="whole_body", allowed="quasi_static, lagrangian",
+            f'contact.kind = "{model.scenario.contact.kind}" is not planned with this', file=model.scenario.source,
+            field="planner.model", given=given, allowed=", ".join(kinds),
         )  # fmt: skip
-    if model.scenario.planner.model == "lagrangian":
-        if push:
-            raise ScenarioError(
-                "a tip that can only push is planned with the simplified dynamics", file=model.scenario.source,
-                field="planner.model", given="lagrangian", allowed="quasi_static, whole_body",
-            )  # fmt: skip
-        return LagrangianPlanning(model)
-    if model.scenario.planner.model == "whole_body":
-        return WholeBodyPlanning(model)
-    if push:
-        return PushPlanning(model)
-    return QuasiStaticPlanning(model)
+    return kinds[given](model)

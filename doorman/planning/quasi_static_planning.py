@@ -46,10 +46,6 @@ class GripPlanning(ABC):
         """A door that resists by more than the vehicle can push, see `PlanningModel`."""
         return too_stiff(self.model, hinge, float(start[3]))
 
-    def relaxed(self, numbers: Numbers) -> bool:
-        """Never, see `PlanningModel`."""
-        return False
-
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal, see `PlanningModel`."""
         return push_along_normal(self.model.door, *self.reduced(states, inputs))

@@ -93,10 +93,6 @@ class WholeBodyPlanning:
         """A door that resists by more than the vehicle can push, see `PlanningModel`."""
         return too_stiff(self.model, hinge, float(start[12]))
 
-    def relaxed(self, numbers: Numbers) -> bool:
-        """Never: rows are as wide at every start, see `PlanningModel`."""
-        return False
-
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the contact's spring, see `PlanningModel`."""
         return contact_forces(numbers, self.model, states[: len(inputs)])

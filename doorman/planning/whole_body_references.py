@@ -6,16 +6,30 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
 
-_AT_GOAL = 0.03
+Array = NDArray[np.float64]
+
+_AT_GOAL = 0.014
 """Within about this the door is held, and not opened [rad]."""
-_HOLD_LEAST, _HOLD_FORCE, _HOLD_OPENING = 0.3, 0.5, 0.4
-"""Of a held door: least force and force as shares of what it resists with, and the weight of its speed."""
+_HOLD_LEAST, _HOLD_SLACK, _HOLD_OPENING = 0.3, 0.5, 0.4
+"""Of a held door: least force as a share of what it resists with, the share of its friction by which the force is less than that,
+and the weight of its speed."""
+_BRAKED, _LONGEST = 0.77, 0.5
+"""The way in which a leaf slows down before the goal is this times ω²I/τ, as half of what resists must do, and at most the second
+[rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
+_LEAST_RESISTANCE = 0.05
+"""Of a hinge [N m]."""
 _ROOM = (0.03, 0.03, 0.03, 1e3, 1.0, 1.0)
 """By which rows are widened: three planes, force, speed and stopping. Noise moves a start across rows that are tight, and plans
 of one iteration do not converge there; residuals keep the distance instead."""
+
+_JAMBS, _NOWHERE = slice(-5, -3), 1e3
+"""Their rows, and what takes them away [m]."""
+_PLACE, _UNHURRIED = 30.0, 20.0
+"""Weights of place and velocity of a vehicle in free flight: it covers the way to a place in about two seconds."""
 
 
 def at_the_leaf(
@@ -37,10 +51,12 @@ def at_the_leaf(
         By the names of the task's numbers.
     """
     left = door_angle - numbers.one("reference.joint")
-    holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.2 * _AT_GOAL), 50.0)))
+    holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
     lever = float(np.hypot(*(numbers["mechanism.point"] - numbers["mechanism.origin"])[:2]))
     steady = resistance / lever
-    least, depth = numbers.one("reference.least_force"), numbers.one("reference.depth")
+    least, depth = min(numbers.one("reference.least_force"), 0.5 * steady), numbers.one("reference.depth")
+    fastest, length = numbers.one("reference.opening_speed"), numbers.one("reference.opening_length")
+    braked = _BRAKED * fastest**2 * inertia / max(resistance, _LEAST_RESISTANCE)
     touch = float(touching)
     return {
         "mechanism.friction": sliding_share * resistance,
@@ -49,10 +65,35 @@ def at_the_leaf(
         "limits.widened": [*np.zeros(numbers.sizes["limits.widened"] - len(_ROOM)), *_ROOM],
         "reference.depth": depth * (1.0 - holds),
         "reference.opening_speed": opening_rate,
-        "reference.force": steady * (1.0 - holds * (1.0 - _HOLD_FORCE)),
+        "reference.opening_length": min(max(braked, length), _LONGEST),
+        "reference.force": steady * (1.0 - holds * _HOLD_SLACK * sliding_share),
         "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
         "weight.approach": 1000.0 - 400.0 * touch,
         "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),
-        "weight.force": 0.02 * touch,
+        "weight.force": 0.2 * touch,
         "weight.least_force": 2.0 * touch,
+    }  # fmt: skip
+
+
+def at_a_place(numbers: Numbers, position: Array, heading: float, arm: Array, between_jambs: bool) -> dict[str, Any]:
+    """References and weights of a vehicle that is to hover at a place, or to leave the leaf for it.
+
+    Args:
+        numbers: Of the scenario's task.
+        position: Of O_B, shape (3,), world frame [m].
+        heading: ψ [rad].
+        arm: H, shape (n,) [rad].
+        between_jambs: Whether the rotor disc is in the doorway; elsewhere the jambs' planes bound nothing.
+
+    Returns:
+        By the names of the task's numbers.
+    """
+    widened = np.array([*np.zeros(numbers.sizes["limits.widened"] - len(_ROOM)), *_ROOM])
+    if not between_jambs:
+        widened[_JAMBS] = _NOWHERE
+    nothing = ("place", "approach", "opening", "force", "least_force", "largest_force", "near")
+    return {
+        "reference.position": position, "reference.heading": [heading, 0.0],
+        "reference.arm": arm, "reference.arm_slope": np.zeros(len(arm)), "limits.widened": widened,
+        "weight.position": _PLACE, "weight.velocity_in_world": _UNHURRIED, **{f"weight.{name}": 0.0 for name in nothing},
     }  # fmt: skip

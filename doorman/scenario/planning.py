@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from doorman.scenario.values import NonNegative, Positive, Section, Switch
 
@@ -21,8 +21,8 @@ class WeightsSection(Section):
 class PlannerSection(Section):
     """Receding-horizon planner."""
 
-    model: Literal["quasi_static", "lagrangian", "whole_body"] = "quasi_static"
-    """The paper's simplified dynamics, the full ones of vehicle and door, or a vehicle that flies freely to a contact."""
+    model: Literal["quasi_static", "lagrangian", "whole_body"] | None = None
+    """For a grip the paper's simplified dynamics, the default, or the full ones; for a push the whole body."""
 
     time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
     horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50
@@ -54,29 +54,9 @@ class PushSection(Section):
 
     max_rate: Positive = 0.11
     """Largest rate of the door [rad/s]."""
-    max_acceleration: Positive = 0.06
-    """Largest acceleration of the door in the sense of opening [rad/s²]."""
     stopping_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = 0.2
-    """η: share of the estimated resistance that a plan counts on to stop the door before the goal."""
-    least_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.5
-    """Least push, as a share of the estimated resistance; at most 1 − η, else the door cannot always be stopped."""
-    least_force: Positive = 0.1
-    """Least normal force of the tip, whatever the resistance [N]."""
+    """η: share of the hinge's resistance that `doorman check` counts on to stop the door before the goal."""
     friction_coefficient: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
-    max_yaw_torque: Positive = 0.12
-    """Largest torque about the vertical by which the tip's force may turn the vehicle [N m]; rotors make little against it."""
-    velocity_gain: Positive = 6.0
-    """Impedance along the normal: force per difference of the tip's speed from the plan's [N s/m]."""
     hold_tolerance: Positive = 0.006
-    """A gripped door that stands within this of the goal is open; unit of `hold_gain` [rad]."""
-    hold_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, lt=1)] = 0.45
-    """Share of the estimated friction by which a held door may still be pressed on: 0 is what closer and wind need alone."""
-    hold_gain: NonNegative = 0.5
-    """Change of the push while a held door is off by more than 0.8°, per tolerance [N/s]."""
-
-    @model_validator(mode="after")
-    def _can_brake(self) -> PushSection:
-        if self.least_share + self.stopping_share > 1.0:
-            raise ValueError("least_share + stopping_share <= 1, else a door cannot always be stopped")
-        return self
+    """A gripped door that stands within this of the goal is open [rad]."""

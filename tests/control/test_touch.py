@@ -6,19 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_door import door_normal, leaf_direction
+from paper_door import door_normal
 
 from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate, Estimator, Tie
-from doorman.control.push_control import PushController
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.opening import Opening
 from doorman.mission.phases import Phase, Sequence
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.swing import Swing
 from doorman.model import GRAVITY, Model
-from doorman.planning.planner import Plan, Planner
-from doorman.planning.quasi_static_planning import push_state
+from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.scenario import Scenario
 from doorman.signals import Measurement
@@ -37,19 +35,13 @@ def converter(model: Model) -> StateConverter:
 
 
 @pytest.fixture(scope="module")
-def plan(model: Model, converter: StateConverter) -> Plan:
-    state = push_state(model, converter.planner_state(model.start_state, np.zeros(3)), 1.0)
-    return Planner(model).plan(state)
-
-
-@pytest.fixture
 def schedule(model: Model) -> PlanSchedule:
     return PlanSchedule(Planner(model), 0, Recorder(None, {}))
 
 
 @pytest.fixture
-def opening(model: Model, converter: StateConverter, schedule: PlanSchedule) -> Opening:
-    return Opening(model, converter, schedule, PushController(model, converter))
+def swing(model: Model, converter: StateConverter, schedule: PlanSchedule) -> Swing:
+    return Swing(model, AtTheLeaf(model, converter), schedule)
 
 
 def hovering(
@@ -163,24 +155,41 @@ def at_rest(model: Model, shift: np.ndarray) -> Estimate:
     return Estimate(**{**vars(last), "position": last.position + shift})
 
 
-def settled(model: Model, converter: StateConverter, plan: Plan, shift: np.ndarray) -> np.ndarray:
-    """Position that is asked for after the vehicle has been elsewhere for long."""
-    control, estimate = PushController(model, converter), at_rest(model, shift)
-    control.begin(1.0)
-    for _ in range(2500):
-        place = control.follow(plan, 0.0, estimate, 1.0, TICK).position
-    return place
+def test_the_gap_to_the_leaf_is_the_plans_constraint(model: Model) -> None:
+    last = at_rest(model, np.zeros(3))
+    gap = Doorway(model).gap(last.position, last.state[:3], last.door_angle)
+    level = model.constraints([*last.state[:3], last.door_angle, 0.0, *last.arm_angles])
+    assert gap == pytest.approx(-level[model.constraint_names.index("disc clear of leaf")], abs=1e-6)
 
 
-def test_a_vehicle_nearer_to_a_jamb_than_it_may_be_is_sent_back(
-    model: Model, converter: StateConverter, plan: Plan
+@pytest.mark.parametrize(
+    ("off", "rate", "held"), [(0.5, 0.0, True), (0.5, -0.05, False), (2.0, 0.0, False), (-0.1, -0.05, True)]
+)
+def test_a_door_is_held_where_it_stands_at_the_goal_or_is_past_it(
+    model: Model, swing: Swing, off: float, rate: float, held: bool
 ) -> None:
-    doorway, y = Doorway(model), float(at_rest(model, np.zeros(3)).position[1])
-    assert doorway.lowest < y < doorway.highest
-    beyond = settled(model, converter, plan, np.array([0.0, doorway.highest - y + 0.1, 0.0]))
-    assert doorway.lowest < beyond[1] < doorway.highest - 0.1
-    before = settled(model, converter, plan, np.array([0.0, doorway.lowest - y - 0.1, 0.0]))
-    assert doorway.lowest + 0.1 < before[1] < doorway.highest
+    last, state = at_rest(model, np.zeros(3)), None
+    swing.resume(last.time, 0.5)
+    for k in range(20):
+        state = last.state.copy()
+        state[3:5] = float(model.goal_state[3]) + np.radians(off if k > 5 else 10.0), rate
+        swing.step(replace(last, time=last.time + 0.2 * k, state=state), np.zeros(3))
+    assert swing.held is held
+    if held:
+        assert swing.done(last.time + 3.8) is (abs(rate) < 0.01)
+        state[3] = float(model.goal_state[3]) + np.radians(1.6)
+        swing.step(replace(last, time=last.time + 4.0, state=state), np.zeros(3))
+        assert not swing.held, "it has come back"
+
+
+def test_a_door_that_may_be_let_go_stands_the_wind(model: Model, swing: Swing) -> None:
+    last = at_rest(model, np.zeros(3))
+
+    def stays(spare: float, wind: float) -> bool:
+        hinge = replace(last.hinge, spare=spare, closing_wind=0.0)
+        return swing.keeps_the_door(replace(last, hinge=hinge, wind=np.array([wind, 0.0, 0.0])))
+
+    assert stays(0.3, 0.0) and not stays(0.3, 1.0) and not stays(-0.05, 0.0)
 
 
 def test_a_vehicle_that_drifts_towards_a_jamb_is_sent_back_before_it_is_too_near(model: Model) -> None:
@@ -202,34 +211,6 @@ def test_jambs_are_as_deep_as_their_boxes_and_seen_before_they_are_met(model: Mo
     place, drift = np.array([x, beside - 0.02, 1.3]), np.array([0.0, 0.1, 0.0])
     assert doorway.gap_to_jambs(place, drift) < 0.01
     assert doorway.gap_to_jambs(place, -drift) == pytest.approx(0.02, abs=1e-9)
-
-
-def beside(
-    model: Model, converter: StateConverter, plan: Plan, angle: float, turned: float, place: float = 0.0
-) -> float:
-    """Force along the leaf for a vehicle at a door angle that has turned away from its reference; `place` is off the middle."""
-    last, middle = at_rest(model, np.zeros(3)), 0.5 * sum((Doorway(model).lowest, Doorway(model).highest))
-    position = np.array([last.position[0], middle + place, last.position[2]])
-    state = last.state.copy()
-    state[3] = angle
-    estimate = replace(last, position=position, state=state, normal_force=3.0)
-    control = PushController(model, converter)
-    control.begin(3.0)
-    control.follow(plan, 0.0, estimate, 1.0, TICK)
-    state = state.copy()
-    state[2] += turned
-    return float(leaf_direction(angle) @ control.follow(plan, 0.0, replace(estimate, state=state), 1.0, TICK).force)
-
-
-def test_a_vehicle_that_turns_away_is_turned_back_by_a_force_along_the_leaf(
-    model: Model, converter: StateConverter, plan: Plan
-) -> None:
-    swung, friction = float(model.start_state[3]) - 0.2, model.scenario.push.friction_coefficient
-    left, none, right = (beside(model, converter, plan, swung, turned) for turned in (-0.1, 0.0, 0.1))
-    assert left < none - 0.1 and right > none + 0.1, "yaw to the left is met by a force away from the hinge"
-    assert abs(beside(model, converter, plan, swung, 0.3)) <= 0.9 * friction * 3.0
-    room = Doorway(model).highest - 0.5 * sum((Doorway(model).lowest, Doorway(model).highest))
-    assert beside(model, converter, plan, swung, 0.1, room + 0.03) == pytest.approx(0.0, abs=1e-9), "not into the jamb"
 
 
 def test_a_tip_that_rests_on_the_leaf_is_kept_from_leaving_and_not_from_pressing(
@@ -276,67 +257,6 @@ def test_a_search_takes_the_widest_way_where_none_is_wide(model: Model, converte
     assert nearest(yaw) == pytest.approx(min(nearest(heading) for heading in between), abs=1e-4)
 
 
-def test_a_held_tip_does_not_follow_a_door_past_the_goal(
-    model: Model, converter: StateConverter, schedule: PlanSchedule
-) -> None:
-    control = PushController(model, converter)
-    opening = Opening(model, converter, schedule, control)
-    last, goal = at_rest(model, np.zeros(3)), float(model.goal_state[3])
-    opening.resume(0.0, 0.5)
-    pushes = {}
-    for past in (0.0, 0.3, 1.5, 2.5):
-        state = last.state.copy()
-        state[3:5] = goal - np.radians(past), 0.0
-        now = last.time + 0.01 * (1 + len(pushes))
-        estimate = replace(last, time=now, state=state, tip_angle=float(state[3]), tip_speed=0.0, normal_force=0.3)
-        pushes[past] = opening.step(estimate, np.zeros(3)).push
-        assert opening.held
-        assert control.push >= 0.0, "what comes next begins with a push"
-    assert pushes[0.0] == pytest.approx(pushes[0.3], abs=0.05)
-    assert pushes[1.5] < pushes[0.3] - 0.3
-    assert pushes[2.5] < pushes[1.5] - 0.3
-
-
-def test_the_push_is_eased_where_the_disc_is_near_the_leaf(model: Model, converter: StateConverter, plan: Plan) -> None:
-    doorway, last = Doorway(model), at_rest(model, np.zeros(3))
-    normal, attitude = door_normal(last.door_angle), last.state[:3]
-    gap = doorway.gap(last.position, attitude, last.door_angle)
-    level = model.constraints([*attitude, last.door_angle, 0.0, *last.arm_angles])
-    assert gap > 0.03
-    assert gap == pytest.approx(-level[model.constraint_names.index("disc clear of leaf")], abs=1e-6)
-    pushes = []
-    for shift in (0.0, gap - 0.03, gap - 0.01, gap):
-        control = PushController(model, converter)
-        control.begin(1.0)
-        moved = replace(last, position=last.position + shift * normal)
-        pushes.append(control.follow(plan, 0.0, moved, 3.0, TICK).push)
-    assert pushes[0] == pytest.approx(pushes[1], abs=1e-6)
-    assert pushes[1] > pushes[2] >= pushes[3] > 0.0
-
-
-def test_a_fast_door_is_braked_by_what_stops_it(model: Model, converter: StateConverter) -> None:
-    """A strong closer would win where the push is taken away, and a weak door runs on where it is not."""
-    last, lever = at_rest(model, np.zeros(3)), model.coupling.distance_from_hinge
-    control, settings = PushController(model, converter), model.scenario.push
-
-    def bounds(off: float, rate: float, resistance: float) -> tuple[float, float]:
-        state = last.state.copy()
-        state[3:5] = float(model.goal_state[3]) + np.radians(off), rate
-        estimate = replace(last, state=state, tip_speed=-lever * rate)
-        assert control._too_fast(estimate, resistance)
-        return control._braking(estimate, resistance, settings.least_share * resistance / lever)
-
-    rate, moving = -0.045, model.door.inertia + model.vehicle.mass * lever**2
-    stops = (3.0 - 0.5 - 0.5 * moving * rate**2 / np.radians(0.3)) / lever
-    assert stops > 0.35 * 3.0 / lever
-    assert bounds(0.7, rate, 3.0)[1] == pytest.approx(stops, abs=0.05), "it stops within the way that is left"
-    least, most = bounds(0.7, -0.2, 3.0)
-    assert most == pytest.approx(0.5 * settings.least_share * 3.0 / lever - 0.8, abs=0.01)
-    assert bounds(10.0, -0.08, 0.4)[1] < 0.3 * 0.4 / lever, "a weak door runs on where it is pushed"
-    assert settings.least_force > bounds(10.0, -0.12, 0.4)[0] > bounds(10.0, -0.14, 0.4)[0]
-    assert bounds(10.0, -0.6, 0.4)[0] == least == settings.least_force - 0.8, "it lets go, but does not flee"
-
-
 def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
     model: Model, converter: StateConverter, schedule: PlanSchedule
 ) -> None:
@@ -368,27 +288,13 @@ def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
     assert flown(0.0, 4.0 * limit, begin, rate) == pytest.approx(3.0 * limit, abs=0.1), "no leaf is followed for ever"
 
 
-def test_a_held_leaf_that_the_tip_has_lost_is_followed(
-    model: Model, converter: StateConverter, schedule: PlanSchedule
-) -> None:
-    sequence = Sequence(model, converter, schedule, Estimator(model, converter), lambda *_: None)
-    last = at_rest(model, np.zeros(3))
-    holding = converter.hold(last.position, float(last.state[2]))
-    assert sequence._in_touch(holding, replace(last, touching=True)) is holding
-    state = last.state.copy()
-    for rate, least in ((0.0, 0.3), (-0.1, 1.0)):  # towards the goal the leaf runs away
-        state[4] = rate
-        setpoint = sequence._in_touch(holding, replace(last, touching=False, tip_speed=0.0, state=state))
-        assert setpoint.push is not None and setpoint.push > least
-
-
-def test_a_heading_that_is_lost_ends_the_opening(model: Model, opening: Opening) -> None:
+def test_a_heading_that_is_lost_ends_the_opening(model: Model, swing: Swing) -> None:
     last = at_rest(model, np.zeros(3))
 
     def reason(degrees: float) -> str:
         state = last.state.copy()
         state[2] = float(model.start_state[2]) + np.radians(degrees)
-        return opening.stuck(replace(last, state=state))
+        return swing.stuck(replace(last, state=state))
 
     assert [reason(degrees) for degrees in (0.0, 53.0, -53.0)] == ["", "", ""]
     assert all("heading is lost" in reason(degrees) for degrees in (57.0, -57.0, 170.0))
@@ -396,53 +302,22 @@ def test_a_heading_that_is_lost_ends_the_opening(model: Model, opening: Opening)
 
 @pytest.mark.parametrize(("first", "patience"), [(6.0, 10.0), (0.0, 6.0)])
 def test_a_door_has_swung_only_where_it_is_more_open_than_at_the_start(
-    model: Model, opening: Opening, first: float, patience: float
+    model: Model, swing: Swing, first: float, patience: float
 ) -> None:
     """A tip that is stopped before the leaf shows a door that closes to its place: nobody holds that one when it stands."""
     last, start, rate = at_rest(model, np.zeros(3)), float(model.start_state[3]), np.radians(2.0)
-    opening.resume(last.time, 0.5)
+    swing.resume(last.time, 0.5)
     given_up = None
     for k in range(320):
         spent, state = 0.05 * k, last.state.copy()
         moves = spent < 3.0
         state[3:5] = start + np.radians(first) - rate * min(spent, 3.0), -rate * moves
         estimate = replace(last, time=last.time + spent, state=state, door_disturbance=-1.0, tip_angle=float(state[3]))
-        opening.step(estimate, np.zeros(3))
-        if opening.stuck(estimate):
+        swing.step(estimate, np.zeros(3))
+        if swing.stuck(estimate):
             given_up = spent
             break
     assert given_up == pytest.approx(3.0 + patience, abs=0.5)
-
-
-def test_a_door_that_stands_next_to_the_goal_is_pushed_more_and_more(model: Model, opening: Opening) -> None:
-    last, start, goal = at_rest(model, np.zeros(3)), float(model.start_state[3]), float(model.goal_state[3])
-    opening.resume(last.time, 0.5)
-    swing, most = 10.0, []
-    rate = (start - goal - np.radians(2.5)) / swing
-    for k in range(340):
-        spent, state = 0.05 * k, last.state.copy()
-        state[3:5] = start - rate * min(spent, swing), -rate * (spent < swing)
-        estimate = replace(last, time=last.time + spent, state=state, door_disturbance=-0.3, tip_angle=float(state[3]))
-        opening.step(estimate, np.zeros(3))
-        most.append(opening.resistance.most(float(state[3]) - goal))
-    stands = int(swing / 0.05)
-    assert most[stands + 30] == pytest.approx(most[stands + 5], abs=1e-9)
-    assert most[-1] == pytest.approx(most[stands + 5] + 0.1 * (0.05 * (len(most) - stands) - 3.15), abs=0.02)
-    closes = last.state.copy()
-    closes[3:5] = goal + np.radians(3.0), 0.05
-    opening.step(replace(last, time=last.time + 17.05, state=closes, door_disturbance=-0.3), np.zeros(3))
-    opening.step(replace(last, time=last.time + 18.0, state=closes, door_disturbance=-0.3), np.zeros(3))
-    assert opening.resistance.most(np.radians(2.5)) == pytest.approx(most[stands + 5], abs=0.03), (
-        "it does not stand any more"
-    )
-
-
-def test_a_small_sag_of_the_tip_is_worked_against_and_a_large_one_is_not(
-    model: Model, converter: StateConverter, plan: Plan
-) -> None:
-    place, small, large = (settled(model, converter, plan, np.array([0.0, 0.0, z])) for z in (0.0, -0.03, -0.08))
-    assert small[2] == pytest.approx(place[2], abs=1e-6)
-    assert large[2] == pytest.approx(place[2] - 0.04, abs=2e-3)
 
 
 def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, converter: StateConverter) -> None:

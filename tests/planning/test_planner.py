@@ -213,7 +213,7 @@ def test_estimates_are_the_plan_s_as_if_the_scenario_named_them(name: str, stiff
     hinge = {"damping": 0.6, "friction": 0.4, "stiffness": stiffness}
     told = Planner(Scenario.load(name, {f"door.{key}": value for key, value in hinge.items()}))
     plain = Planner(Scenario.load(name))
-    start = push_state(told.model, told.model.start_state, 1.0)
+    start = told.planning.state(push_state(told.model, told.model.start_state, 1.0), np.zeros(3))
     without = plain.plan(start)
     plain.update_door(**hinge)
     first, second = told.plan(start), plain.plan(start)

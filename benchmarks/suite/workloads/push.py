@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 import doorman
-from doorman.planning.quasi_static_planning import push_state
 from suite.session import Session
 from suite.states import DOOR_RATE_NOISE, NOISE
 from suite.task import Array
@@ -81,12 +80,8 @@ def _fly(planner: doorman.Planner, steps: int, seed: int, noisy: bool) -> list[d
 
 
 def _start(planner: doorman.Planner) -> Array:
-    """At rest; a tip that can only push presses already, against what the door resists with."""
-    model = planner.model
-    start = np.array(model.start_state)
-    if model.scenario.contact.kind != "push":
-        return start
-    return push_state(model, start, RESISTANCE / model.scenario.contact.distance_from_hinge)
+    """At rest; a tip that can only push rests on the leaf."""
+    return np.array(planner.planning.start_state)
 
 
 def _noise(nx: int, rng: np.random.Generator) -> Array:

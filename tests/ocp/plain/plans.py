@@ -13,11 +13,12 @@ import numpy as np
 
 from doorman import Plan, Planner, Scenario
 from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, Problem, PythonModel, Solution
+from doorman.ocp.problem.terms import Constraint
 from doorman.planning.quasi_static_planning import push_state
 
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {
     "paper": ("paper", {}),
-    "push": ("push", {}),
+    "rows of inputs": ("paper", {}),
     "lagrangian": ("paper", {"planner.model": "lagrangian"}),
 }
 REPLANS = 5
@@ -27,7 +28,8 @@ def doors() -> Iterator[tuple[str, Plan]]:
     """A cold plan, replans under noise and after a jump, and starts of which some are outside the constraints."""
     for name, (scenario, overrides) in MODELS.items():
         short = {"planner.horizon_steps": 20, **overrides}
-        planner, rng = Planner(Scenario.load(scenario, short)), np.random.default_rng(5)
+        rows = [Constraint("little thrust", lambda task: task.thrust - 31.0, "N")] if name == "rows of inputs" else []
+        planner, rng = Planner(Scenario.load(scenario, short), constraints=rows), np.random.default_rng(5)
         model = planner.model
         planner.update_door(friction=0.3, disturbance=-1.2)
         state = push_state(model, model.start_state, 1.2)

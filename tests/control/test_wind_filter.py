@@ -1,0 +1,82 @@
+"""Wind whose truth is known: in free flight it is measured, in contact it is told from what the hinge resists with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman.control.wind_filter import WindFilter
+
+Array = np.ndarray
+TICK = 0.004
+LEVERS = (0.7, 0.25)
+
+
+def turning(time: float, rate: float, strength: float = 1.0) -> Array:
+    return strength * np.array([math.cos(0.4 + rate * time), math.sin(0.4 + rate * time), 0.0])
+
+
+def flown(rate: float, strength: float = 1.0, seed: int = 3) -> WindFilter:
+    """After 7 s of free flight, with what a noisy observer feels."""
+    wind, noise, generator = WindFilter(), np.zeros(3), np.random.default_rng(seed)
+    for k in range(round(7.0 / TICK)):
+        noise = noise + TICK / 0.2 * (-noise + 0.7 * generator.standard_normal(3))
+        wind.predict(TICK)
+        wind.feel(turning(k * TICK, rate, strength) + noise, near=False, time_step=TICK)
+    return wind
+
+
+@pytest.mark.parametrize("rate", [-0.157, 0.08])
+def test_wind_that_turned_in_free_flight_goes_on_turning_in_contact(rate: float) -> None:
+    wind = flown(rate)
+    for _ in range(round(12.0 / TICK)):
+        wind.predict(TICK)
+    assert np.linalg.norm(wind.force - turning(19.0, rate)) < 0.45
+    assert np.linalg.norm(turning(19.0, rate) - turning(7.0, rate)) > 0.9  # what a wind that stays would be wrong by
+
+
+def test_still_air_stays_still_while_a_closer_winds_up() -> None:
+    wind, normal = flown(0.0, strength=0.0), np.array([1.0, 0.0, 0.0])
+    for k in range(round(12.0 / TICK)):
+        wind.predict(TICK)
+        wind.pushed(normal, LEVERS, 0.8 + 1.8 * 0.1 * k * TICK, 0.1, TICK)
+    assert np.linalg.norm(wind.force) < 0.25
+    assert wind.state[4] == pytest.approx(0.8 + 1.8 * 1.2, abs=0.4)
+
+
+def test_a_leaf_that_creeps_on_under_less_push_than_it_needed_here_is_in_wind() -> None:
+    wind, normal = flown(0.0, strength=0.5), np.array([0.0, 1.0, 0.0])
+    before = normal @ wind.force
+    for k in range(round(4.0 / TICK)):
+        wind.predict(TICK)
+        wind.pushed(normal, LEVERS, 1.2 - sum(LEVERS) * before, 0.1, TICK)
+    for k in range(round(12.0 / TICK)):
+        blows = before + min(0.1 * k * TICK, 0.8)
+        wind.predict(TICK)
+        wind.pushed(normal, LEVERS, 1.2 - sum(LEVERS) * blows, 0.015, TICK)
+    assert normal @ wind.force - before > 0.4
+
+
+def test_a_leaf_that_stands_says_no_more_than_that_it_bears_the_push() -> None:
+    wind, normal = flown(0.0, strength=0.5), np.array([0.0, 1.0, 0.0])
+    before = wind.state.copy()
+    for _ in range(500):
+        wind.pushed(normal, LEVERS, 0.1, 0.0, TICK)
+    np.testing.assert_array_equal(wind.state, before)
+    for _ in range(500):
+        wind.pushed(normal, LEVERS, 3.0, 0.0, TICK)
+    assert wind.state[4] > 2.5
+
+
+def test_what_no_contact_explains_is_wind_and_what_is_found_suddenly_is_believed_in_part() -> None:
+    wind, aside = flown(0.0, strength=0.5), np.array([0.0, 0.0, 1.0])
+    before = wind.force
+    for _ in range(round(8.0 / TICK)):
+        wind.predict(TICK)
+        wind.unexplained(aside, -0.6 - float(aside @ (before - wind.force)), TICK)
+    assert 0.4 < aside @ (wind.force - before) < 0.7
+    wind = flown(0.0, strength=0.5)
+    wind.lost(wind.force + np.array([3.0, 0.0, 0.0]))
+    assert wind.force[0] < before[0] + 1.0

@@ -1,0 +1,95 @@
+"""References of one problem, from hover to hover: the same compiled plan approaches, touches, swings, holds and leaves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from doorman import Planner, Scenario
+from doorman.mission.motion import in_the_doorway, way_out
+from doorman.planning.whole_body_references import at_a_place, at_the_leaf
+
+RESISTANCE = 0.6
+
+
+class Flight:
+    """Closed loop of one planner on its own model."""
+
+    def __init__(self) -> None:
+        self.planner = Planner(Scenario.load("push"))
+        self.planner.update_door(friction=RESISTANCE)
+        self.model, self.planning = self.planner.model, self.planner.planning
+        self.first = self.planning.fitted(self.planner._hinge, self.planner.margin, self.planning.start_state)
+        self.x = self.planning.start_state.copy()
+        self.plan = None
+        self.rows: list[float] = []
+        self.anew = 0
+
+    def before_the_leaf(self, away: float, angle: float) -> np.ndarray:
+        model = self.model
+        place = model.coupling.vehicle_position(
+            [0.0, 0.0, model.on_the_way(angle)[2]], angle, model.on_the_way(angle)[5:]
+        )
+        return np.asarray(place - away * model.door.normal(angle))
+
+    @property
+    def force(self) -> float:
+        return float(self.planning.normal_forces(self.first, self.x[None], np.zeros((1, 8)))[0])
+
+    def step(self, numbers: dict[str, object]) -> None:
+        self.planner.update_numbers(numbers)
+        cold = self.plan is None
+        self.plan = self.planner.plan(self.x) if cold else self.planner.replan(self.x, 0.02, max_iterations=1)
+        if not self.plan.flyable:  # as in flight
+            self.anew, self.plan = self.anew + 1, self.planner.plan(self.x)
+        assert self.plan.flyable, self.plan.status
+        self.x = self.plan.states[1].copy()
+        rows = self.model.constraints(self.planning.reduced(self.x, self.plan.inputs[0])[0])[-3:]
+        self.rows.append(float(rows.max() if self.between_jambs else rows[0]))
+
+    @property
+    def between_jambs(self) -> bool:
+        return in_the_doorway(self.model, self.x[:3])
+
+    def go(self, place: np.ndarray, posture: np.ndarray, most: int) -> int:
+        for k in range(most):
+            self.step(at_a_place(self.first, place, float(posture[2]), posture[5:], self.between_jambs))
+            if np.linalg.norm(self.x[:3] - place) < 0.04 and np.linalg.norm(self.x[6:9]) < 0.05:
+                return k
+        raise AssertionError(f"still {np.linalg.norm(self.x[:3] - place):.2f} m away")
+
+    def open(self, seconds: float) -> None:
+        """Touch, swing and hold: nothing says which."""
+        rate = 0.0
+        for _ in range(round(seconds / 0.02)):
+            touching = self.force > 0.25
+            rate = min(max(rate, -self.x[13]) + 0.06 * 0.02, 0.11) if touching else max(-self.x[13], 0.0)
+            inertia = self.first.one("mechanism.inertia")
+            given = at_the_leaf(self.first, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate)
+            self.step(given)
+
+
+@pytest.fixture(scope="module")
+def flight() -> Flight:
+    return Flight()
+
+
+def test_one_problem_flies_from_hover_to_hover(flight: Flight) -> None:
+    start, goal = float(flight.model.start_state[3]), float(flight.model.goal_state[3])
+    hover = flight.before_the_leaf(0.6, start)
+    flight.x[:3], flight.x[6:12] = hover + [-0.2, 0.15, 0.1], 0.0
+    assert flight.go(hover, flight.model.start_state, 500) > 20
+    assert flight.x[12] == pytest.approx(start, abs=1e-2) and flight.force < 0.05
+    flight.go(flight.before_the_leaf(0.08, start), flight.model.start_state, 500)
+    flight.open(25.0)
+    assert flight.x[12] == pytest.approx(goal, abs=math.radians(2.0)) and abs(flight.x[13]) < 0.01
+    assert flight.force > 0.2, "it holds the door"
+    pressed = float(flight.x[12])
+    for place in way_out(flight.model, flight.x[:3], goal):
+        flight.go(place, flight.model.goal_state, 700)
+    assert flight.force < 0.05 and not flight.between_jambs
+    assert flight.anew < 20
+    assert max(flight.rows) < 0.0, "no rotor touches leaf or jamb on the way"
+    assert flight.x[12] > pressed - 0.05, "the leaf is not thrown"
