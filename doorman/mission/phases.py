@@ -267,7 +267,7 @@ class Sequence:
             self._slam.reset()
             return False
         back = self._way_out.speed_from_leaf(estimate) if retreats and self._way_out is not None else 0.0
-        if self.phase is Phase.OPEN:
+        if self.phase is Phase.OPEN and self._grips:
             back = planned_speed_back(self._converter, self._schedule.current, estimate.time)
         return self._slam.update(estimate, self._closed, lets_go or retreats, back, time_step)
 
