@@ -26,7 +26,8 @@ import doorman
 ROOT = Path(__file__).parent.parent
 PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
     "campaign", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk", "hardware.safety",
-    "hardware.vehicle", "mission", "ocp", "recording", "rig", "scenario", "simulation", "visualization",
+    "hardware.vehicle", "learning", "mission", "ocp", "recording", "recording.merging", "rig", "ros2", "scenario",
+    "simulation", "visualization",
 ))]  # fmt: skip
 """Packages that export names."""
 

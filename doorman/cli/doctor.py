@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from doorman.hardware.computer import Complaint, examine
+from doorman.hardware.computer.doctor import Complaint, examine
 from doorman.hardware.computer.host import Host
 
 _COLORS = {Complaint.NONE: "green", Complaint.WORSE: "yellow", Complaint.MISSING: "bold red"}

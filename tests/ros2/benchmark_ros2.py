@@ -9,6 +9,7 @@ import argparse
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -39,25 +40,25 @@ def main() -> None:
         dds_name("doorman/odometry"),
         str(count),
     ]
-    with (
-        subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bridge,
-        subprocess.Popen(hear, stdout=subprocess.PIPE, text=True) as listener,
-        Feed(port) as feed,
-    ):
-        assert bridge.stdout and listener.stdout
-        bridge.stdout.readline(), listener.stdout.readline()
-        time.sleep(2.0)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bridge, Feed(port) as feed:
+        assert bridge.stdout
+        bridge.stdout.readline()
+        heard = tempfile.TemporaryFile()  # noqa: SIM115  # a pipe would fill
+        listener = subprocess.Popen(hear, stdout=heard)
+        time.sleep(4.0)
         costs, start = [], time.monotonic()
         for index in range(count):
             time.sleep(max(start + 0.005 * index - time.monotonic(), 0.0))
             before = time.perf_counter()
             feed.listen("measurement", 0.005 * index, measurement(index))
             costs.append(time.perf_counter() - before)
-        heard = len(listener.stdout.readlines())
+        listener.wait()
+        heard.seek(0)
+        lost = count + 1 - len(heard.readlines())  # the first line says that it is ready
         bridge.terminate()
         bridge.communicate()
     median, late = 1e6 * np.percentile(costs, (50.0, 99.0))
-    print(f"{count - heard} of {count} lost; a message costs the flight {median:.0f} µs, p99 {late:.0f} µs")
+    print(f"{lost} of {count} lost; a message costs the flight {median:.0f} µs, p99 {late:.0f} µs")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,8 @@ from importlib.metadata import PackageNotFoundError
 import pytest
 from command_line import run as doorman
 
-from doorman.hardware.computer import Complaint, doctor, examine
+from doorman.hardware.computer import doctor
+from doorman.hardware.computer.doctor import Complaint, examine
 from doorman.hardware.computer.host import Host
 
 GOOD = {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+import threading
 import time
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -116,8 +118,6 @@ def test_poses_of_a_program_of_ones_own():
     port, start = free_port(), time.monotonic()
     receiver = MocapReceiver(MocapConfig("vehicle", f"udp:{port}", **PATIENT))
     with PoseSender(("127.0.0.1", port), 100.0) as sender:
-        import threading
-
         over = threading.Event()
 
         def stream():
@@ -180,19 +180,19 @@ def test_a_stateless_client_sends_only_frames_with_poses(monkeypatch):
 
 
 def test_a_client_ends_with_the_thread_that_made_it():
-    import threading
-
     made: list[ClientProcess] = []
-    link = CamerasLink("optitrack", {"hostname": "127.0.0.1", "port_command": str(free_port())})
-    started = threading.Event()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as motive:
+        motive.bind(("127.0.0.1", 0))
+        motive.settimeout(30.0)
+        link = CamerasLink("optitrack", {"hostname": "127.0.0.1", "port_command": str(motive.getsockname()[1])})
 
-    def make():
-        made.append(ClientProcess(link, 9, 100.0))
-        started.wait(1.5)  # it has asked to die with us by then
+        def make():
+            made.append(ClientProcess(link, 9, 100.0))
+            motive.recv(100)  # it has asked to end with us before it calls
 
-    thread = threading.Thread(target=make)
-    thread.start()
-    thread.join()
-    made[0]._process.wait(2.0)
+        thread = threading.Thread(target=make)
+        thread.start()
+        thread.join()
+        made[0]._process.wait(5.0)
     assert made[0].last_words is not None
     made[0].close()
