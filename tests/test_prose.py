@@ -10,11 +10,9 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
-LATER = {DOCS / "push.md", DOCS / "mission.md"}
-"""Pages that are being written anew; each leaves this list with its new text."""
 PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "SECURITY.md", "urdf/README.md")),
-    *sorted(path for path in DOCS.rglob("*.md") if DOCS / "api" not in path.parents and path not in LATER),
+    *sorted(path for path in DOCS.rglob("*.md") if DOCS / "api" not in path.parents),
 ]
 LONGEST, AVERAGE = 35, 20.0
 LABEL = 3
