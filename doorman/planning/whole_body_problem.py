@@ -25,8 +25,6 @@ Array = NDArray[np.float64]
 
 ATTITUDE_GAIN, RATE_GAIN = 10.0, 28.0
 """κ_a of the attitude loop, and κ_r: its rate loop with the rotors' lag answers within 36 ms [1/s]."""
-LARGEST_TILT = 0.35
-"""Of what is commanded, roll and pitch each [rad]."""
 YAW_TORQUE = 0.25
 """Two thirds of what the default rotors make about the vertical at hover [N m]."""
 ARM_RATE = 1.5
@@ -221,13 +219,18 @@ _MOST_GRIP = 0.9
 
 
 def _bounds(model: Model) -> Bounds:
-    vehicle, free = model.vehicle, np.full(14, np.inf)
-    rates = np.full(model.n_arm, ARM_RATE)
-    tilt = [LARGEST_TILT, LARGEST_TILT, YAW_TORQUE]
+    """Of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
+    vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
+    rates = np.minimum(vehicle.rate_limits, ARM_RATE)
+    largest, least = model.scenario.control.max_tilt, LEAST_THRUST
+    if limits.enabled:
+        rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
+        largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
+    tilt = [largest, largest, YAW_TORQUE]
     return Bounds(
         state_lower=np.concatenate([-free, vehicle.lower_limits]),
         state_upper=np.concatenate([free, vehicle.upper_limits]),
-        input_lower=np.concatenate([[LEAST_THRUST], np.negative(tilt), -rates]),
+        input_lower=np.concatenate([[least], np.negative(tilt), -rates]),
         input_upper=np.concatenate([[vehicle.max_thrust], tilt, rates]),
     )
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from doorman import Planner, Scenario
+from doorman import Model, Planner, Scenario
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
 from doorman.planning.whole_body_problem import depth_of
 
-PUSH = Scenario.load("push", {"planner.model": "whole_body"})
+PUSH = Scenario.load("push")
 
 
 @pytest.fixture(scope="module")
@@ -79,12 +79,20 @@ def test_plan_after_plan_opens_the_door_and_rests_at_the_goal(planner: Planner) 
     planner.update_door(friction=planner.model.door.friction, disturbance=0.0)
 
 
-def test_a_gripper_is_not_planned_with_the_whole_body() -> None:
-    with pytest.raises(ScenarioError) as caught:
-        planning_model(
-            Planner(Scenario.load("paper")).model.__class__(Scenario.load("paper", {"planner.model": "whole_body"}))
-        )
-    assert caught.value.field == "planner.model"
+def test_plans_ask_for_no_more_than_the_limits_of_the_scenario() -> None:
+    limits = {"limits.joint_rates": 0.4, "limits.tilt": 0.2, "limits.min_thrust": 12.0}
+    bounds = planning_model(Model(Scenario.load("push", limits))).problem().bounds
+    lower, upper = np.asarray(bounds.input_lower), np.asarray(bounds.input_upper)
+    assert lower[0] == 12.0 and upper[1] == upper[2] == 0.2 and (upper[4:] == 0.4).all() and (lower[4:] == -0.4).all()
+    free = planning_model(Model(Scenario.load("push", {**limits, "limits.enabled": False}))).problem().bounds
+    assert np.asarray(free.input_upper)[1] == Scenario.load("push").control.max_tilt
+
+
+def test_a_gripper_is_not_planned_with_the_whole_body_nor_a_push_without() -> None:
+    for name, given in (("paper", "whole_body"), ("push", "quasi_static"), ("push", "lagrangian")):
+        with pytest.raises(ScenarioError) as caught:
+            planning_model(Model(Scenario.load(name, {"planner.model": given})))
+        assert caught.value.field == "planner.model" and caught.value.given == given
 
 
 @pytest.mark.slow
