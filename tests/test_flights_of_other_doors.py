@@ -58,7 +58,7 @@ def test_a_door_is_pulled_open() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
-@pytest.mark.parametrize("source", ["pull", "close"])
+@pytest.mark.parametrize("source", ["pull", "close", "cabinet", "gate"])
 def test_the_shipped_pull_and_close(source: str, seed: int) -> None:
     flown_towards(source, seed)
 

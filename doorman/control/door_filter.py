@@ -5,7 +5,7 @@ States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D, f_x, f_y]`. With th
 
 .. math::
 
-   I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) - w
+   I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) \mp \tau_p - w
    - \tfrac{1}{2} D_W n_D^T f
 
 w is a torque that comes and goes (gusts, what the model leaves out): a first-order Markov process. f is the mean wind on the
@@ -61,7 +61,7 @@ class HingeEstimate:
     closing_wind: float = 0.0
     """Torque of the mean wind on the leaf at the present angle, positive where it closes the door [N m]."""
     spare: float = 0.0
-    """Friction less closer at the present angle: the door stays by itself where it is positive [N m]."""
+    """Friction less closer, preload included, at the present angle: the door stays by itself where it is positive [N m]."""
     spare_deviation: float = 0.0
     """Its standard deviation [N m]."""
 
@@ -85,6 +85,7 @@ class DoorFilter:
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
         start = float(model.start_state[3])
         self._door, self._rest = model.door, model.door.rest_angle
+        self._preload = model.door.closing_torque
         self._half_width = 0.5 * model.door.width
         inertia = model.door.inertia
         self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
@@ -135,7 +136,9 @@ class DoorFilter:
         b, c, k, inertia = (float(value) for value in self.state[chosen])
         d = [float(value) for value in deviations]
         wind = (-1.0 if self._door.side == "push" else 1.0) * float(self._wind_lever() @ self.state[WIND_X:])
-        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - k * float(turned), spare)
+        return HingeEstimate(
+            b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - abs(self._preload) - k * float(turned), spare
+        )
 
     def update(
         self,
@@ -194,7 +197,7 @@ class DoorFilter:
 
     def stays(self) -> None:
         """The leaf has stood here with nothing at it: friction is at least what the closer makes."""
-        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))
+        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))) + abs(self._preload)
         self.state[FRICTION] = max(float(self.state[FRICTION]), 1.001 * closer)
 
     def _wind_lever(self) -> Array:
@@ -216,7 +219,13 @@ class DoorFilter:
 
     def _holds(self) -> bool:
         """Whether friction holds a free door that stands."""
-        return bool(self.state[FRICTION] > abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)))
+        closer = abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)) + abs(self._preload)
+        return bool(self.state[FRICTION] > closer)
+
+    def _stop(self) -> None:
+        """A door that its closer presses shut goes no farther than closed."""
+        if self._preload != 0.0 and self._door.opening_of(self.angle) < 0.0:
+            self.state[ANGLE], self.state[RATE] = self._door.angle_of_opening(0.0), 0.0
 
     def _track(self, tip_angle: float, age: float, time_step: float) -> None:
         """A standing door: follow the tip, leave the parameters alone.
@@ -242,7 +251,7 @@ class DoorFilter:
         slip = math.tanh(z[RATE] / (0.5 * _MOVING))
         wind = self._wind_lever()
         torque = z[DAMPING] * z[RATE] + z[FRICTION] * slip + z[STIFFNESS] * (z[ANGLE] - self._rest) + z[TORQUE]
-        torque += float(wind @ z[WIND_X:])
+        torque += self._preload + float(wind @ z[WIND_X:])
         acceleration = -(self._lever * push + torque) / inertia
         change = np.eye(_STATES)
         change[ANGLE, RATE] = time_step
@@ -262,6 +271,7 @@ class DoorFilter:
         if not touching and self._holds() and (rate * z[RATE] <= 0.0 or abs(rate) < 0.5 * _MOVING):
             rate = 0.0  # friction stops a free door, it does not drive it back
         z[RATE] = rate
+        self._stop()
         z[TORQUE] *= fade
         covariance = change @ self.covariance @ change.T
         covariance[RATE, RATE] += time_step * (self._push_noise * self._lever / inertia) ** 2

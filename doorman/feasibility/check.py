@@ -11,6 +11,7 @@ from doorman.feasibility.postures import postures_finding
 from doorman.feasibility.rehearsal import DURATION, rehearse
 from doorman.feasibility.report import Finding, Report, Severity, graded
 from doorman.feasibility.setup import setup_findings
+from doorman.feasibility.task import task_finding
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -37,6 +38,7 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     model = scenario if isinstance(scenario, Model) else Model(scenario)
     rehearsal = rehearse(model)
     findings = (
+        task_finding(model, DURATION),
         *setup_findings(model),
         postures_finding(model),
         *plant_findings(model),

@@ -49,6 +49,19 @@ def shortest_swing(model: Model) -> float:
     return 2.0 * math.sqrt(moving * way / torque) if torque > 0.0 else math.inf
 
 
+def force_needed(model: Model, duration: float) -> float:
+    """Force at the tip that moves the door steadily from start to goal, as the planner is told of its hinge [N].
+
+    Args:
+        model: Model of the scenario.
+        duration: Time for the swing [s].
+    """
+    travel, door = model.travel, model.door
+    rate = travel.ahead(travel.length) / duration
+    torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in np.linspace(travel.start, travel.goal, 30)]
+    return max(0.0, max(torques) + door.stiction) / model.coupling.distance_from_hinge
+
+
 def _reach(model: Model, swing: Swing) -> Finding:
     """Whether the arm, hanging below the rotors, holds the disc off the leaf; `swing` over rows without the jambs."""
     margin, room = model.scenario.planner.margin, float(swing.room[swing.narrowest])
@@ -102,12 +115,7 @@ def _where_to_gain(model: Model, binding: tuple[int, ...]) -> str:
 
 def _force(model: Model, duration: float) -> Finding:
     """Force that moves the door steadily through the swing in a given time, against what tilt and thrust can give."""
-    start, goal = float(model.start_state[3]), float(model.goal_state[3])
-    sense = 1.0 if goal > start else -1.0
-    rate = sense * abs(goal - start) / duration
-    torques = [sense * model.door.hinge_torque(angle, rate) for angle in np.linspace(start, goal, 30)]
-    needed = max(0.0, max(torques)) / model.coupling.distance_from_hinge
-    tilt = model.scenario.control.max_tilt
+    needed, tilt = force_needed(model, duration), model.scenario.control.max_tilt
     available = largest_push(model, tilt)
     severity = graded(needed <= _FORCE_RESERVE * available, Severity.WARNING if needed < available else Severity.ERROR)
     by_tilt = available < largest_push(model, math.pi / 2)

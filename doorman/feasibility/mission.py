@@ -154,11 +154,16 @@ def _true_hinge(model: Model) -> Finding:
     friction = door.friction if true.door_friction is None else true.door_friction
     stiffness = door.stiffness if true.door_stiffness is None else true.door_stiffness
     rest = door.rest_angle if true.door_rest_angle is None else true.door_rest_angle
+    preload = door.section.preload if true.door_preload is None else true.door_preload
+    stiction = door.stiction if true.door_stiction is None else true.door_stiction
     start, goal = float(model.start_state[3]), float(model.goal_state[3])
     sense = math.copysign(1.0, goal - start)
-    resists = friction + max(sense * stiffness * (angle - rest) for angle in (start, goal))
-    told = model.door.friction + max(
-        sense * model.door.stiffness * (angle - model.door.rest_angle) for angle in (start, goal)
+    closer = sense * door.torque_of_closer(preload)
+    resists = friction + stiction + closer + max(sense * stiffness * (angle - rest) for angle in (start, goal))
+    told = (
+        model.door.friction
+        + sense * model.door.closing_torque
+        + max(sense * model.door.stiffness * (angle - model.door.rest_angle) for angle in (start, goal))
     )
     push = largest_push(model, control.max_tilt) * model.coupling.distance_from_hinge
     observed = told + (control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0)

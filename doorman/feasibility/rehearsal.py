@@ -97,6 +97,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     planner = Planner(model)
     pushes = model.scenario.contact.kind == "push"
     against = math.copysign(resistance(model), float(model.goal_state[3] - model.start_state[3]))
+    against += model.door.closing_torque
     planner.update_door(friction=0.0, disturbance=against)
     planning = planning_model(model)
     swing = planning.swing(against)

@@ -65,13 +65,13 @@ def _contact_point(model: Model) -> Finding:
     edges = {
         "hinge": distance,
         "latch": door.width - distance,
-        "lower": contact.height,
-        "upper": door.height - contact.height,
+        "lower": model.coupling.height,
+        "upper": door.height - model.coupling.height,
     }
     nearest = min(edges, key=lambda edge: edges[edge])
     ok = edges[nearest] >= _CONTACT_EDGE
     fitted = ""
-    if distance < contact.distance_from_hinge:
+    if door.handle is None and distance < contact.distance_from_hinge:
         fitted = f"; {distance:.2f} m from the hinge, to push from behind the tip in this doorway (contact.fit_doorway)"
     return Finding(
         "contact on the leaf", graded(ok, Severity.WARNING),

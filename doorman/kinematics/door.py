@@ -107,6 +107,9 @@ class Door:
         self.stiffness = self.section.stiffness
         self.rest_angle = self.section.rest_angle
         self.friction_rate = self.section.friction_rate
+        self.closing_torque = self.torque_of_closer(self.section.preload)
+        """Of the closer's preload, in the sense of damping [N m]."""
+        self.stiction = self.section.stiction
 
     def leaf_direction(self, door_angle: float) -> Array:
         """Horizontal unit vector along the leaf from hinge to latch, world frame."""
@@ -151,6 +154,10 @@ class Door:
     def opening_of(self, door_angle: float) -> float:
         """How far the door is open at α [rad]."""
         return self._turns * (door_angle - 0.5 * math.pi)
+
+    def torque_of_closer(self, preload: float) -> float:
+        """Torque in the sense of damping of a closer that shuts the door with so much at any opening [N m]."""
+        return self._turns * preload
 
     def angle_of_opening(self, opening: float) -> float:
         """α of a door that is so far open [rad]."""
@@ -211,7 +218,7 @@ class Door:
         return np.asarray(point + (normal @ (self.hinge_position - point) - self.contact_offset) * normal)
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
-        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0)`.
+        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p`.
 
         Args:
             door_angle: α [rad].
@@ -221,7 +228,8 @@ class Door:
             [N m]; α̈ = −torque/I_D when nothing else acts.
         """
         friction = self.friction * np.tanh(door_rate / self.friction_rate)
-        return float(self.damping * door_rate + friction + self.stiffness * (door_angle - self.rest_angle))
+        spring = self.stiffness * (door_angle - self.rest_angle)
+        return float(self.damping * door_rate + friction + spring + self.closing_torque)
 
     def _handle(self, leaf_on_joint: LeafOnJoint, frame: str) -> tuple[float, float, float]:
         point, outward = leaf_on_joint.frame(frame, self.closed)

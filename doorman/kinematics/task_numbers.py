@@ -18,7 +18,7 @@ def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, heigh
         height: D_H of the contact point above the lower end of the hinge line [m].
 
     Returns:
-        The numbers; `door.moving_inertia` is that of the leaf, and no torque disturbs the hinge.
+        The numbers; `door.moving_inertia` is that of the leaf, and `door.disturbance` the closer's preload.
     """
     return Numbers(
         {
@@ -43,6 +43,6 @@ def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, heigh
             "door.friction_rate": door.friction_rate,
             "door.stiffness": door.stiffness,
             "door.rest_angle": door.rest_angle,
-            "door.disturbance": 0.0,
+            "door.disturbance": door.closing_torque,
         }
     )

@@ -369,7 +369,9 @@ class Sequence:
         setpoint = self._opening.step(estimate, body_rates)
         if self._opening.done(estimate.time):
             self.opened = True
-            if self._opening.keeps_the_door(estimate):
+            if self._settings.then == "stay":
+                self._stay(estimate)
+            elif self._opening.keeps_the_door(estimate):
                 self._enter(Phase.RELEASE, estimate, "")
             else:
                 self._enter(Phase.HOLD, estimate, "the door would not stay by itself")
@@ -384,6 +386,14 @@ class Sequence:
             else:
                 self._enter(Phase.RECOVER, estimate, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
         return setpoint
+
+    def _stay(self, estimate: Estimate) -> None:
+        """End with the tip on the leaf; a vehicle that has to land holds the door until somebody takes it."""
+        if self.comes_back:
+            self._enter(Phase.HOLD, estimate, "the tip is to stay")
+            return
+        self._keeps_hold = True
+        self._enter(Phase.DONE, estimate, "")
 
     def _hold(self, estimate: Estimate, body_rates: Array, time_step: float) -> Setpoint:
         """Go on holding a door that would not stay by itself; a mission that need not come back ends so, the tip on the leaf."""

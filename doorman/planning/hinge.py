@@ -27,9 +27,9 @@ class Hinge(NamedTuple):
 
         Args:
             door: The door.
-            disturbance: τ_d [N m].
+            disturbance: τ_d beside the closer's preload [N m].
         """
-        return cls(door.friction, disturbance, door.inertia, door.damping, door.stiffness)
+        return cls(door.friction, disturbance + door.closing_torque, door.inertia, door.damping, door.stiffness)
 
     def torque_at_rest(self, angle: float, rest_angle: float) -> float:
         """Torque of spring and disturbance in the sense of damping: negative where it resists opening [N m].

@@ -124,6 +124,8 @@ class MissionSection(Section):
 
     start: Literal["hover", "contact"] = "hover"
     """Where a flight begins: away from the door, or with the tip on the leaf."""
+    then: Literal["return", "stay"] = "return"
+    """What follows where the door stands at its goal: back to a hover before it, or the tip stays and holds it."""
     hover_distance: Positive = 0.6
     """Between tip and leaf before the approach [m]."""
     approach_speed: Positive = 0.15

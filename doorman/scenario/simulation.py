@@ -99,6 +99,10 @@ class SimulationSection(Section):
     """True Coulomb friction of the hinge [N m]; by default what the planner is told."""
     door_stiffness: NonNegative | None = None
     """True stiffness of a spring or closer [N m/rad]; by default what the planner is told."""
+    door_preload: NonNegative | None = None
+    """True torque with which a closer shuts the door at any opening [N m]; by default what the planner is told."""
+    door_stiction: NonNegative | None = None
+    """True torque by which a standing hinge resists more than one that moves [N m]; by default what the planner is told."""
     door_rest_angle: Angle | None = None
     """Where that spring is relaxed [rad]; by default what the planner is told."""
     door_width: Positive | None = None

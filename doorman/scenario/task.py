@@ -50,6 +50,10 @@ class DoorSection(Section):
     """k of a spring or closer [N m/rad]."""
     rest_angle: Angle = math.pi / 2
     """α_0, where the spring is relaxed [rad]."""
+    preload: NonNegative = 0.0
+    """τ_p of a closer, with which it shuts the door at any opening [N m]."""
+    stiction: NonNegative = 0.0
+    """τ_s, by which a standing hinge resists more than one that moves [N m]."""
     latched: Switch = False
     """Whether a latch or a lock holds the door closed: nothing opens it then."""
 

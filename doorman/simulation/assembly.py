@@ -184,9 +184,16 @@ def _set_hinge(spec: Any, model: Model) -> None:
     hinge.stiffness[0] = told.stiffness if true.door_stiffness is None else true.door_stiffness
     hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
     hinge.limited = bool(told.lower_limit < told.upper_limit)
+    if (told.section.preload if true.door_preload is None else true.door_preload) > 0.0:
+        hinge.range = _closed_stop(told)
     hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
     if true.door_mass is not None:
         _scale_mass(hinge.parent, true.door_mass / told.mass)
+
+
+def _closed_stop(door: Door) -> list[float]:
+    """Range of the joint of a door that its closer presses into the frame: no farther than closed."""
+    return sorted(door.joint_value(door.angle_of_opening(opening)) for opening in (0.0, door.largest_opening))
 
 
 def _scale_mass(body: Any, ratio: float) -> None:

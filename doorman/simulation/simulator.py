@@ -16,6 +16,7 @@ from doorman.model import GRAVITY, Model
 from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
 from doorman.simulation.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.engine import check_stability, engine
+from doorman.simulation.hinge_torques import HingeTorques
 from doorman.simulation.onboard import OnboardParameters, onboard_step
 from doorman.simulation.plant import Plant, build_plant, hover_wrench
 from doorman.simulation.rotors import MixerParameters, RotorLayout, rotor_layout
@@ -79,6 +80,7 @@ class Simulator(Uncopied):
         self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
         self._command = np.zeros(5 + model.n_arm)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
+        self._hinge_torques = HingeTorques(model, self.plant)
         self._rotors: Array | None = None
         self._steps = 0
         self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
@@ -145,6 +147,7 @@ class Simulator(Uncopied):
             onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
             if self._rotors is not None:
                 self._control[: self.layout.count] = self._rotors
+            self._hinge_torques.act()
             door_angle = hinge.angle_of_joint(self._qpos[place])
             step(engine_model, data)
             self._steps += 1
@@ -208,7 +211,7 @@ class Simulator(Uncopied):
         data, plant = self.plant.data, self.plant
         data.xfrc_applied[plant.base_body, :3] = disturbance.force
         data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
-        data.qfrc_applied[plant.hinge_velocity] = plant.hinge.joint_rate(disturbance.hinge_torque)
+        self._hinge_torques.other = plant.hinge.joint_rate(disturbance.hinge_torque)
 
 
 def _onboard_parameters(
