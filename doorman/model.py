@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import number, numbers, vector
+from doorman.collision.constraint_names import arm_constraint_names
 from doorman.collision.reduced_model import ReducedModel
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
@@ -54,7 +55,7 @@ class Model:
         self.nu = 4 + self.n_arm
         for name, given in (("start.arm", scenario.start.arm), ("goal.arm", scenario.goal.arm)):
             self._check_arm(name, given)
-        self.constraint_names = (*(f"{name} below body" for name in self.vehicle.point_names), "disc clear of leaf",
+        self.constraint_names = (*arm_constraint_names(self.vehicle.point_names, self.vehicle.arm.above), "disc clear of leaf",
                                  "disc clear of latch jamb", "disc clear of hinge jamb")  # fmt: skip
         self.coupling = Coupling(self.vehicle, self.door, self._distance_from_hinge(), contact.height)
         self.reduced = self._reduced(self.coupling.distance_from_hinge)
