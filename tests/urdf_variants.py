@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import math
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -79,8 +80,8 @@ def write_arm(path: Path, *, rod: float = 0.25) -> Path:
     return path
 
 
-def write_arm_of(path: Path, joints: int, *, odd_axes_seed: int | None = None) -> Path:
-    """Write the shipped vehicle with an arm of 1 to 7 joints.
+def write_arm_of(path: Path, joints: int, *, odd_axes_seed: int | None = None, kinds: Mapping[int, str] = {}) -> Path:
+    """Write the shipped vehicle with an arm of 0 to 7 joints, revolute where `kinds` does not say another of its index.
 
     By default the arm is one to fly with: a joint about −z, the others about −y, 0.5 m forward of the body at H = 0, below
     the rotors. With a seed, axes, offsets and rotations of the joints are random.
@@ -94,7 +95,7 @@ def write_arm_of(path: Path, joints: int, *, odd_axes_seed: int | None = None) -
     parent = "base_link"
     for k in range(joints):
         child = f"servo_{k + 1}"
-        joint = _add_joint(robot, f"eta_{k + 1}", "revolute", parent, child, offsets[k], turns[k])
+        joint = _add_joint(robot, f"eta_{k + 1}", kinds.get(k, "revolute"), parent, child, offsets[k], turns[k])
         ElementTree.SubElement(joint, "axis", xyz=_text(*axes[k]))
         ElementTree.SubElement(joint, "limit", lower="-1.8", upper="1.8", effort="3.1", velocity="3.1")
         robot.append(_centre_line(child, offsets[k + 1]))

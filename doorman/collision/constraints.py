@@ -1,6 +1,6 @@
 r"""Analytic collision constraints h(x) ≤ 0 in symbols (the paper's hard constraints, misprint corrected).
 
-1. :math:`S^3_z,\ \ldots,\ S^n_z,\ d_z \le 0`: the arm stays below the body.
+1. :math:`S^3_z,\ \ldots,\ S^n_z,\ d_z \le 0`: the arm stays below the body; an arm above it has the other sign.
 2. :math:`R_A\sqrt{n_x^2+n_y^2} - n^T d \le 0` with :math:`n = R^T n_D`: the rotor disc is clear of the leaf's plane.
 3. :math:`D_V\sin\alpha - D_w + R_A - a^T R d \le 0` and :math:`a^T R d - D_V\sin\alpha + R_A \le 0`: the disc is between the
    jambs; a is the direction of the closed leaf, the paper's y. The paper prints + D_w in the lower bound; it follows from
@@ -21,6 +21,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import casadi as ca
+
+from doorman.collision.constraint_names import arm_constraint_names
 from doorman.collision.surroundings import JAMBS, LEAF, WALL, Surroundings
 from doorman.kinematics.task import Task
 from doorman.ocp.problem.terms import Constraint
@@ -29,6 +32,8 @@ _LEAST_EXTENT = 1e-24
 """Under the root: a disc parallel to the leaf has a slope, too."""
 _ROUNDING = 0.005
 """Of max(0, ·) at a corner [m]."""
+_NEVER = -1.0
+"""Of a constraint that no posture breaks [m]."""
 
 
 def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundings = "doorway") -> list[Constraint]:
@@ -40,12 +45,17 @@ def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundi
         surroundings: What stands beside the door.
     """
     beside = {"doorway": disc_clear_of_jambs, "corners": disc_clear_of_corners, "wall": disc_clear_of_wall}
-    return [*arm_below_body(task, margin), disc_clear_of_leaf(task, margin), *beside[surroundings](task, margin)]
+    return [*arm_off_the_rotors(task, margin), disc_clear_of_leaf(task, margin), *beside[surroundings](task, margin)]
 
 
-def arm_below_body(task: Task, margin: Any) -> list[Constraint]:
-    """Every point of the arm lies below the rotors' plane."""
-    return [Constraint(f"{name} below body", point[2] + margin) for name, point in task.points_in_body.items()]
+def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
+    """Every point of the arm lies on the arm's side of the rotors' plane; one that is fixed to the body is not in its way."""
+    return [
+        Constraint(name, ca.SX(_NEVER) if point in task.fixed_points else margin - task.arm_side * place[2])
+        for name, (point, place) in zip(
+            arm_constraint_names(task.points_in_body, task.arm_side > 0), task.points_in_body.items(), strict=True
+        )
+    ]
 
 
 def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:

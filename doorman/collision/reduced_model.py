@@ -46,7 +46,8 @@ class ReducedModel:
         key = f"reduced {surroundings} {pattern} {vehicle.point_names} {numbers.sizes}"
         self._text = kept_text(key, lambda: _printed(pattern, vehicle.point_names, numbers, surroundings))
         self.numbers, self.time_step = numbers, float(time_step)
-        self.nx, self.row_names = 5 + vehicle.n_arm, row_names(vehicle.point_names, surroundings)
+        self.nx = 5 + vehicle.n_arm
+        self.row_names = row_names(vehicle.point_names, vehicle.arm.above, surroundings)
         self.n_rows = len(self.row_names)
         self._own: PerThread[Any] = PerThread()
 

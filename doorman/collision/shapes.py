@@ -8,13 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import coal
 import fcl
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import UrdfError
-from doorman.kinematics.mesh_paths import mesh_path
+from doorman.kinematics.mesh_hull import convex_hull
 from doorman.kinematics.urdf import frozen
 from doorman.kinematics.urdf_shapes import UrdfShape, read_collisions
 
@@ -61,11 +59,13 @@ def _shape(path: Path, written: UrdfShape) -> Shape:
     if make is not None:
         half = _half_extents(written)
     else:
-        vertices, faces = _convex_hull(path, written)
+        hull = convex_hull(path, written)
+        vertices = hull.vertices
+        faces = np.insert(hull.triangles, 0, 3, axis=1).ravel()  # FCL's form: 3, then three indices each
         center = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
         half = (vertices.max(axis=0) - vertices.min(axis=0)) / 2
         placement[:3, 3] += placement[:3, :3] @ center
-        make = partial(fcl.Convex, vertices - center, len(faces) // 4, faces)
+        make = partial(fcl.Convex, vertices - center, len(hull.triangles), faces)
     return Shape(written.name, written.link, frozen(placement), frozen(half), make())
 
 
@@ -83,23 +83,3 @@ def _half_extents(written: UrdfShape) -> Array:
         radius, length = written.size
         return np.array([radius, radius, length / 2])
     return np.full(3, written.size[0])
-
-
-def _convex_hull(path: Path, written: UrdfShape) -> tuple[Array, NDArray[np.int64]]:
-    """Vertices (m, 3) of a mesh's convex hull, and its triangles in FCL's flat form: 3 and three indices each."""
-    file = mesh_path(path, written.file, written.field)
-    if not file.is_file():
-        raise UrdfError("no such mesh", file=path, field=written.field, given=written.file, allowed="an existing file")
-    points = coal.StdVec_Vec3s()
-    try:
-        for vertex in np.asarray(coal.MeshLoader().load(str(file), np.array(written.size)).vertices()):
-            points.append(vertex)
-        hull = coal.Convex.convexHull(points, True, "Qt")
-    except (ValueError, RuntimeError) as error:
-        raise UrdfError(
-            "a mesh cannot be read", file=path, field=written.field, given=f"{written.file}: {error}",
-            allowed="a mesh with volume, in a format that assimp reads",
-        ) from error  # fmt: skip
-    vertices = np.array([hull.point(i) for i in range(hull.num_points)])
-    triangles = [hull.polygons(i) for i in range(hull.num_polygons)]
-    return vertices, np.array([[3, t[0], t[1], t[2]] for t in triangles], dtype=np.int64).ravel()

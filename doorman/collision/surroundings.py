@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from doorman.collision.constraint_names import arm_constraint_names
+
 Surroundings = Literal["doorway", "corners", "wall"]
 """The vehicle is between the jambs all the way; it begins beside them; or it stays before the wall."""
 
@@ -15,11 +17,12 @@ WALL = "disc clear of wall"
 _ROWS: dict[Surroundings, tuple[str, ...]] = {"doorway": JAMBS, "corners": JAMBS, "wall": (WALL,)}
 
 
-def row_names(point_names: tuple[str, ...], surroundings: Surroundings) -> tuple[str, ...]:
+def row_names(point_names: tuple[str, ...], above: bool, surroundings: Surroundings) -> tuple[str, ...]:
     """Names of the collision constraints, in their order.
 
     Args:
         point_names: Of the arm's points.
+        above: Whether the arm belongs above the body.
         surroundings: What stands beside the door.
     """
-    return (*(f"{name} below body" for name in point_names), LEAF, *_ROWS[surroundings])
+    return (*arm_constraint_names(point_names, above), LEAF, *_ROWS[surroundings])

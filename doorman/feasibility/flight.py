@@ -43,8 +43,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     """
     return [
         _goal(model, rehearsal),
-        _joints(model, rehearsal),
-        _rates(model, rehearsal),
+        *([_joints(model, rehearsal), _rates(model, rehearsal)] if model.n_arm else []),
         _tilt(model, rehearsal),
         _thrust(model, rehearsal),
         *_forces(model, rehearsal),
@@ -100,13 +99,13 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
 
 def _joints(model: Model, rehearsal: Rehearsal) -> Finding:
     """Arm along the rehearsal against the joint limits, which the planner does not know."""
-    joint, inside = joint_margin(model, rehearsal.states[:, 5:])
+    margin = joint_margin(model, rehearsal.states[:, 5:])
+    joint, inside = margin.joint, margin.inside
     ok = inside >= -_JOINT_SLACK
     return Finding(
         "joint limits along the swing", graded(ok),
-        f"joint {joint} comes nearest to its limits: {math.degrees(abs(inside)):.1f}° "
-        f"{'inside' if inside >= 0.0 else 'outside'}",
-        inside, 0.0, "rad", "" if ok else f"start.arm and goal.arm of joint {joint} farther from its limits",
+        f"joint {joint} comes nearest to its limits: {margin.size} {'inside' if inside >= 0.0 else 'outside'}",
+        inside, 0.0, margin.unit, "" if ok else f"start.arm and goal.arm of joint {joint} farther from its limits",
     )  # fmt: skip
 
 
@@ -114,11 +113,12 @@ def _rates(model: Model, rehearsal: Rehearsal) -> Finding:
     """Joint rates along the rehearsal against what the servos can do; a limit of 0 in the URDF means none is given."""
     rates, limits = np.abs(rehearsal.inputs[:, 4:]).max(axis=0), _given(model.vehicle.rate_limits)
     worst = int(np.argmax(rates / limits))
+    unit = f"{model.vehicle.angle_units[worst]}/s"
     ok = bool(rates[worst] <= limits[worst])
     return Finding(
         "servo rates", graded(ok, Severity.WARNING),
-        f"joint {model.vehicle.joint_names[worst]} turns at up to {rates[worst]:.2f} rad/s of {limits[worst]:.2f}",
-        float(rates[worst]), float(limits[worst]), "rad/s",
+        f"joint {model.vehicle.joint_names[worst]} moves at up to {rates[worst]:.2f} {unit} of {limits[worst]:.2f}",
+        float(rates[worst]), float(limits[worst]), unit,
         "" if ok else "a start that keeps the constraints, or larger planner.weights.input of the joints",
     )  # fmt: skip
 
@@ -155,18 +155,20 @@ def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
         pushes.append(float(model.door.normal(float(state[3])) @ force))
         torques.append(np.abs(model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force))
-    return [_servo_torques(model, np.max(torques, axis=0)), _pull(model, max(0.0, -min(pushes)))]
+    pull = _pull(model, max(0.0, -min(pushes)))
+    return [_servo_torques(model, np.max(torques, axis=0)), pull] if model.n_arm else [pull]
 
 
 def _servo_torques(model: Model, torques: Array) -> Finding:
     limits = _given(model.vehicle.torque_limits)
     worst = int(np.argmax(torques / limits))
+    unit = "N" if model.vehicle.slides[worst] else "N m"
     ok = bool(torques[worst] <= limits[worst])
     return Finding(
         "servo torques", graded(ok, Severity.WARNING),
-        f"the force on the door loads joint {model.vehicle.joint_names[worst]} with up to {torques[worst]:.2f} N m "
+        f"the force on the door loads joint {model.vehicle.joint_names[worst]} with up to {torques[worst]:.2f} {unit} "
         f"of {limits[worst]:.2f}",
-        float(torques[worst]), float(limits[worst]), "N m",
+        float(torques[worst]), float(limits[worst]), unit,
         "" if ok else "stronger servos, or larger planner.weights on roll, pitch and thrust",
     )  # fmt: skip
 

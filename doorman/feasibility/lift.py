@@ -124,7 +124,7 @@ def _carried(model: Model) -> float:
     levers = np.abs(model.vehicle.tip_jacobian(model.start_arm)[2])
     limits = np.where(model.vehicle.torque_limits > 0.0, model.vehicle.torque_limits, np.inf)
     holds = np.divide(limits, levers, out=np.full_like(limits, np.inf), where=levers > 1e-9)
-    return min(float(holds.min()), model.vehicle.mass * GRAVITY)
+    return min(float(holds.min(initial=np.inf)), model.vehicle.mass * GRAVITY)
 
 
 def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -33,12 +32,12 @@ def postures_finding(model: Model) -> Finding:
     slack = {name: _slack(model, state) for name, state in (open_ends or ends).items()}
     worst = min(slack, key=lambda name: float(slack[name].min()))
     room, row = float(slack[worst].min()), int(slack[worst].argmin())
-    joint, inside = joint_margin(model, np.array([ends[name][5:] for name in slack]))
+    margin = joint_margin(model, np.array([ends[name][5:] for name in slack])) if model.n_arm else None
     proposal = in_toml(model.proposed) or "start and goal are given"
-    if not open_ends or (room >= -_TOLERANCE and inside >= -_TOLERANCE):
+    if not open_ends or (room >= -_TOLERANCE and (margin is None or margin.inside >= -_TOLERANCE)):
         message = (
-            f"{proposal}; nearest are '{model.constraint_names[row]}', {1e2 * room:.1f} cm beyond the margin at the {worst}, "
-            f"and a limit of joint {joint}, {math.degrees(inside):.1f}° away"
+            f"{proposal}; nearest are '{model.constraint_names[row]}', {1e2 * room:.1f} cm beyond the margin at the {worst}"
+            + (f", and a limit of joint {margin.joint}, {margin.size} away" if margin else "")
         )
         return Finding("postures", Severity.OK, message, room, 0.0, "m")
     return Finding(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,7 @@ def setup_findings(model: Model) -> list[Finding]:
         _hinge_limits(model),
         _doorway(model),
         _hinge_friction(model),
-        *(_arm_limits(model, name) for name in ("start", "goal")),
+        *(_arm_limits(model, name) for name in ("start", "goal") if model.n_arm),
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
         *body_findings(model),
@@ -139,30 +140,48 @@ def _doorway(model: Model) -> Finding:
 def _arm_limits(model: Model, name: str) -> Finding:
     """Arm posture of start or goal against the joint limits."""
     arm = model.start_arm if name == "start" else model.goal_arm
-    joint, inside = joint_margin(model, arm[None])
+    margin = joint_margin(model, arm[None])
+    joint, inside = margin.joint, margin.inside
     ok = inside >= 0.0
     return Finding(
         f"{name} arm", graded(ok),
-        f"joint {joint} of the {name}'s arm is {_degrees(abs(inside))} {'inside' if ok else 'outside'} its limits",
-        inside, 0.0, "rad",
-        "" if ok else f"move {name}.arm of joint {joint} by at least {-inside:.3f} rad towards the middle",
+        f"joint {joint} of the {name}'s arm is {margin.size} {'inside' if ok else 'outside'} its limits",
+        inside, 0.0, margin.unit,
+        "" if ok else f"move {name}.arm of joint {joint} by at least {-inside:.3f} {margin.unit} towards the middle",
     )  # fmt: skip
 
 
-def joint_margin(model: Model, arms: Array) -> tuple[str, float]:
+@dataclass(frozen=True)
+class JointMargin:
+    """Joint that comes nearest to a limit."""
+
+    joint: str
+    """Its name."""
+    inside: float
+    """Distance from the limit, negative outside [rad], or [m] where it slides."""
+    unit: str
+    """Of the distance."""
+
+    @property
+    def size(self) -> str:
+        """Distance without its sign, in words."""
+        return _degrees(abs(self.inside)) if self.unit == "rad" else f"{1e2 * abs(self.inside):.1f} cm"
+
+
+def joint_margin(model: Model, arms: Array) -> JointMargin:
     """Joint that comes nearest to a limit.
 
     Args:
-        model: Model of the scenario.
-        arms: Postures H, shape (m, n) [rad].
+        model: Model of the scenario, whose arm has joints.
+        arms: Postures H, shape (m, n) [rad], [m] where a joint slides.
 
     Returns:
-        Name of the joint and its distance from the limit, negative outside [rad].
+        The joint and its distance from the limit.
     """
     vehicle = model.vehicle
     inside = np.minimum(arms - vehicle.lower_limits, vehicle.upper_limits - arms).min(axis=0)
     worst = int(np.argmin(inside))
-    return vehicle.joint_names[worst], float(inside[worst])
+    return JointMargin(vehicle.joint_names[worst], float(inside[worst]), vehicle.angle_units[worst])
 
 
 def _constraints_at(model: Model, name: str) -> Finding:

@@ -6,6 +6,9 @@ from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model
 from doorman.simulation.rotors import RING_RADIUS, RING_SIZE
 
+_ROUNDING = 1e-3
+"""Of lengths in URDFs [m]."""
+
 
 def vehicle_findings(model: Model) -> list[Finding]:
     """What is taken for granted about the vehicle.
@@ -16,7 +19,7 @@ def vehicle_findings(model: Model) -> list[Finding]:
     Returns:
         The findings.
     """
-    return [_rotor_frames(model), _standing_joints(model)]
+    return [_rotor_frames(model), *_rotor_disc(model), _standing_joints(model)]
 
 
 def _rotor_frames(model: Model) -> Finding:
@@ -35,6 +38,24 @@ def _rotor_frames(model: Model) -> Finding:
             '<axis xyz="0 0 ±1"/> for the sense and <limit effort> for the largest thrust [N]'
         )
     return Finding("rotor frames", graded(count > 0, Severity.WARNING), message, float(count), 1.0, "rotors", advice)
+
+
+def _rotor_disc(model: Model) -> list[Finding]:
+    """Whether the disc that planner and audit keep clear holds the propellers; nothing where the URDF shows none."""
+    vehicle = model.vehicle
+    reach = vehicle.propeller_reach
+    if not reach > 0.0:
+        return []
+    ok = reach <= vehicle.radius + _ROUNDING
+    verb = "holds" if ok else "does not hold"
+    return [
+        Finding(
+            "rotor disc", graded(ok, Severity.WARNING),
+            f"the disc of {vehicle.radius:.3f} m radius {verb} the propellers, which reach {reach:.3f} m",
+            reach, vehicle.radius, "m",
+            "" if ok else f"a collision shape of link '{vehicle.names.base_link}' that holds them, or a larger vehicle.radius",
+        )
+    ]  # fmt: skip
 
 
 def _standing_joints(model: Model) -> Finding:

@@ -1,7 +1,8 @@
 r"""Kernel of the arm: joint and point positions from the constants of `ArmGeometry`, with Jacobians.
 
 With :math:`R_i = R_{i-1}\,\mathrm{Rot}(a_i, \eta_i)`: joint i at :math:`p_i = p_{i-1} + R_{i-1} l_i`, its axis
-:math:`R_{i-1} a_i`, a point of parent i at :math:`p_i + R_i o`.
+:math:`R_{i-1} a_i`, a point of parent i at :math:`p_i + R_i o`. A joint that slides has :math:`R_i = R_{i-1}` and moves what
+it carries by :math:`R_{i-1} a_i \eta_i`.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ class ArmParameters(NamedTuple):
 
     axes: Array
     links: Array
+    slides: NDArray[np.bool_]
     point_parents: NDArray[np.int64]
     point_offsets: Array
     joints: Array
@@ -34,7 +36,8 @@ class ArmParameters(NamedTuple):
     def of(cls, arm: ArmGeometry) -> ArmParameters:
         """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch."""
         n, n_points = len(arm.axes), len(arm.point_offsets)
-        constants = (arm.axes.copy(), arm.links.copy(), arm.point_parents.copy(), arm.point_offsets.copy())
+        vectors = (arm.axes.copy(), arm.links.copy(), arm.slides.copy())
+        constants = (*vectors, arm.point_parents.copy(), arm.point_offsets.copy())
         return cls(*constants, np.zeros((n, 6)), np.zeros((n_points, 3)))
 
 
@@ -62,26 +65,31 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
         arm.joints[i, 3] = r00 * ax + r01 * ay + r02 * az
         arm.joints[i, 4] = r10 * ax + r11 * ay + r12 * az
         arm.joints[i, 5] = r20 * ax + r21 * ay + r22 * az
-        s, c = sincos(angles[i])
-        v = 1.0 - c
-        m00, m01, m02 = c + ax * ax * v, ax * ay * v - az * s, ax * az * v + ay * s
-        m10, m11, m12 = ay * ax * v + az * s, c + ay * ay * v, ay * az * v - ax * s
-        m20, m21, m22 = az * ax * v - ay * s, az * ay * v + ax * s, c + az * az * v
-        r00, r01, r02 = (
-            r00 * m00 + r01 * m10 + r02 * m20,
-            r00 * m01 + r01 * m11 + r02 * m21,
-            r00 * m02 + r01 * m12 + r02 * m22,
-        )
-        r10, r11, r12 = (
-            r10 * m00 + r11 * m10 + r12 * m20,
-            r10 * m01 + r11 * m11 + r12 * m21,
-            r10 * m02 + r11 * m12 + r12 * m22,
-        )
-        r20, r21, r22 = (
-            r20 * m00 + r21 * m10 + r22 * m20,
-            r20 * m01 + r21 * m11 + r22 * m21,
-            r20 * m02 + r21 * m12 + r22 * m22,
-        )
+        if arm.slides[i]:
+            px += arm.joints[i, 3] * angles[i]
+            py += arm.joints[i, 4] * angles[i]
+            pz += arm.joints[i, 5] * angles[i]
+        else:
+            s, c = sincos(angles[i])
+            v = 1.0 - c
+            m00, m01, m02 = c + ax * ax * v, ax * ay * v - az * s, ax * az * v + ay * s
+            m10, m11, m12 = ay * ax * v + az * s, c + ay * ay * v, ay * az * v - ax * s
+            m20, m21, m22 = az * ax * v - ay * s, az * ay * v + ax * s, c + az * az * v
+            r00, r01, r02 = (
+                r00 * m00 + r01 * m10 + r02 * m20,
+                r00 * m01 + r01 * m11 + r02 * m21,
+                r00 * m02 + r01 * m12 + r02 * m22,
+            )
+            r10, r11, r12 = (
+                r10 * m00 + r11 * m10 + r12 * m20,
+                r10 * m01 + r11 * m11 + r12 * m21,
+                r10 * m02 + r11 * m12 + r12 * m22,
+            )
+            r20, r21, r22 = (
+                r20 * m00 + r21 * m10 + r22 * m20,
+                r20 * m01 + r21 * m11 + r22 * m21,
+                r20 * m02 + r21 * m12 + r22 * m22,
+            )
         for k in range(n_points):
             if arm.point_parents[k] == i:
                 ox, oy, oz = arm.point_offsets[k, 0], arm.point_offsets[k, 1], arm.point_offsets[k, 2]
@@ -92,10 +100,12 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
 
 @kernel
 def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float, float, float]:
-    """Derivative of a point's position with respect to one joint's angle, after `arm_kinematics`: three numbers."""
+    """Derivative of a point's position with respect to one joint's coordinate, after `arm_kinematics`: three numbers."""
     points, joints = arm.points, arm.joints
     if joint > arm.point_parents[point]:
         return 0.0, 0.0, 0.0
+    if arm.slides[joint]:
+        return joints[joint, 3], joints[joint, 4], joints[joint, 5]
     x = points[point, 0] - joints[joint, 0]
     y = points[point, 1] - joints[joint, 1]
     z = points[point, 2] - joints[joint, 2]

@@ -26,10 +26,14 @@ class ArmPattern:
     """Of the joints at H = 0, one row each."""
     links: Rows
     """From joint to joint."""
+    slides: tuple[bool, ...]
+    """Which joints are prismatic."""
     parents: tuple[int, ...]
     """Of the points."""
     offsets: Rows
     """Of the points."""
+    above: bool
+    """Whether the arm belongs above the rotors' plane."""
 
     @classmethod
     def of(cls, arm: ArmGeometry) -> tuple[ArmPattern, Array]:
@@ -47,7 +51,8 @@ class ArmPattern:
             return len(numbers) - 1
 
         axes, links, offsets = rows(arm.axes), rows(arm.links), rows(arm.point_offsets)
-        return cls(axes, links, tuple(int(parent) for parent in arm.point_parents), offsets), np.array(numbers)
+        slides, parents = tuple(bool(each) for each in arm.slides), tuple(int(parent) for parent in arm.point_parents)
+        return cls(axes, links, slides, parents, offsets, arm.above), np.array(numbers)
 
     @property
     def n_joints(self) -> int:

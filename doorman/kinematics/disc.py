@@ -1,71 +1,133 @@
-"""Radius R_A of the disc that holds the rotors, from the collision shapes of a vehicle's URDF."""
+r"""Radius R_A of the disc that holds the rotors, from a vehicle's URDF.
+
+The collision shapes fixed to the base link tell it where they reach every rotor's axis. Where they do not, as those of a hub
+alone, it is that of the rotors: :math:`R_A = \max_i (|r_i| + \rho_i)` with the propeller's radius ρ, from the shapes of the
+rotor's link. A rotor without shapes has a propeller that reaches half the way to the next rotor.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import coal
 import numpy as np
 import pinocchio
+from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.mesh_checks import unreadable_mesh
-from doorman.kinematics.meshes import with_mesh_paths
-from doorman.kinematics.urdf import load_pinocchio
-from doorman.kinematics.urdf_structure import check_structure
+from doorman.kinematics.mesh_hull import mesh_vertices
+from doorman.kinematics.mesh_paths import mesh_path
+from doorman.kinematics.rotors import rotor_links
+from doorman.kinematics.urdf import link_index
+from doorman.kinematics.urdf_shapes import UrdfShape, read_collisions, read_visuals
+
+Array = NDArray[np.float64]
 
 
-def disc_radius(urdf: Path, base: pinocchio.SE3) -> float:
-    """Radius of the disc about the body's z axis that holds every collision shape fixed to the base link.
+def disc_radius(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
+    """Radius of the disc about the body's z axis that holds the body and its rotors.
 
     Args:
         urdf: Path of the URDF.
+        model: Pinocchio's model of it, in which only the arm moves.
         base: Placement of the base link in the root frame.
 
     Returns:
         R_A [m].
 
     Raises:
-        UrdfError: if the base link has no collision shape, or a mesh cannot be read.
+        UrdfError: if neither shapes nor rotors tell it, or a mesh cannot be read.
     """
+    shapes = [shape for shape in read_collisions(urdf) if _frame(urdf, model, shape.link).parentJoint == 0]
+    for shape in shapes:
+        if shape.kind == "mesh":
+            mesh_path(urdf, shape.file, shape.field)  # an address of another kind has an error of its own
     try:
-        geometry = pinocchio.buildGeomFromUrdfString(
-            load_pinocchio(urdf), with_mesh_paths(urdf), pinocchio.GeometryType.COLLISION
-        )
-    except (ValueError, RuntimeError) as error:
-        given = unreadable_mesh(urdf, check_structure(urdf)) or " ".join(str(error).split())
+        body = max((_reach(urdf, shape, base.inverse() * _placed(urdf, model, shape)) for shape in shapes), default=0.0)
+    except UrdfError as error:
         raise UrdfError(
             "collision meshes cannot be read; set vehicle.radius", file=urdf, field="vehicle.radius",
-            given=given, allowed="meshes that exist, or a radius > 0 m",
+            given=f"{error.field}: {error.message}: {error.given}", allowed="meshes that exist, or a radius > 0 m",
         ) from error  # fmt: skip
-    reaches = [
-        _horizontal_reach(item.geometry, base.inverse() * item.placement)
-        for item in geometry.geometryObjects
-        if item.parentJoint == 0
-    ]
-    if not reaches:
+    hubs = _hubs(urdf, model, base)
+    if len(hubs) and body < np.hypot(*hubs.T[:2]).max():
+        radii = _propeller_radii(urdf)
+        reaches = np.hypot(*hubs.T[:2]) + np.where(radii > 0.0, radii, _half_way_to_the_next(hubs))
+        return max(body, float(reaches.max()))
+    if not body > 0.0:
         raise UrdfError(
-            "the base link has no collision shape to take the radius from; set vehicle.radius",
-            file=urdf,
-            field="vehicle.radius",
-            given="none",
-            allowed="> 0 m",
-        )
-    return max(reaches)
+            "the URDF has no collision shape and no rotor to take the radius from; set vehicle.radius",
+            file=urdf, field="vehicle.radius", given="none", allowed="> 0 m",
+        )  # fmt: skip
+    return body
 
 
-def _horizontal_reach(shape: coal.CollisionGeometry, placement: pinocchio.SE3) -> float:
-    """Largest distance of a shape's points from the z axis; exact for upright cylinders, spheres and boxes."""
+def propeller_reach(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> float:
+    """Largest distance of a propeller's tip from the body's z axis, of the rotors whose links have shapes.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's model of it, in which only the arm moves.
+        base: Placement of the base link in the root frame.
+
+    Returns:
+        [m]; zero where no rotor has one.
+    """
+    hubs, radii = _hubs(urdf, model, base), _propeller_radii(urdf)
+    known = radii > 0.0
+    return float((np.hypot(*hubs[known].T[:2]) + radii[known]).max(initial=0.0))
+
+
+def _propeller_radii(urdf: Path) -> Array:
+    """Radius of every rotor's propeller about the axis of its frame, from the shapes of its link.
+
+    Shape (m,), zero where the link has no shape that can be read [m].
+    """
+    links = rotor_links(urdf)
+    radii = dict.fromkeys(links, 0.0)
+    for shape in (*read_collisions(urdf), *read_visuals(urdf)):
+        if shape.link in radii:
+            try:
+                reach = _reach(urdf, shape, pinocchio.SE3(shape.placement))
+            except UrdfError:
+                continue  # a visual's mesh may be missing
+            radii[shape.link] = max(radii[shape.link], reach)
+    return np.array([radii[link] for link in links])
+
+
+def _half_way_to_the_next(hubs: Array) -> Array:
+    """Half the distance of every hub from the nearest other one, shape (m,); zero of a single one [m]."""
+    apart = np.linalg.norm(hubs[:, None] - hubs, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    between = 0.5 * apart.min(axis=1)
+    return np.where(np.isfinite(between), between, 0.0)
+
+
+def _hubs(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> Array:
+    """Origins of the rotors' frames in the body, shape (m, 3) [m]."""
+    frames = [_frame(urdf, model, link) for link in rotor_links(urdf)]
+    return np.array([base.actInv(frame.placement.translation) for frame in frames]).reshape(-1, 3)
+
+
+def _frame(urdf: Path, model: pinocchio.Model, link: str) -> pinocchio.Frame:
+    return model.frames[link_index(model, link, urdf, f"link {link}")]
+
+
+def _placed(urdf: Path, model: pinocchio.Model, shape: UrdfShape) -> pinocchio.SE3:
+    """Placement of a shape of a link that is fixed to the root, in the root frame."""
+    return _frame(urdf, model, shape.link).placement * pinocchio.SE3(shape.placement)
+
+
+def _reach(urdf: Path, shape: UrdfShape, placement: pinocchio.SE3) -> float:
+    """Largest distance of a shape's points from the z axis; exact for upright cylinders, spheres, boxes and meshes."""
     rotation, origin = placement.rotation, placement.translation
-    if isinstance(shape, coal.Sphere):
-        return float(np.hypot(*origin[:2]) + shape.radius)
-    if isinstance(shape, coal.Cylinder):
-        tilt = float(np.hypot(rotation[0, 2], rotation[1, 2]))
-        center = float(np.hypot(*origin[:2]))
-        return float(center + shape.radius + tilt * shape.halfLength)
-    if isinstance(shape, coal.Box):
-        signs = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
-        corners = origin + (signs * shape.halfSide) @ rotation.T
+    if shape.kind == "sphere":
+        return float(np.hypot(*origin[:2]) + shape.size[0])
+    if shape.kind == "cylinder":
+        radius, length = shape.size
+        return float(np.hypot(*origin[:2]) + radius + np.hypot(*rotation[:2, 2]) * 0.5 * length)
+    if shape.kind == "box":
+        corners = 0.5 * np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T * shape.size
     else:
-        corners = origin + np.asarray(shape.vertices()) @ rotation.T
-    return float(np.hypot(corners[:, 0], corners[:, 1]).max())
+        corners = mesh_vertices(urdf, shape)
+    points = origin + corners @ rotation.T
+    return float(np.hypot(points[:, 0], points[:, 1]).max())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-import coal
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,28 +39,6 @@ def check_meshes(urdf: Path, root: ElementTree.Element) -> None:
             if file is not None:
                 scale = np.array([float(word) for word in mesh.get("scale", "1 1 1").split()])
                 _check(file, scale, _Fault(urdf, f"link {link.get('name')}/collision/mesh", name))
-
-
-def unreadable_mesh(urdf: Path, root: ElementTree.Element) -> str:
-    """The first mesh of a URDF's collision shapes that Coal does not read, its link, and why; empty if there is none.
-
-    Args:
-        urdf: Path of the URDF.
-        root: Its root element, checked.
-    """
-    for link in root.findall("link"):
-        for mesh in link.findall("collision/geometry/mesh"):
-            name = mesh.get("filename", "")
-            file = mesh_file(urdf, name)
-            try:
-                reason = "no such file" if file is None else ""
-                if file is not None:
-                    coal.MeshLoader().load(str(file), np.ones(3))
-            except (ValueError, RuntimeError) as error:
-                reason = " ".join(str(error).split()).rpartition("message: ")[2]
-            if reason:
-                return f"mesh {name} of link {link.get('name')}: {reason}"
-    return ""
 
 
 class _Fault:

@@ -1,4 +1,4 @@
-"""Meshes that a URDF names: where their files are, whatever library reads them, and all of them in one folder."""
+"""Meshes that a URDF names, all of them in one folder."""
 
 from __future__ import annotations
 
@@ -6,37 +6,11 @@ import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
-from doorman.kinematics.mesh_paths import mesh_file, mesh_path
+from doorman.kinematics.mesh_paths import mesh_file
 from doorman.kinematics.urdf_structure import check_structure
 
 _UNSAFE = re.compile(r"[^\w.-]")
 """What of a mesh's name does not go into the name of a copy."""
-
-
-def with_mesh_paths(urdf: Path) -> str:
-    """A URDF as text whose collision meshes are absolute paths: libraries differ in how they look for others.
-
-    Args:
-        urdf: URDF file.
-
-    Returns:
-        XML.
-
-    Raises:
-        UrdfError: if the file is no URDF, or a mesh is no file.
-    """
-    robot = check_structure(urdf)
-    for mesh, path in _collision_meshes(robot, urdf):
-        mesh.set("filename", str(path))
-    return ElementTree.tostring(robot, encoding="unicode")
-
-
-def _collision_meshes(robot: ElementTree.Element, urdf: Path) -> list[tuple[ElementTree.Element, Path]]:
-    return [
-        (mesh, mesh_path(urdf, mesh.get("filename", ""), f"link {link.get('name')}/collision"))
-        for link in robot.findall("link")
-        for mesh in link.iterfind("collision/geometry/mesh")
-    ]
 
 
 def portable_files(urdf: Path, name: str) -> dict[str, bytes]:

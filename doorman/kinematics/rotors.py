@@ -61,6 +61,18 @@ def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> tupl
     return tuple(rotors)
 
 
+def rotor_links(urdf: Path) -> list[str]:
+    """Links of the rotors, in the order of the URDF, whether their thrust is known or not.
+
+    Args:
+        urdf: Path of the URDF.
+
+    Raises:
+        UrdfError: if the file is not a URDF.
+    """
+    return [joint.child for joint in read_joints(urdf).values() if joint.name.startswith(PREFIX)]
+
+
 def _rotor(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, joint: UrdfJoint) -> Rotor:
     frame = model.frames[frame_index(model, joint.child, urdf, joint.name)]
     where = f"joint {joint.name}"

@@ -66,7 +66,7 @@ def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
     Args:
         pattern: Which of the arm's constants are symbols.
         numbers: These symbols, (k, 1).
-        angles: H, (n, 1) [rad].
+        angles: H, (n, 1) [rad], [m] where a joint slides.
 
     Returns:
         Each (3, 1) [m].
@@ -76,9 +76,10 @@ def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
         for rows in (pattern.axes, pattern.links, pattern.offsets)
     )
     rotations, places = [ca.SX.eye(3)], [ca.SX.zeros(3)]
-    for axis, link, angle in zip(axes, links, ca.vertsplit(angles), strict=True):
-        places.append(places[-1] + rotations[-1] @ link)
-        rotations.append(rotations[-1] @ rotation_about(axis, angle))
+    for i, (axis, link, slides) in enumerate(zip(axes, links, pattern.slides, strict=True)):
+        place = places[-1] + rotations[-1] @ link
+        places.append(place + rotations[-1] @ (axis * angles[i]) if slides else place)
+        rotations.append(rotations[-1] if slides else rotations[-1] @ rotation_about(axis, angles[i]))
     return [
         places[parent + 1] + rotations[parent + 1] @ offset
         for parent, offset in zip(pattern.parents, offsets, strict=True)

@@ -77,6 +77,10 @@ class Task(ABC):
         for group in sorted({name.partition(".")[0] for name in named if "." in name}):
             setattr(self, group, _group(group, named))
         names = point_names, arm_points(pattern, named["arm"], self.arm_angles)
+        self.arm_side = 1 if pattern.above else -1
+        """+1 where the arm belongs above the rotors' plane, −1 where below."""
+        self.fixed_points = tuple(name for name, parent in zip(point_names, pattern.parents, strict=True) if parent < 0)
+        """Those of the arm's points that the body carries: the tip of a stick."""
         self.points_in_body = dict(zip(*names, strict=True))
         """Positions of the arm's points in the body by name, the tip last, each (3, 1) [m]."""
         self.tip_in_body = list(self.points_in_body.values())[-1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,12 @@ from doorman.kinematics.mesh_checks import check_meshes
 from doorman.kinematics.urdf_structure import check_structure
 
 
-def load_pinocchio(path: Path) -> pinocchio.Model:
+def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
     """Kinematic tree of a URDF whose root link is fixed in the world.
 
     Args:
         path: URDF file.
+        endless: Whether a continuous joint has two coordinates, cosine and sine, as Pinocchio has it; else one, its angle.
 
     Returns:
         Pinocchio's model.
@@ -31,7 +33,8 @@ def load_pinocchio(path: Path) -> pinocchio.Model:
     root = check_structure(path)
     check_meshes(path, root)
     try:
-        model = pinocchio.buildModelFromUrdf(str(path))
+        turning = () if endless else _make_revolute(root)
+        model = pinocchio.buildModelFromXML(_text(root)) if turning else pinocchio.buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:
         raise UrdfError(
             "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that Pinocchio reads"
@@ -103,6 +106,23 @@ def frozen(values: object) -> NDArray[np.float64]:
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array
+
+
+def _make_revolute(root: ElementTree.Element) -> list[ElementTree.Element]:
+    """Give the continuous joints of a URDF, which are returned, one coordinate; one without `<limit>` cannot move."""
+    joints = [joint for joint in root.findall("joint") if joint.get("type") == "continuous"]
+    for joint in joints:
+        joint.set("type", "revolute")
+        limit = joint.find("limit")
+        if limit is None:
+            limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")
+        limit.set("lower", "-1e6")
+        limit.set("upper", "1e6")
+    return joints
+
+
+def _text(root: ElementTree.Element) -> str:
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _one_line(error: BaseException) -> str:

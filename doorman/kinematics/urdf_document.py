@@ -33,6 +33,8 @@ def read_document(path: Path) -> ElementTree.Element:
         parser.feed(content)
         root: ElementTree.Element = parser.close()
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last two: an encoding that Python lacks
+        if b"<xacro:" in content and "unbound prefix" in str(error):
+            raise _xacro(path) from error
         raise UrdfError(
             "not well-formed XML", file=path, field="XML", given=str(error), allowed="XML with <robot> as root element"
         ) from error
@@ -78,6 +80,8 @@ class _Builder(ElementTree.TreeBuilder):
 
     def start(self, tag: str, attrs: dict[str, str]) -> ElementTree.Element:
         """Count an element in."""
+        if tag.startswith("{") and tag.partition("}")[0].endswith("xacro"):
+            raise _xacro(self._path)
         self._open.append(tag)
         self._elements += 1
         self._links += tag == "link" and len(self._open) == 2
@@ -95,3 +99,12 @@ class _Builder(ElementTree.TreeBuilder):
         """Count an element out."""
         self._open.pop()
         return super().end(tag)
+
+
+def _xacro(path: Path) -> UrdfError:
+    """Error of a file that is a program which writes a URDF."""
+    urdf = path.name.removesuffix(".xacro").removesuffix(".urdf") + ".urdf"
+    return UrdfError(
+        "xacro, not a URDF", file=path, field="XML", given="<xacro:…>",
+        allowed=f"the file that 'xacro {path.name} -o {urdf if urdf != path.name else f'expanded_{urdf}'}' writes",
+    )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Collision shapes of a URDF as written, and the tree of its links.
+"""Shapes of a URDF as written, and the tree of its links.
 
 Read from the XML itself, in a millisecond: yourdfpy, which reads the same, brings in trimesh and takes more than a second to
 import.
@@ -26,7 +26,7 @@ _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius
 
 @dataclass(frozen=True)
 class UrdfShape:
-    """One collision shape, fixed to a link."""
+    """One shape, fixed to a link."""
 
     link: str
     name: str
@@ -58,13 +58,22 @@ def read_collisions(path: Path) -> list[UrdfShape]:
     Raises:
         UrdfError: if the file is not a URDF, or a shape is of another kind.
     """
-    shapes = []
-    for link in check_structure(path).findall("link"):
-        elements, owner = link.findall("collision"), link.get("name", "")
-        for index, element in enumerate(elements):
-            label = element.get("name") or (str(index) if len(elements) > 1 else "")
-            shapes.append(_shape(path, owner, f"{owner}/{label}" if label else owner, element))
-    return shapes
+    return _read(path, "collision")
+
+
+def read_visuals(path: Path) -> list[UrdfShape]:
+    """All visual shapes of a URDF.
+
+    Args:
+        path: URDF file.
+
+    Returns:
+        The shapes, in the order of the file.
+
+    Raises:
+        UrdfError: if the file is not a URDF, or a shape is of another kind.
+    """
+    return _read(path, "visual")
 
 
 def read_parents(path: Path) -> dict[str, tuple[str, str]]:
@@ -97,6 +106,16 @@ def link_name(path: Path, name: str) -> str:
     if any(link.get("name") == name for link in root.findall("link")):
         return name
     return next(_link(joint, "child") for joint in root.findall("joint") if joint.get("name") == name)
+
+
+def _read(path: Path, tag: str) -> list[UrdfShape]:
+    shapes = []
+    for link in check_structure(path).findall("link"):
+        elements, owner = link.findall(tag), link.get("name", "")
+        for index, element in enumerate(elements):
+            label = element.get("name") or (str(index) if len(elements) > 1 else "")
+            shapes.append(_shape(path, owner, f"{owner}/{label}" if label else owner, element))
+    return shapes
 
 
 def _shape(path: Path, link: str, name: str, element: ElementTree.Element) -> UrdfShape:

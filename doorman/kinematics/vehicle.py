@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
-from doorman.kinematics.disc import disc_radius
-from doorman.kinematics.rotors import PREFIX, Rotor, read_rotors
+from doorman.kinematics.arm_chain import arm_chain, standing_joints
+from doorman.kinematics.disc import disc_radius, propeller_reach
+from doorman.kinematics.rotors import Rotor, read_rotors
 from doorman.kinematics.urdf import frame_index, frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_joints
 from doorman.scenario import VehicleSection
@@ -21,6 +22,9 @@ from doorman.scenario import VehicleSection
 __all__ = ["GRAVITY", "ArmGeometry", "Rotor", "Vehicle"]
 
 Array = NDArray[np.float64]
+
+_LEVEL = 1e-3
+"""Height above the rotors up to which an arm's root counts as level with them [m]."""
 
 GRAVITY = 9.81
 """[m/s²]."""
@@ -31,30 +35,36 @@ class ArmGeometry:
     """The arm as constants of its zero configuration, in body axes; enough to compute every point without Pinocchio.
 
     With R_0 = I and R_i = R_{i−1} Rot(axis_i, η_i): joint i+1 lies R_i link_{i+1} after joint i, and a point of parent i
-    lies R_i offset after joint i (parent −1: the body itself, offsets from O_B).
+    lies R_i offset after joint i (parent −1: the body itself, offsets from O_B). A joint that slides does not turn what it
+    carries, R_i = R_{i−1}, and lies R_i axis_i η_i farther.
     """
 
     axes: Array
     """Joint axes at H = 0, shape (n, 3)."""
     links: Array
     """Vector from joint i−1 (from O_B for the first) to joint i at H = 0, shape (n, 3) [m]."""
+    slides: NDArray[np.bool_]
+    """Whether a joint is prismatic, shape (n,)."""
     point_parents: NDArray[np.int64]
     """Index of the joint that carries each constrained point, shape (n_points,)."""
     point_offsets: Array
     """Vector from that joint to the point at H = 0, shape (n_points, 3) [m]."""
+    above: bool
+    """Whether the arm belongs above the rotors' plane, and not below it."""
 
 
 class Vehicle:
-    """Flying vehicle with an arm of n revolute joints, from `base_link` to `tip`.
+    """Flying vehicle with an arm of n joints from `base_link` to `tip`: revolute, continuous or prismatic; none of a fixed stick.
 
-    All positions are in the body frame of the base link: x forward, y left, z up. Threads may share it.
+    Angles, rates and torques of a prismatic joint are lengths, speeds and forces [m, m/s, N]. All positions are in the body frame
+    of the base link: x forward, y left, z up. Threads may share it.
 
     Args:
         urdf: Path of the URDF.
         names: Names of the base link, the tip and the servo frames, and overrides of radius and thrust.
 
     Raises:
-        UrdfError: if a named frame is missing, the chain has a joint that is not revolute or cannot move or hold anything, a
+        UrdfError: if a named frame is missing, the arm has a joint of another kind or one that cannot move or hold anything, a
             rotor is tilted or has no thrust, or the mass is not positive.
     """
 
@@ -63,7 +73,7 @@ class Vehicle:
         self.names = names or VehicleSection()
         self.standing_joints: tuple[str, ...] = ()
         """Joints that could move, are neither of the arm nor rotors, and stand at zero."""
-        full = load_pinocchio(urdf)
+        full = load_pinocchio(urdf, endless=False)
         self.model, self.joint_names = self._arm_only(full)
         self._own: PerThread[pinocchio.Data] = PerThread()
         self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
@@ -71,18 +81,28 @@ class Vehicle:
         self._point_frames = [*self._servo_frames(), self._tip_frame]
         self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
         self.mass = self._positive_mass()
-        self.lower_limits = frozen(self.model.lowerPositionLimit)
-        self.upper_limits = frozen(self.model.upperPositionLimit)
+        self.slides = self._sliding()
+        self.lower_limits, self.upper_limits = self._position_limits()
         self.rate_limits = self._positive_rates()
         self.torque_limits = self._positive_torques()
         self.rotors = read_rotors(urdf, self.model, self._base_placement())
-        self.radius = float(self.names.radius or disc_radius(urdf, self._base_placement()))
+        self.radius = float(self.names.radius or disc_radius(urdf, self.model, self._base_placement()))
         self.max_thrust = self._thrust_limit()
         self.arm = self._arm_geometry()
 
     @property
     def _data(self) -> pinocchio.Data:
         return self._own.get(self.model.createData)
+
+    @property
+    def propeller_reach(self) -> float:
+        """Largest distance of a propeller's tip from the body's z axis, as far as the URDF shows propellers; else zero [m]."""
+        return propeller_reach(self.urdf, self.model, self._base_placement())
+
+    @property
+    def angle_units(self) -> tuple[str, ...]:
+        """Unit of every joint's position, shape (n,)."""
+        return tuple("m" if slides else "rad" for slides in self.slides)
 
     @property
     def n_arm(self) -> int:
@@ -176,6 +196,8 @@ class Vehicle:
             DimensionError: if H has another shape or is not finite.
         """
         angles = vector(arm_angles, self.n_arm, "arm_angles")
+        if not self.n_arm:  # Pinocchio would end the process
+            return np.zeros((len(self._point_frames), 3, 0))
         pinocchio.computeJointJacobians(self.model, self._data, angles)
         pinocchio.updateFramePlacements(self.model, self._data)
         world_to_base = self._base_placement().rotation.T
@@ -206,35 +228,11 @@ class Vehicle:
 
     def _arm_only(self, full: pinocchio.Model) -> tuple[pinocchio.Model, tuple[str, ...]]:
         """Lock every joint that is not on the chain from the base link to the tip."""
-        base = full.frames[link_index(full, self.names.base_link, self.urdf, "vehicle.base_link")].parentJoint
-        joint = full.frames[frame_index(full, self.names.tip, self.urdf, "vehicle.tip")].parentJoint
-        chain: list[int] = []
-        while joint not in (base, 0):
-            chain.insert(0, joint)
-            joint = full.parents[joint]
-        if joint != base or base != 0 or not chain:
-            raise UrdfError(
-                "no chain of joints leads from the base link to the tip",
-                file=self.urdf,
-                field="vehicle.tip",
-                given=self.names.tip,
-                allowed=f"a link after at least one revolute joint from '{self.names.base_link}'",
-            )
-        for index in chain:
-            kind = full.joints[index].shortname()
-            if not kind.startswith(("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")) or (
-                full.joints[index].nq != 1
-            ):
-                raise UrdfError(
-                    "a joint of the arm is not revolute",
-                    file=self.urdf,
-                    field=f"joint {full.names[index]}",
-                    given=kind.removeprefix("JointModel"),
-                    allowed="revolute",
-                )
-        self._check_followers({full.names[index] for index in chain})
+        chain = arm_chain(full, self.names.base_link, self.names.tip, self.urdf)
+        names = tuple(full.names[i] for i in chain)
+        self._check_followers(set(names))
+        self.standing_joints = standing_joints(full, self.names.base_link, names)
         locked = [i for i in range(1, full.njoints) if i not in chain]
-        self.standing_joints = tuple(full.names[i] for i in locked if not full.names[i].startswith(PREFIX))
         try:
             model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
         except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
@@ -242,7 +240,7 @@ class Vehicle:
                 "the arm cannot be told from the rest", file=self.urdf, field="/robot", given=str(error),
                 allowed="links and joints of different names",
             ) from error  # fmt: skip
-        return model, tuple(full.names[i] for i in chain)
+        return model, names
 
     def _check_followers(self, chain: set[str]) -> None:
         """No joint of the arm follows another, and nothing else follows the arm: both would stand still."""
@@ -255,7 +253,7 @@ class Vehicle:
                 )  # fmt: skip
 
     def _servo_frames(self) -> list[int]:
-        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else (k > 4) the joint itself."""
+        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
         n = self.n_arm
         if self.names.servos is not None:
             if len(self.names.servos) != max(n - 2, 0):
@@ -268,10 +266,8 @@ class Vehicle:
                 )
             return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in self.names.servos]
         names = [f"servo_{k}" for k in range(3, n + 1)]
-        for position, k in enumerate(range(3, n + 1)):
-            if k > 4 and not self.model.existFrame(names[position]):
-                names[position] = self.joint_names[k - 1]
-        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in names]
+        known = [name if self.model.existFrame(name) else self.joint_names[k + 2] for k, name in enumerate(names)]
+        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in known]
 
     def _positive_mass(self) -> float:
         mass = float(sum(inertia.mass for inertia in self.model.inertias))
@@ -294,12 +290,25 @@ class Vehicle:
             )
         return mass
 
+    def _sliding(self) -> NDArray[np.bool_]:
+        joints = read_joints(self.urdf)
+        slides = np.array([joints[name].kind == "prismatic" for name in self.joint_names], dtype=np.bool_)
+        slides.flags.writeable = False
+        return slides
+
+    def _position_limits(self) -> tuple[Array, Array]:
+        """Of the joints; a continuous one has none, whatever its `<limit>` says."""
+        joints = read_joints(self.urdf)
+        endless = np.array([joints[name].kind == "continuous" for name in self.joint_names], dtype=np.bool_)
+        lower, upper = self.model.lowerPositionLimit, self.model.upperPositionLimit
+        return frozen(np.where(endless, -np.inf, lower)), frozen(np.where(endless, np.inf, upper))
+
     def _positive_rates(self) -> Array:
         for name, rate in zip(self.joint_names, self.model.velocityLimit, strict=True):
             if not rate > 0.0:
                 raise UrdfError(
                     "a joint of the arm cannot move", file=self.urdf, field=f"joint {name}/limit@velocity",
-                    given=float(rate), allowed="> 0 rad/s",
+                    given=float(rate), allowed="> 0 rad/s, or m/s of a prismatic joint",
                 )  # fmt: skip
         return frozen(self.model.velocityLimit)
 
@@ -310,12 +319,12 @@ class Vehicle:
             if not torque > 0.0:
                 raise UrdfError(
                     "a joint of the arm cannot hold anything", file=self.urdf, field=f"joint {name}/limit@effort",
-                    given=float(torque), allowed="> 0 N m",
+                    given=float(torque), allowed="> 0 N m, or N of a prismatic joint",
                 )  # fmt: skip
             if not lower < upper:
                 raise UrdfError(
                     "a joint of the arm has no range", file=self.urdf, field=f"joint {name}/limit@upper",
-                    given=float(upper), allowed=f"> {lower:g} rad, or type=\"fixed\"",
+                    given=float(upper), allowed=f"> {lower:g}, or type=\"fixed\"",
                 )  # fmt: skip
         return frozen(self.model.effortLimit)
 
@@ -330,9 +339,9 @@ class Vehicle:
         pinocchio.framesForwardKinematics(self.model, self._data, np.zeros(self.n_arm))
         pinocchio.computeJointJacobians(self.model, self._data, np.zeros(self.n_arm))
         base = self._base_placement()
-        joints = np.array([base.actInv(self._data.oMi[i + 1].translation) for i in range(self.n_arm)])
+        joints = np.array([base.actInv(self._data.oMi[i + 1].translation) for i in range(self.n_arm)]).reshape(-1, 3)
         columns = np.reshape(self._data.J, (6, self.n_arm))  # a single column arrives as a flat array
-        axes = (base.rotation.T @ columns[3:]).T
+        axes = (base.rotation.T @ np.where(self.slides, columns[:3], columns[3:])).T
         parents = np.array([self.model.frames[i].parentJoint - 1 for i in self._point_frames], dtype=np.int64)
         points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
         origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
@@ -340,6 +349,12 @@ class Vehicle:
         return ArmGeometry(
             axes=frozen(axes),
             links=frozen(np.diff(np.vstack([np.zeros(3), joints]), axis=0)),
+            slides=self.slides,
             point_parents=parents,
             point_offsets=frozen(points - origins[parents]),
+            above=self._is_above((joints if self.n_arm else points)[0]),
         )
+
+    def _is_above(self, root: Array) -> bool:
+        """Whether the arm's first joint, or the tip of a stick, lies above the rotors; the plane z = 0 without rotors."""
+        return bool(root[2] > max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)]) + _LEVEL)

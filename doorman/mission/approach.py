@@ -47,7 +47,7 @@ class Approach:
         """
         setpoint, target, _ = self._fly(estimate, self._model.hover_offset, time_step)
         still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
-        posed = np.abs(estimate.arm_angles - self._model.start_arm).max() < 0.03
+        posed = np.abs(estimate.arm_angles - self._model.start_arm).max(initial=0.0) < 0.03
         self._still_since = since(self._still_since, bool(still and posed), estimate.time)
         return setpoint, self._still_since is not None and estimate.time - self._still_since >= _STEADY
 

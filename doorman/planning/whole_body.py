@@ -46,6 +46,7 @@ from typing import Any
 
 import casadi as ca
 
+from doorman.collision.constraints import arm_off_the_rotors
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, body_rates, rotation_body_to_world
@@ -100,6 +101,8 @@ class WholeBodyTask:
         }
         points = arm_points(pattern, named["arm.numbers"], self.arm_angles)
         self.points_in_body = dict(zip(point_names, points, strict=True))
+        self.arm_side = 1 if pattern.above else -1
+        self.fixed_points = tuple(name for name, parent in zip(point_names, pattern.parents, strict=True) if parent < 0)
         self.tip_in_body = points[-1]
         face = self.of["mechanism"]
         self.mechanism: Mechanism = Revolute([0.0, 0.0, 1.0], face.origin, face.point, face.hand)
@@ -284,7 +287,7 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
     limits = task.of["limits"]
     stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
-        *(Constraint(f"{name} below body", point[2] + limits.margin, "m") for name, point in task.points_in_body.items()),
+        *arm_off_the_rotors(task, limits.margin),
         *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in planes(task).items()),
         Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
         Constraint("too fast", task.opening_rate - limits.speed, "rad/s"),

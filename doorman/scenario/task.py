@@ -17,9 +17,9 @@ class VehicleSection(Section):
     base_link: Name = "base_link"
     tip: Name = "tip"
     servos: tuple[Name, ...] | None = None
-    """Frames of joints 3 … n; by default `servo_3` … `servo_n`."""
+    """Frames of joints 3 … n; by default `servo_3` … `servo_n`, or the joint's own where there is none."""
     radius: Positive | None = None
-    """R_A [m]; by default the disc that holds all collision shapes fixed to the base link."""
+    """R_A [m]; by default the disc that holds the collision shapes of the base link, or the propellers (`kinematics.disc`)."""
     max_thrust: Positive | None = None
     """[N]; by default the sum over the URDF's rotors, or twice the weight where it names none."""
 

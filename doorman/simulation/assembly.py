@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.kinematics.door import Door
-from doorman.kinematics.meshes import with_mesh_paths
 from doorman.kinematics.urdf_shapes import link_name
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
+from doorman.simulation.hulls import read_spec
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.servos import add_servos
 
@@ -96,20 +96,13 @@ def _set_options(spec: Any, mujoco: Any, time_step: float) -> None:
 
 def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> Any:
     """One URDF as a specification: only the named joints move, every body has mass, every shape a name."""
-    try:
-        part = mujoco.MjSpec.from_string(with_mesh_paths(urdf))
-    except ValueError as error:
-        raise BackendError(f"MuJoCo cannot read the URDF: {' '.join(str(error).split())}", file=urdf) from error
+    part = read_spec(mujoco, urdf)
     part.compiler.fusestatic = False  # would weld the root link into the world and lose its mass
     part.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     part.compiler.boundmass, part.compiler.boundinertia = _SMALLEST_MASS, _SMALLEST_INERTIA
     for joint in list(part.joints):
         if joint.name not in moving:
             part.delete(joint)
-    used = {shape.meshname for body in part.bodies for shape in body.geoms}
-    for mesh in list(part.meshes):
-        if mesh.name not in used:
-            part.delete(mesh)  # of a visual only; its format may be one that MuJoCo does not read
     for body in part.bodies:
         _round_inertia(body, urdf)
         for index, shape in enumerate(body.geoms):

@@ -8,6 +8,7 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.urdf_structure import check_structure
 from doorman.model import Model
 from doorman.simulation.assembly import DOOR, VEHICLE
+from doorman.simulation.hulls import mesh_of
 
 
 def build_fault(model: Model, error: ValueError) -> BackendError:
@@ -24,12 +25,11 @@ def build_fault(model: Model, error: ValueError) -> BackendError:
     message = f"MuJoCo cannot build it: {said}"
     parts = ((model.true_door.urdf, DOOR), (model.vehicle.urdf, VEHICLE))
     for urdf, prefix in parts:
-        found = _mesh(urdf, prefix, said)
-        if found is not None:
-            link, mesh = found
+        mesh = mesh_of(urdf, said, prefix)
+        if mesh is not None:
             return BackendError(
-                message, file=urdf, field=f"link {link}/collision/mesh", given=mesh,
-                allowed="a mesh with volume, as STL or OBJ; or boxes, cylinders and spheres",
+                message, file=urdf, field=f"link {mesh.link}/collision/mesh", given=mesh.file,
+                allowed="a mesh with volume; or boxes, cylinders and spheres",
             )  # fmt: skip
     for urdf, prefix in parts:
         link_name = _link(urdf, prefix, said)
@@ -39,18 +39,6 @@ def build_fault(model: Model, error: ValueError) -> BackendError:
         message, file=model.vehicle.urdf, given=str(model.true_door.urdf),
         allowed="collision shapes as boxes, cylinders and spheres",
     )  # fmt: skip
-
-
-def _mesh(urdf: Path, prefix: str, said: str) -> tuple[str, str] | None:
-    """Link and file name of the mesh that a message names: by its element, else by its file."""
-    meshes = [
-        (link.get("name", ""), mesh.get("filename", ""))
-        for link in check_structure(urdf).findall("link")
-        for mesh in link.findall("collision/geometry/mesh")
-    ]
-    by_element = [(link, name) for link, name in meshes if f"'{prefix}{Path(name).stem}'" in said]
-    by_file = [(link, name) for link, name in meshes if f"{Path(name).name}'" in said and "Element name" not in said]
-    return next(iter(by_element + by_file), None)
 
 
 def _link(urdf: Path, prefix: str, said: str) -> str | None:

@@ -43,3 +43,12 @@ def test_what_is_left_open_is_a_warning_with_the_fix(tmp_path: Path):
     assert "6 upright ones are assumed, 0.28 m" in rotors.message and "rotor_1" in rotors.advice
     assert "free" in found["vehicle's joints"].message and "free" in found["door's joints"].message
     assert all(finding.advice for finding in found.values())
+
+
+def test_propellers_beyond_the_disc_are_a_warning(tmp_path: Path):
+    path = write_edited(tmp_path / "vehicle.urdf", VEHICLE, ('radius="0.40"', 'radius="0.30"'))
+    (found,) = (
+        one for one in vehicle_findings(Model(Scenario(vehicle={"urdf": str(path)}))) if one.name == "rotor disc"
+    )
+    assert found.severity is Severity.WARNING
+    assert "0.300" in found.message and "0.394" in found.message and "base_link" in found.advice

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError
@@ -17,7 +18,10 @@ from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
 from doorman.hardware.vehicle import gripper
 from doorman.hardware.vehicle.settings import with_settings
+from doorman.kinematics.vehicle import Vehicle
 from doorman.model import GRAVITY, Model
+
+Array = NDArray[np.float64]
 
 _SLOWEST_MOCAP, _FASTEST_MOCAP = 40.0, 2000.0
 """Frames per second that the usual settings of poses fit [1/s]."""
@@ -107,13 +111,13 @@ def vehicle_config(
         The configuration.
 
     Raises:
-        BackendError: if a value is out of range.
+        BackendError: if a value is out of range, or a joint of the arm slides.
         DimensionError: if `local_frame` has another shape or is not finite.
     """
     vehicle = model.vehicle
     x, y, z, yaw = (0.0, 0.0, 0.0, 0.0) if local_frame is None else vector(local_frame, 4, "local_frame").tolist()
     grips = model.scenario.contact.kind == "grip"
-    lower, upper, rates = vehicle.lower_limits, vehicle.upper_limits, vehicle.rate_limits
+    lower, upper, rates = servo_limits(vehicle)
     if grips:
         lower, upper = np.append(lower, gripper.LOWER), np.append(upper, gripper.UPPER)
         rates = np.append(rates, gripper.RATE)
@@ -144,3 +148,24 @@ def vehicle_config(
         rate=rate,
     )  # fmt: skip
     return with_settings(config, links or {})
+
+
+def servo_limits(vehicle: Vehicle) -> tuple[Array, Array, Array]:
+    """Limits of the arm's servos; one of a continuous joint turns once, as its ticks count no further.
+
+    Args:
+        vehicle: The vehicle.
+
+    Returns:
+        Lower and upper ends [rad] and largest rates [rad/s], shape (n,) each.
+
+    Raises:
+        BackendError: if a joint of the arm slides.
+    """
+    if vehicle.slides.any():
+        raise BackendError("a servo cannot drive a prismatic joint", file=vehicle.urdf, given="prismatic",
+                           field=f"joint {vehicle.joint_names[int(vehicle.slides.argmax())]}",
+                           allowed="revolute, continuous")  # fmt: skip
+    lower, upper = vehicle.lower_limits, vehicle.upper_limits
+    ends = np.where(np.isfinite(lower), lower, -math.pi), np.where(np.isfinite(upper), upper, math.pi)
+    return *ends, vehicle.rate_limits

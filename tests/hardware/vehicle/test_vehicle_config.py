@@ -6,11 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from urdf_variants import write_arm_of
 
 from doorman.cli.numbers import real_numbers
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config
+from doorman.hardware.vehicle.config import servo_limits
+from doorman.kinematics.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -98,3 +101,13 @@ def test_a_wrong_number_of_servos_is_told_by_the_name_of_the_option(ids):
 def test_cameras_that_are_too_slow_are_told_by_the_name_of_the_option(rate):
     with pytest.raises(BackendError, match="mocap_rate: out of range.*40 to 2000"):
         configured(mocap_rate=rate)
+
+
+def test_a_continuous_joint_turns_once_and_a_prismatic_one_has_no_servo(tmp_path):
+    lower, upper, rates = servo_limits(Vehicle(write_arm_of(tmp_path / "turning.urdf", 3, kinds={1: "continuous"})))
+    np.testing.assert_allclose(lower, [-1.8, -math.pi, -1.8], atol=1e-12)
+    np.testing.assert_allclose(upper, [1.8, math.pi, 1.8], atol=1e-12)
+    np.testing.assert_array_equal(rates, [3.1] * 3)
+    with pytest.raises(BackendError, match="prismatic") as caught:
+        servo_limits(Vehicle(write_arm_of(tmp_path / "sliding.urdf", 3, kinds={1: "prismatic"})))
+    assert caught.value.field == "joint eta_2"
