@@ -18,7 +18,7 @@ from suite.draw_table import figures, page
 
 @pytest.mark.parametrize("name", list(SETS))
 def test_every_run_of_a_set_can_be_drawn(name: str) -> None:
-    flights = Campaign(SETS[name].source, {"planner.model": "quasi_static"}).flights()
+    flights = Campaign(SETS[name].source, {"planner.model": "whole_body"}).flights()
     assert len(flights) >= SETS[name].runs
     drawn = [flights[run].scenario for run in range(SETS[name].runs)]
     assert all(
