@@ -96,6 +96,14 @@ tutorials/campaign
 ```{toctree}
 :hidden:
 :glob:
+:caption: Gallery
+
+gallery/*
+```
+
+```{toctree}
+:hidden:
+:glob:
 :caption: How to
 
 how-to/*

@@ -9,6 +9,7 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DoormanError
 from doorman.learning.reward import RewardWeights, Step, reward_terms
 from doorman.model import GRAVITY, Model
@@ -28,7 +29,7 @@ ROOM = 4.0
 """Distance from the contact point at which the vehicle has left the room [m]."""
 
 
-class OpenDoorEnv(gymnasium.Env[Array, Array]):
+class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
     r"""Open the door of a scenario.
 
     Action, each −1 to 1, shape (4 + n,): thrust :math:`m g (1 + \tfrac12 a_0)`; roll and pitch 0.35 a₁ and 0.35 a₂; yaw 0.35 a₃

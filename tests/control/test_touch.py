@@ -204,10 +204,12 @@ def test_jambs_are_as_deep_as_their_boxes_and_seen_before_they_are_met(model: Mo
     doorway, radius, depth = Doorway(model), model.vehicle.radius, model.door.frame_depth
     x, y, _ = model.door.hinge_position
     still, beside = np.zeros(3), y + model.door.width - radius
-    for into in (-depth, -0.5 * depth, 0.0, 0.3):
+    for into in (-depth, -0.5 * depth, model.door.frame_back):
         assert doorway.gap_to_jambs(np.array([x + into, beside - 0.01, 1.3]), still) == pytest.approx(0.01, abs=1e-9)
     before = doorway.gap_to_jambs(np.array([x - depth - radius - 0.02, beside + radius, 1.3]), still)
     assert before == pytest.approx(0.02, abs=1e-9)
+    behind = doorway.gap_to_jambs(np.array([x + model.door.frame_back + radius + 0.02, beside + radius, 1.3]), still)
+    assert behind == pytest.approx(0.02, abs=1e-9)
     place, drift = np.array([x, beside - 0.02, 1.3]), np.array([0.0, 0.1, 0.0])
     assert doorway.gap_to_jambs(place, drift) < 0.01
     assert doorway.gap_to_jambs(place, -drift) == pytest.approx(0.02, abs=1e-9)
