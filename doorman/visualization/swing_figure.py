@@ -20,7 +20,9 @@ _STEP = 14.0
 """Of the door's angle between two pictures [deg]."""
 _JAMB = 0.06
 _BEFORE, _BEHIND = -1.1, 1.35
-"""Ends of the drawing along x, from the hinge [m]."""
+"""Ends of the drawing along x, from the hinge, unless the disc reaches farther [m],"""
+_ROOM = 0.1
+"""which then has so much room [m]."""
 
 
 def swing_figure(recording: Recording, model: Model) -> Figure:
@@ -57,7 +59,8 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     for moment, color in zip(chosen, colors, strict=False):
         _draw_moment(axes, moment, model, tuple(float(value) for value in color))
     axes.set_aspect("equal")
-    axes.set_xlim(_BEFORE, _BEHIND)
+    room = model.vehicle.radius + _ROOM
+    axes.set_xlim(min(_BEFORE, vehicle[:, 0].min() - room), max(_BEHIND, vehicle[:, 0].max() + room))
     axes.set_xlabel("from the hinge through the doorway [m]")
     axes.set_ylabel("from the hinge to the left of that, along the wall [m]")
     axes.grid(alpha=0.25)
