@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import runpy
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -95,25 +96,31 @@ def test_machine_code_is_made_of_what_python_calls_and_kept(tmp_path):
     assert run(CALL, tmp_path, "outer", "inner") == ["8.0 3.0 0 outer inner", "negative"]
 
 
+SHIFTED = """
+from doorman.compilation import kernel
+
 @kernel
-def _tripled(values: Any) -> Any:
+def tripled(values):
     return 3.0 * values[::-1]
 
-
 @kernel
-def _shifted(values: Any) -> Any:
-    return _tripled(values) + 1.0
+def shifted(values):
+    return tripled(values) + 1.0
+"""
 
 
-def test_a_kernel_that_others_call_is_called_from_python_later() -> None:
-    values = np.arange(4.0)
-    np.testing.assert_array_equal(_shifted(values), [10.0, 7.0, 4.0, 1.0])
-    inner: Any = _tripled
+def test_a_kernel_that_others_call_is_called_from_python_later(tmp_path: Path) -> None:
+    (tmp_path / "shifted.py").write_text(
+        SHIFTED
+    )  # a file of this run: no earlier one has left its kernels in the cache
+    module = runpy.run_path(str(tmp_path / "shifted.py"))
+    values, inner = np.arange(4.0), module["tripled"]
+    np.testing.assert_array_equal(module["shifted"](values), [10.0, 7.0, 4.0, 1.0])
     (linked,) = inner.overloads.values()
     assert not inner.entries
     assert not callable(linked.entry_point)
-    np.testing.assert_array_equal(_tripled(values), [9.0, 6.0, 3.0, 0.0])
-    np.testing.assert_array_equal(_tripled(values), _tripled.py_func(values))  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(inner(values), [9.0, 6.0, 3.0, 0.0])
+    np.testing.assert_array_equal(inner(values), inner.py_func(values))
     assert len(inner.entries) == len(inner.overloads) == 1
 
 
