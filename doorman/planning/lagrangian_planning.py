@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix
 from doorman.kinematics.urdf import frozen
-from doorman.model import GRAVITY, Model
-from doorman.ocp.kernels import functions
+from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
+from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.quasi_static_planning import GripPlanning
 
 Array = NDArray[np.float64]
@@ -69,19 +69,9 @@ class LagrangianPlanning(GripPlanning):
 
     def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
         r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
-        mass = self.model.vehicle.mass
-        force: Array = thrust * rotation_body_to_world(reduced[:3])[:, 2] - mass * acceleration
-        force[2] -= mass * GRAVITY
-        return force
+        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], thrust, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The full dynamics themselves, see `PlanningModel`."""
         numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
-        kernels = lagrangian_problem(self.model, numbers).model
-
-        def step(state: Array, inputs: Array) -> Array:
-            following = np.empty_like(state)
-            functions.step(kernels, state, inputs, following)
-            return following
-
-        return step
+        return stepped(lagrangian_problem(self.model, numbers))
