@@ -68,7 +68,7 @@ def run_rig(
     model = Model(scenario)
     setup = RigSetup(
         autopilot, served_port(file, PIXHAWK, pixhawk_port, 14540), served_port(file, MOCAP, mocap_port, 51001), folder,
-        vehicle=None if vehicle is None else file.links_anywhere(model), servos=_served_device(file), seed=seed,
+        vehicle=None if vehicle is None else file.links_anywhere(model), servos=served_device(file), seed=seed,
     )  # fmt: skip
     header = recorded_header(scenario) | {"rig": autopilot}
     over = threading.Event()
@@ -83,7 +83,7 @@ def run_rig(
         with real_time(), rig:
             overrides = [word for setting in settings for word in ("--set", setting)]
             links = dict(zip(rig.arguments[::2], rig.arguments[1::2], strict=True))
-            options = [] if vehicle is None else ["--vehicle", vehicle, *_other_links(file, links)]
+            options = [] if vehicle is None else ["--vehicle", vehicle, *other_links(file, links)]
             command = shlex.join(["doorman", "fly", source, *overrides, *(options or rig.arguments)])
             other = rig.autopilot_command
             document = {"command": command, "links": {name.strip("-"): one for name, one in links.items()}}
@@ -126,14 +126,23 @@ def served_port(file: VehicleFile, key: str, given: int | None, usual: int) -> i
     return endpoint.port if listens else usual
 
 
-def _served_device(file: VehicleFile) -> Path | None:
-    """Where the vehicle file has the servos, if a link can be made there."""
+def served_device(file: VehicleFile) -> Path | None:
+    """Where the vehicle file has the servos, if a link to a pseudo-terminal can be made there.
+
+    Args:
+        file: The vehicle file.
+    """
     device = file.values.get(SERVOS)
     return None if device is None or Path(device).is_relative_to("/dev") else Path(device)
 
 
-def _other_links(file: VehicleFile, links: Mapping[str, str]) -> list[str]:
-    """Options of `doorman fly` for the links that are elsewhere than the vehicle file says."""
+def other_links(file: VehicleFile, links: Mapping[str, str]) -> list[str]:
+    """Options of `doorman fly` for the links that are elsewhere than the vehicle file says.
+
+    Args:
+        file: The vehicle file.
+        links: Where the rig has them, by option.
+    """
     options = [
         word
         for option, link in links.items()
