@@ -135,6 +135,7 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
     def ros2(
         scenario: Source = "paper",
         settings: Settings = None,
+        vehicle: Vehicle = None,
         feed: Annotated[
             int, typer.Option(min=0, max=65535, help="UDP port on loopback that the flight sends to.")
         ] = 51100,
@@ -163,7 +164,7 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
             from doorman.cli.ros2 import PoseLink, run_bridge
 
             link = None if poses is None else PoseLink(poses, object_name, to, rate)
-            return run_bridge(scenario, settings or [], feed, domain, prefix, link)
+            return run_bridge(scenario, settings or [], feed, domain, prefix, link, vehicle)
 
         leave(command)
 

@@ -70,7 +70,9 @@ class VehicleFile:
     def scenario(
         self, source: str | os.PathLike[str] = "paper", overrides: Mapping[str, Any] | None = None
     ) -> Scenario:
-        """A task as this vehicle flies it: `[vehicle]` takes the place of the scenario's, gains win over the scenario's.
+        """A task as this vehicle flies it.
+
+        A `[vehicle]` with a URDF takes the place of the scenario's. Any other value wins over the scenario's by itself.
 
         Args:
             source: As `Scenario.load`.
@@ -150,8 +152,9 @@ class VehicleFile:
 
 
 def _leaves(section: Section, prefix: str) -> Iterator[tuple[str, Any]]:
-    """Values that were given, by dotted key; of `[vehicle]` all, since it replaces the scenario's."""
-    for name in type(section).model_fields if prefix == f"{VEHICLE}." else sorted(section.model_fields_set):
+    """Values that were given, by dotted key; of a `[vehicle]` with a URDF all, since it replaces the scenario's."""
+    whole = prefix == f"{VEHICLE}." and "urdf" in section.model_fields_set
+    for name in type(section).model_fields if whole else sorted(section.model_fields_set):
         value = getattr(section, name)
         if isinstance(value, Section):
             yield from _leaves(value, f"{prefix}{name}.")

@@ -25,7 +25,7 @@ GAINS: dict[str, type[Section]] = {
 }  # fmt: skip
 """Sections of a scenario of which a vehicle may have its own values."""
 VEHICLE = "vehicle"
-"""Table that takes the place of the scenario's."""
+"""Table that takes the place of the scenario's where it names a URDF."""
 _PLAIN: dict[Any, Any] = {float: Number, int: Annotated[int, Field(strict=True)], bool: Switch, str: Name, Path: Path}
 
 

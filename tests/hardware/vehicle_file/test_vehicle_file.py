@@ -56,6 +56,8 @@ def test_the_vehicle_takes_the_place_of_the_task_s_and_gains_win_over_it(written
 def test_a_file_of_links_alone_leaves_the_task_s_vehicle(written, tmp_path):
     (tmp_path / "task.toml").write_text("[vehicle]\nradius = 0.33\n")
     assert written(LINKS).scenario(tmp_path / "task.toml").vehicle.radius == 0.33
+    learned = written("[vehicle]\nattitude_lag = 0.08\n").scenario(tmp_path / "task.toml").vehicle
+    assert (learned.radius, learned.attitude_lag) == (0.33, 0.08), "a table without a URDF changes only what it has"
     assert VehicleFile().scenario("push") == Scenario.load("push")
 
 
