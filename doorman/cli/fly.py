@@ -67,7 +67,7 @@ def fly_mission(
         links: Values by dotted key of the vehicle file; they win over it.
         out: MCAP file to record to; a new one under `runs` by default.
         duration: Longest time of the mission, which then counts as flown to its end [s].
-        dry_run: Listen only, send nothing, and say what that tells.
+        dry_run: Listen only, send nothing, and run the checks that this allows.
         yes: Do not ask.
         output: Words to stdout; words to stderr and the result as JSON to stdout; or words to stderr only.
         feed: UDP port on loopback of `doorman ros2`, to which what is recorded is sent.
@@ -116,7 +116,7 @@ def _as_data(checks: list[Check]) -> list[dict[str, str]]:
 
 
 def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
-    """Result of a flight that was asked to write parameters, and has found some that are wrong; None if there are none."""
+    """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
     autopilot = links.autopilot
     if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
         return None
@@ -192,7 +192,7 @@ def _fly(
         finally:
             try:
                 recorder.close()
-            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is told
+            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is reported
                 unwritten = str(error)
                 printer.print(f"The recording is not whole: {unwritten}")
     lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" and not unwritten else math.nan
@@ -211,7 +211,7 @@ def _fly(
 
 
 def _attitude_lag(path: Path) -> float:
-    """Of a flight that was recorded [s]; NaN if it tells none."""
+    """Of a flight that was recorded [s]; NaN if the recording shows none."""
     try:
         return recorded_lag(Recording.load(path))
     except DoormanError:

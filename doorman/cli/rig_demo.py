@@ -27,7 +27,7 @@ from doorman.summary import verdict
 
 _ENTRY = "from doorman.cli import main; main()"
 _STOP = 20.0
-"""For the rig to end, after it was asked to [s]."""
+"""Longest time for the rig to end, after SIGTERM [s]."""
 
 
 def fly_the_rig(

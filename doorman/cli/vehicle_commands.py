@@ -126,7 +126,10 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             typer.Option(metavar="SECONDS", help="End the mission then, as flown.", show_default="its own"),
         ] = None,
         dry_run: Annotated[
-            bool, typer.Option("--dry-run", help="Listen to the links, send nothing at all, and check what that tells.")
+            bool,
+            typer.Option(
+                "--dry-run", help="Listen to the links, send nothing at all, and run the checks that this allows."
+            ),
         ] = False,
         write_parameters: Annotated[
             bool,

@@ -1,4 +1,4 @@
-"""How far the autopilot's attitude lags behind what it is told: the price of a rate loop that is not tuned."""
+"""How far the attitude lags behind its setpoints: the price of a rate loop that is not tuned."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen
 
 
 def recorded_lag(recording: Recording) -> float:
-    """Lag in a flight by attitude setpoints that was recorded [s]; NaN if it tells none.
+    """Lag in a flight by attitude setpoints that was recorded [s]; NaN if it shows none.
 
     Args:
         recording: Of the flight.
