@@ -106,7 +106,7 @@ class LeafEstimator:
     def __init__(self, model: Model, converter: StateConverter) -> None:
         settings = model.scenario.estimation
         self._converter = converter
-        self._mass, self._lever = model.vehicle.mass, model.coupling.distance_from_hinge
+        self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
         self._start = float(model.start_state[3])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)

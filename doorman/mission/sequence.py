@@ -172,7 +172,7 @@ class Sequence:
         """Let go of a door that is slammed, if need be, and go out before the leaf."""
         if not self._is_slammed(estimate, time_step):
             return
-        reason = f"the door is slammed at {np.degrees(estimate.door_angle):.0f}°"
+        reason = f"the door is slammed at {self.attempt.model.door.in_words(estimate.door_angle, 0)}"
         self.attempt.allow_another()
         self.attempt.failure, self.attempt.opened = self.attempt.failure or reason, False
         self.enter(Phase.RELEASE, estimate, reason)

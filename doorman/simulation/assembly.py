@@ -171,10 +171,11 @@ def _contact_in_leaf(model: Model) -> list[float]:
 def _set_hinge(spec: Any, model: Model) -> None:
     """The hinge's true torques and the leaf's true mass: the simulation's, else those that the planner is told."""
     hinge, told, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
-    hinge.damping[0] = told.damping if true.door_damping is None else true.door_damping
-    hinge.frictionloss = told.friction if true.door_friction is None else true.door_friction
+    arm = told.per_angle
+    hinge.damping[0] = told.damping / arm**2 if true.door_damping is None else true.door_damping
+    hinge.frictionloss = told.friction / arm if true.door_friction is None else true.door_friction
     hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
-    hinge.stiffness[0] = told.stiffness if true.door_stiffness is None else true.door_stiffness
+    hinge.stiffness[0] = told.section.stiffness if true.door_stiffness is None else true.door_stiffness
     hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
     hinge.limited = bool(told.lower_limit < told.upper_limit)
     if (told.section.preload if true.door_preload is None else true.door_preload) > 0.0:

@@ -20,13 +20,13 @@ class HingeTorques:
     def __init__(self, model: Model, plant: Plant) -> None:
         told, true = model.true_door, model.scenario.simulation
         preload = told.section.preload if true.door_preload is None else true.door_preload
-        self._stiction = told.stiction if true.door_stiction is None else true.door_stiction
-        self._preload = -told.joint_rate(told.torque_of_closer(preload))
+        self._stiction = told.section.stiction if true.door_stiction is None else true.door_stiction
+        self._preload = -told.joint_torque(told.torque_of_closer(told.per_angle * preload))
         self._frictions, self._index = plant.engine_model.dof_frictionloss, plant.hinge_velocity
         self._friction = float(self._frictions[self._index])
         self._applied, self._rates = plant.data.qfrc_applied, plant.data.qvel
         self.other = 0.0
-        """Of whatever else turns the leaf, in the sense of the URDF's joint [N m]."""
+        """Of whatever else moves the leaf, in the sense of the URDF's joint [N m or N]."""
 
     def act(self) -> None:
         """Set this step's torque and friction."""

@@ -211,7 +211,7 @@ class Simulator(Uncopied):
         data, plant = self.plant.data, self.plant
         data.xfrc_applied[plant.base_body, :3] = disturbance.force
         data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
-        self._hinge_torques.other = plant.hinge.joint_rate(disturbance.hinge_torque)
+        self._hinge_torques.other = plant.hinge.joint_torque(disturbance.hinge_torque)
 
 
 def _onboard_parameters(

@@ -28,7 +28,8 @@ class Done(Retreat):
             self.glide = before.glide
         if attempt.opened and abs(estimate.door_angle - float(attempt.model.goal_state[3])) > OPEN_ENOUGH:
             attempt.opened = False
-            attempt.seen = f"by its own estimate the door is at {np.degrees(estimate.door_angle):.0f}°"
+            stands = attempt.model.door.in_words(estimate.door_angle, 0)
+            attempt.seen = f"by its own estimate the door is at {stands}"
 
     @property
     def tie(self) -> Tie:

@@ -43,10 +43,10 @@ class Guard:
         searching = phase.searches(estimate.time)
         near, beside = self._nearness(estimate, searching)
         self._clear_at = self._clear_at if near or beside else estimate.time
-        angle = math.degrees(estimate.door_angle)
+        angle = self._attempt.model.door.in_words(estimate.door_angle, 0)
         if (near and searching) or estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"
-            reason = f"the rotors come too near to {what} at {angle:.0f}°"
+            reason = f"the rotors come too near to {what} at {angle}"
             return GiveUp(reason, for_good=False, at_once=not self._attempt.grips)
         if self._attempt.grips:
             return None
@@ -54,7 +54,7 @@ class Guard:
             return GiveUp(f"the planner is silent for {late:.1f} s")
         past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._attempt.model.goal_state[3]) - past:
-            return GiveUp(f"the leaf has gone past the goal, to {angle:.0f}°")
+            return GiveUp(f"the leaf has gone past the goal, to {angle}")
         return None
 
     def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:

@@ -61,17 +61,17 @@ class Hold(MissionPhase):
         held, off = estimate.time - self.entered, abs(estimate.door_angle - self._goal)
         stands, is_open = self._stands(estimate, off, time_step), off < OPEN_ENOUGH
         self._open_at = estimate.time if is_open else self._open_at
-        angle = math.degrees(estimate.door_angle)
+        angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
         if self._waits:
             if estimate.time - self._open_at > settings.hold_open:
-                return GiveUp(f"the door was moved while it was held, to {angle:.0f}°")
+                return GiveUp(f"the door was moved while it was held, to {angle}")
             if is_open and held >= settings.time_out.hold:
                 return GiveUp(f"the door would not stay by itself, and was left after {held:.0f} s")
             return None
         if held < settings.hold_open * (1.0 if stands else _PATIENCE):
             return None
         if not is_open:
-            return GiveUp(f"the door could not be held at the goal, and is at {angle:.0f}°", for_good=False)
+            return GiveUp(f"the door could not be held at the goal, and is at {angle}", for_good=False)
         self._waits = self.attempt.comes_back
         if self._waits:
             return None

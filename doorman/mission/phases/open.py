@@ -59,8 +59,8 @@ class Open(MissionPhase):
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """Says where the door stands."""
-        stands = np.degrees(estimate.door_angle)
-        return GiveUp(f"open took longer than {self.longest:g} s, the door stands at {stands:.1f}°")
+        stands = self.attempt.model.door.in_words(estimate.door_angle)
+        return GiveUp(f"open took longer than {self.longest:g} s, the door stands at {stands}")
 
     def _after_opening(self, estimate: Estimate) -> Next:
         attempt = self.attempt
@@ -79,4 +79,4 @@ class Open(MissionPhase):
         attempt.losses += 1
         if attempt.losses > attempt.settings.recoveries:
             return GiveUp(f"contact was lost {attempt.losses} times", for_good=False)
-        return Next(Phase.RECOVER, f"contact lost at {np.degrees(estimate.door_angle):.1f}°")
+        return Next(Phase.RECOVER, f"contact lost at {attempt.model.door.in_words(estimate.door_angle)}")

@@ -61,5 +61,6 @@ class Recover(MissionPhase):
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """A leaf that is past the goal cannot be brought back by a push."""
         if estimate.door_angle < float(self.attempt.model.goal_state[3]):
-            return GiveUp(f"the leaf has gone past the goal, to {np.degrees(estimate.door_angle):.0f}° or farther")
+            stands = self.attempt.model.door.in_words(estimate.door_angle, 0)
+            return GiveUp(f"the leaf has gone past the goal, to {stands} or farther")
         return GiveUp(f"recover took longer than {self.longest:g} s", for_good=False)

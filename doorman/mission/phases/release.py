@@ -133,8 +133,8 @@ class Release(MissionPhase):
         if not (estimate.near or estimate.touching):  # the tip has left the leaf, and the door stands without it
             return setpoint, self._out(True)
         if estimate.tip_angle < self._goal - LOST_PAST:
-            stands = np.degrees(estimate.tip_angle)
-            self.attempt.failure = f"the leaf has gone past the goal, to {stands:.0f}° or farther"
+            stands = self.attempt.model.door.in_words(estimate.tip_angle, 0)
+            self.attempt.failure = f"the leaf has gone past the goal, to {stands} or farther"
             return setpoint, self._out(True)
         return setpoint, None
 
