@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.attitude_response import USUAL_LAG, AttitudeResponse
+from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
@@ -144,7 +145,8 @@ class Estimator:
         vehicle, now = self._vehicle, measurement.time
         if self._told is not None:
             self._response.update(self._told, measurement.attitude, measurement.body_rates, time_step)
-        vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step)
+        center = center_of_mass(self._model.vehicle, measurement)
+        vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step, center)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
         near = self._near(tip_angle)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter
 from doorman.control.door_observer import DoorObserver
@@ -134,7 +135,8 @@ class LeafEstimator:
             wanted: Opening rate that is asked for [rad/s].
         """
         weight = np.array([0.0, 0.0, self._mass * GRAVITY])
-        self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step)
+        center = center_of_mass(self._model.vehicle, measured)
+        self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step, center)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
         self._wind.predict(time_step)
         tip = self._tip(measured, velocity)

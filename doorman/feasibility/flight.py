@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from doorman.collision.audit import TOLERANCE, clearances_at
 from doorman.collision.scene import Clearance, CollisionScene
 from doorman.feasibility.geometry import inertia_in_words, shortest_swing
+from doorman.feasibility.lift import weight_on_joints
 from doorman.feasibility.rehearsal import Rehearsal, resistance
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
@@ -149,13 +150,17 @@ def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques :math:`J_d^T R^T F_R`."""
+    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques.
+
+    These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
+    """
     torques, pushes = [], []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
         force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
         pushes.append(float(model.door.normal(float(state[3])) @ force))
-        torques.append(np.abs(model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force))
+        by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
+        torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
     pull = _pull(model, max(0.0, -min(pushes)))
     return [_servo_torques(model, np.max(torques, axis=0)), pull] if model.n_arm else [pull]
 
@@ -167,8 +172,8 @@ def _servo_torques(model: Model, torques: Array) -> Finding:
     ok = bool(torques[worst] <= limits[worst])
     return Finding(
         "servo torques", graded(ok, Severity.WARNING),
-        f"the force on the door loads joint {model.vehicle.joint_names[worst]} with up to {torques[worst]:.2f} {unit} "
-        f"of {limits[worst]:.2f}",
+        f"the force on the door and the arm's weight load joint {model.vehicle.joint_names[worst]} with up to "
+        f"{torques[worst]:.2f} {unit} of {limits[worst]:.2f}",
         float(torques[worst]), float(limits[worst]), unit,
         "" if ok else "stronger servos, or larger planner.weights on roll, pitch and thrust",
     )  # fmt: skip

@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 import casadi as ca
 
 from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.body_symbols import SymbolicBodies
 from doorman.kinematics.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
@@ -83,6 +84,9 @@ class Task(ABC):
         """Positions of the arm's points in the body by name, the tip last, each (3, 1) [m]."""
         self.tip_in_body = list(self.points_in_body.values())[-1]
         """d, (3, 1) [m]."""
+        self._bodies: SymbolicBodies | None = None
+        if "bodies.masses" in named:
+            self._bodies = SymbolicBodies(pattern, named["arm"], self.arm_angles, _group("bodies", named))
 
     @property
     @abstractmethod
@@ -108,6 +112,11 @@ class Task(ABC):
         every = {*vars(self), *(each for kind in type(self).__mro__ for each in vars(kind))}
         ours = {"names", "symbolic_model", "evaluated", "derivative", "parameters", "state", "inputs"}
         return sorted(each for each in every - ours if not each.startswith("_"))
+
+    @cached_property
+    def center_of_mass(self) -> Any:
+        """C of vehicle and arm in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        return ca.SX(3, 1) if self._bodies is None else self._bodies.center
 
     @cached_property
     def rotation(self) -> Any:

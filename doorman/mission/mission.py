@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from doorman.control.engagement import Engagement
 from doorman.control.estimator import Estimate, Estimator
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.state_converter import StateConverter
@@ -49,6 +50,7 @@ class Mission(Uncopied):
             self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
+        self._engagement = Engagement(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         pushes = settings.contact.kind == "push"
@@ -174,8 +176,7 @@ class Mission(Uncopied):
             return attitude
         if self._opened_at is None:
             self._opened_at = measurement.time
-        settings = self.model.scenario.control
-        reach = settings.engage_pitch + settings.engage_rate * (measurement.time - self._opened_at)
+        reach = self._engagement.lead(measurement.time - self._opened_at)
         pitch = measurement.attitude[1] + np.clip(attitude[1] - measurement.attitude[1], -reach, reach)
         return np.array([attitude[0], pitch, attitude[2]])
 
