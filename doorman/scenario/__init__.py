@@ -15,7 +15,14 @@ from doorman.scenario.flight import (
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.scenario import Scenario
-from doorman.scenario.simulation import GustSection, HandSection, NoiseSection, SensorsSection, SimulationSection
+from doorman.scenario.simulation import (
+    GustSection,
+    HandSection,
+    NoiseSection,
+    SensorsSection,
+    SimulationSection,
+    WashSection,
+)
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 
 __all__ = [
@@ -41,5 +48,6 @@ __all__ = [
     "SimulationSection",
     "StartSection",
     "VehicleSection",
+    "WashSection",
     "WeightsSection",
 ]
