@@ -13,6 +13,7 @@ from doorman.scenario.flight import (
     MissionTimeOutsSection,
 )
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
+from doorman.scenario.reality import RealitySection
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.scenario import Scenario
 from doorman.scenario.simulation import (
@@ -42,6 +43,7 @@ __all__ = [
     "NoiseSection",
     "PlannerSection",
     "PushSection",
+    "RealitySection",
     "SafetySection",
     "Scenario",
     "SensorsSection",

@@ -10,7 +10,7 @@ from pydantic import Field
 from doorman.scenario.values import Angle, DoorAngle, NonNegative, Number, Positive, Section, Switch
 
 Elsewhere = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1, le=1)]
-"""By which a door may stand elsewhere than it is believed to [m]."""
+"""By which a door may stand elsewhere than it is believed to [m], or be open farther [rad]."""
 Turned = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-1, le=1)]
 """By which it may be turned [rad]."""
 Leaning = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-0.1, le=0.1)]
@@ -186,8 +186,8 @@ class SimulationSection(Section):
     door_face_offset: Elsewhere | None = None
     """By which the face of the true leaf stands before the hinge axis, towards the vehicle [m]; by default what the planner is
     told."""
-    door_opening: DoorAngle | None = None
-    """How far the door truly is open as a flight from the hover begins [rad]; by default as far as the planner is told."""
+    door_ajar: Elsewhere = 0.0
+    """By which the door truly is farther open than the planner is told, as a flight from the hover begins [rad]."""
     door_seal: Catch = 0.0
     """Torque by which a seal resists more than the hinge over the first degrees, either way [N m]."""
     door_seal_angle: FirstDegrees = math.radians(2.0)

@@ -157,20 +157,21 @@ def _first_angle(model: Model) -> float:
     Raises:
         ScenarioError: if the hinge does not go so far, or the tip begins on a leaf that is told to be elsewhere.
     """
-    scenario, door = model.scenario, model.true_door
-    opening = scenario.simulation.door_opening
-    if opening is None:
-        return float(model.start_state[3])
+    scenario, door, angle = model.scenario, model.true_door, float(model.start_state[3])
+    ajar = scenario.simulation.door_ajar
+    if ajar == 0.0:
+        return angle
     if scenario.mission.start == "contact":
         raise ScenarioError(
-            "the tip begins on the leaf where it is told to be", file=scenario.source, field="simulation.door_opening",
-            given=opening, allowed="mission.start = \"hover\", or start.opening",
+            "the tip begins on the leaf where it is told to be", file=scenario.source, field="simulation.door_ajar",
+            given=ajar, allowed="mission.start = \"hover\", or start.opening",
         )  # fmt: skip
-    angle = door.angle_of_opening(opening)
+    angle = door.angle_of_opening(door.opening_of(angle) + ajar)
     if door.lower_limit < door.upper_limit and not door.lower_limit <= angle <= door.upper_limit:
+        least, most = sorted(door.opening_of(limit) for limit in (door.lower_limit, door.upper_limit))
         raise ScenarioError(
-            "the hinge does not go so far", file=scenario.source, field="simulation.door_opening", given=opening,
-            allowed=f"at most {door.largest_opening:.3f} rad",
+            "the hinge does not go so far", file=scenario.source, field="simulation.door_ajar", given=ajar,
+            allowed=f"a door that opens from {least:.3f} to {most:.3f} rad",
         )  # fmt: skip
     return angle
 

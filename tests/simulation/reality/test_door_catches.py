@@ -67,13 +67,13 @@ def test_a_leaf_swings_freely_in_its_play_and_is_held_by_friction_at_its_end(fli
 
 
 def test_a_door_that_is_ajar_begins_so(model):
-    with SimulatedBackend(model(mission__start="hover", simulation__door_opening=0.2)) as backend:
+    with SimulatedBackend(model(mission__start="hover", simulation__door_ajar=0.2)) as backend:
         backend.read()
         assert backend.truth.door_angle == pytest.approx(math.pi / 2 - 0.2)
 
 
-@pytest.mark.parametrize(("start", "opening"), [("contact", 0.1), ("hover", 4.0)])
+@pytest.mark.parametrize(("start", "opening"), [("contact", 0.1), ("hover", -1.0)])
 def test_a_door_that_cannot_be_ajar_is_refused(model, start, opening):
-    with pytest.raises(ScenarioError, match=r"simulation\.door_opening") as caught:
-        SimulatedBackend(model(mission__start=start, simulation__door_opening=opening)).open()
+    with pytest.raises(ScenarioError, match=r"simulation\.door_ajar") as caught:
+        SimulatedBackend(model(mission__start=start, simulation__door_ajar=opening)).open()
     assert caught.value.allowed
