@@ -16,6 +16,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.recording.recording import Topic
+from doorman.simulation.reality.causes import true_causes
 
 Array = NDArray[np.float64]
 
@@ -87,6 +88,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "max_push_force_n": _largest_push(recording),
         "door_angle_estimate_error_deg_max": _estimate_error(recording),
         "estimates": _estimates(recording, model),
+        "true_causes": true_causes(recording, model),
         **_planner_figures(recording),
         "realtime_factor": _realtime_factor(recording),
     }
