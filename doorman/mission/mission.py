@@ -18,8 +18,9 @@ from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.mission.phases import Phase, Sequence
+from doorman.mission.phases import Phase
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Planner
@@ -70,7 +71,8 @@ class Mission(Uncopied):
     @property
     def outcome(self) -> tuple[bool, str]:
         """Whether the door was brought to the goal and stayed there by the mission's estimate, and what went wrong if not."""
-        return self._sequence.opened, self._sequence.failure or self._sequence.seen
+        attempt = self._sequence.attempt
+        return attempt.opened, attempt.failure or attempt.seen
 
     def abort(self, reason: str) -> None:
         """Let go of the door, retreat and hover; from any thread.
@@ -97,7 +99,7 @@ class Mission(Uncopied):
         now, next_report = 0.0, 0.0
         end = math.inf if duration is None else duration - 1e-9
         outcome = FLOWN
-        self._sequence.comes_back = backend.comes_back
+        self._sequence.attempt.comes_back = backend.comes_back
         backend.watch_mission(self.abort)
         try:
             with self._schedule.running(backend.real_time), backend, _no_garbage_collection():
@@ -109,7 +111,8 @@ class Mission(Uncopied):
                     if on_progress is not None and now >= next_report:
                         next_report = now + self._schedule.period
                         on_progress(now, angle)
-                outcome = self._sequence.failure or ", ".join(filter(None, (FLOWN, self._sequence.seen)))
+                attempt = self._sequence.attempt
+                outcome = attempt.failure or ", ".join(filter(None, (FLOWN, attempt.seen)))
         except (KeyboardInterrupt, SystemExit):
             outcome = "interrupted"
             raise
