@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 import doorman
 from doorman.cli import app
 from doorman.cli.open_door import RUN_FILES
+from doorman.hardware.vehicle_file import VehicleFile
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 
@@ -114,7 +115,10 @@ def test_the_toml_of_the_readme_and_the_docs_is_a_scenario(tmp_path):
     assert len(blocks) >= 2
     for block in blocks:
         (tmp_path / "task.toml").write_text(block)
-        Scenario.load(tmp_path / "task.toml")
+        if "[servos]" in block:
+            VehicleFile.load(tmp_path / "task.toml")
+        else:
+            Scenario.load(tmp_path / "task.toml")
 
 
 # ---------------------------------------------------------------- how-to pages

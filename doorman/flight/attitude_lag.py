@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.recording import Recording
+
 Array = NDArray[np.float64]
 
 LARGE_LAG = 0.15
@@ -49,6 +51,18 @@ def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen
     likeness = [_alike(wanted[: len(wanted) - step], flown[step:]) for step in range(last + 1)]
     best = int(np.argmax(likeness))
     return _PERIOD * best if best < last and likeness[best] > _LEAST_LIKENESS else math.nan
+
+
+def recorded_lag(recording: Recording) -> float:
+    """Lag in a flight by attitude setpoints that was recorded [s]; NaN if it tells none.
+
+    Args:
+        recording: Of the flight.
+    """
+    if not {"command", "measurement"} <= set(recording):
+        return math.nan
+    asked, seen = recording["command"], recording["measurement"]
+    return attitude_lag(asked.time, asked["attitude"], seen.time, seen["attitude"])
 
 
 def _finite(times: ArrayLike, values: ArrayLike) -> tuple[Array, Array]:
