@@ -36,10 +36,14 @@ def layers() -> list[str]:
     Raises:
         SystemExit: if a package or module stands in no layer.
     """
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"]
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
     rows = next(each["layers"] for each in contracts if each["name"] == "Imports run one way")
     named = [name.strip().removeprefix("doorman.") for row in reversed(rows) for name in sorted(row.split("|"))]
-    there = {path.stem for path in (ROOT / "doorman").iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
+    there = {
+        path.stem for path in (ROOT / "doorman").iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
+    }
     if missing := sorted(there - set(named) - {"__init__", "__main__"}):
         raise SystemExit(f"pyproject.toml: no layer holds {', '.join(missing)}")
     return named
