@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "modules.md"
 HEAD = """# Modules
 
-`docs/make_modules.py` writes this page from the modules' docstrings. Imports run one way, from the bottom of this page to the top:
+`docs/make_modules.py` writes this page from the modules' docstrings. Imports run one way, from the bottom of the page to the top:
 a package uses what stands above it on this page. `lint-imports` checks this by the layers in `pyproject.toml`.
 """
 
