@@ -40,27 +40,32 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     states = np.hstack([attitude, door_angle[:, None], np.zeros((len(attitude), 1)), arm_angles])
     upright = np.array([rotation_body_to_world(one)[:, 2] for one in attitude]).reshape(-1, 3)
     away, upright = door.in_doorway(position - door.hinge_position), door.in_doorway(upright)
-    sine, cosine = np.sin(door_angle), np.cos(door_angle)
-    before_leaf = cosine * away[:, 1] - sine * away[:, 0] - door.surface_offset
-    along_leaf = cosine * away[:, 0] + sine * away[:, 1]
-    facing = sine * upright[:, 0] - cosine * upright[:, 1]
+    angles = door_angle.tolist()
+    normal = door.in_doorway(np.array([door.normal(angle) for angle in angles]).reshape(-1, 3))
+    leaf_direction = door.in_doorway(np.array([door.leaf_direction(angle) for angle in angles]).reshape(-1, 3))
+    way = np.array([door.way(angle) for angle in angles])
+    before_leaf = -(normal * away).sum(axis=1) - door.surface_offset - way
+    along_leaf, facing = (leaf_direction * away).sum(axis=1), (normal * upright).sum(axis=1)
     leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf
     beside_leaf = (along_leaf > -radius) & (along_leaf < door.width + radius)
-    extent = radius * np.sqrt(np.maximum(1.0 - upright[:, 0] ** 2, 0.0))
-    beside = _beside(model, away, extent)
+    beside = _beside(model, away, upright)
     return np.column_stack([model.constraints_along(states)[:, :arm], np.where(beside_leaf, leaf, -np.inf), *beside])
 
 
-def _beside(model: Model, away: Array, extent: Array) -> list[Array]:
+def _beside(model: Model, away: Array, upright: Array) -> list[Array]:
     """Rows of what stands beside the door.
 
     Args:
         model: Model of the scenario.
         away: P − P_h in the doorway, shape (m, 3) [m].
-        extent: How far the disc reaches through the doorway, shape (m,) [m].
+        upright: R e₃ there, shape (m, 3).
     """
     door, radius = model.true_door, model.vehicle.radius
+    if door.panel is not None:
+        normal, distance = door.panel
+        return [radius * np.sqrt(np.maximum(1.0 - (upright @ normal) ** 2, 0.0)) - away @ normal + distance]
     if model.surroundings == "wall":
+        extent = radius * np.sqrt(np.maximum(1.0 - upright[:, 0] ** 2, 0.0))
         return [extent + away[:, 0] + door.frame_depth]
     if model.surroundings == "doorway":
         within = (away[:, 0] > -door.frame_depth - radius) & (away[:, 0] < radius)

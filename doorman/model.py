@@ -204,7 +204,8 @@ class Model:
         steps = touch + np.outer(np.linspace(0.0, 1.0, 20), door.in_doorway(straight))
         before = np.maximum(np.maximum(-door.frame_depth - steps[:, 0], steps[:, 0] - door.frame_back), 0.0)
         beside = np.maximum(np.minimum(steps[:, 1], door.width - steps[:, 1]), 0.0)
-        if door.side == "pull" or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
+        free = door.side == "pull" or self.surroundings in ("wall", "panel")
+        if free or np.hypot(before, beside).min() > self.vehicle.radius - _TOUCHES_A_JAMB:
             return np.asarray(straight)
         middle = 0.5 * door.width
         outside = np.array([-door.frame_depth - self.vehicle.radius - far, middle, touch[2]])
@@ -221,7 +222,8 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact, distance = self.scenario.contact, self._place[0]
-        if contact.kind != "push" or not contact.fit_doorway or contact.frame is not None:
+        upright = not (self.door.slides or self.door.lies)
+        if contact.kind != "push" or not contact.fit_doorway or contact.frame is not None or not upright:
             return distance
         arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
         reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
@@ -229,12 +231,18 @@ class Model:
         return min(distance, distance_in_doorway(reach, room))
 
     def _contact_place(self) -> tuple[float, float]:
-        """D_V and D_H [m]."""
-        contact, handle = self.scenario.contact, self.door.handle
-        return (contact.distance_from_hinge, contact.height) if handle is None else handle[:2]
+        """D_V and D_H [m]; without a frame, the middle of a slide's face, and of a hatch's along its hinge."""
+        contact, door = self.scenario.contact, self.door
+        if door.handle is not None:
+            return door.handle[:2]
+        if door.slides:
+            return 0.5 * door.width, 0.5 * door.height
+        return contact.distance_from_hinge, 0.5 * door.height if door.lies else contact.height
 
     def _surroundings(self) -> Surroundings:
         """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb."""
+        if self.door.slides or self.door.lies:
+            return "wall" if self.door.panel is None else "panel"
         if self.door.side == "pull":
             return "wall" if self.door.frame_depth - self.door.contact_offset < _RECESSED else "corners"
         width, radius = self.door.width, self.vehicle.radius

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from doorman.collision.scene import CollisionScene
 from doorman.exceptions import RecordingError
 from doorman.flown_constraints import flown_constraints
+from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.recording.recording import Topic
+from doorman.simulation.reality.causes import true_causes
 
 Array = NDArray[np.float64]
 
@@ -65,7 +67,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     opened_at = time_to_open(time, angle, target) if abs(moving) < _STANDS else None
     outcome, reason = _outcome(recording)
     if outcome == COMPLETED and opened_at is None:
-        outcome, reason = GOAL_MISSED, _missed(float(angle[-1]), target, moving, reason)
+        outcome, reason = GOAL_MISSED, _missed(model.true_door, float(angle[-1]), target, moving, reason)
     return {
         "outcome": outcome,
         "reason": reason,
@@ -73,8 +75,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "opened": opened_at is not None,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
-        "final_error": math.degrees(float(angle[-1]) - target),
-        "unit": "deg",
+        **_where_it_ended(model.true_door, float(angle[-1]), target),
         "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
         "hover_to_goal_s": opened_at,
         "duration_s": float(time[-1]),
@@ -87,6 +88,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         "max_push_force_n": _largest_push(recording),
         "door_angle_estimate_error_deg_max": _estimate_error(recording),
         "estimates": _estimates(recording, model),
+        "true_causes": true_causes(recording, model),
         **_planner_figures(recording),
         "realtime_factor": _realtime_factor(recording),
     }
@@ -103,6 +105,9 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
     """
     final, target = summary["final_door_angle_deg"], summary["target_door_angle_deg"]
     where = f"the door ended at {final:.1f}°, {abs(final - target):.1f}° from the target of {target:.1f}°"
+    if summary["unit"] == "m":
+        final, target = summary["final_opening"], summary["target_opening"]
+        where = f"it ended {final:.3f} m open, {1e3 * abs(final - target):.0f} mm from the target of {target:.3f} m"
     if summary["collisions"]:
         return False, f"Something was touched ({summary['collisions']} contacts other than tip and leaf); {where}."
     if summary["min_clearance_m"] <= 0.0:
@@ -115,6 +120,17 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
         more = f" ({summary['reason']})" if summary["outcome"] == GOAL_MISSED else ""
         return False, f"The door was not opened: {why}{where}{more}."
     return True, f"The door was opened in {summary['time_to_open_s']:.2f} s and nothing was touched; {where}."
+
+
+def _where_it_ended(door: Door, angle: float, target: float) -> dict[str, Any]:
+    """Opening and error in the unit of the joint: of a hinge the error of its angle, of a slide that of its opening."""
+    opening, wanted = door.opening_of(angle), door.opening_of(target)
+    if door.slides:
+        return {"final_error": opening - wanted, "unit": "m", "final_opening": opening, "target_opening": wanted}
+    opening, wanted = math.degrees(opening), math.degrees(wanted)
+    return {
+        "final_error": math.degrees(angle - target), "unit": "deg", "final_opening": opening, "target_opening": wanted,
+    }  # fmt: skip
 
 
 def time_to_open(time: Array, angle: Array, target: float) -> float | None:
@@ -154,12 +170,13 @@ def _rate_at_the_end(recording: Recording) -> float:
     return float(truth["door_rate"][truth.time >= truth.time[-1] - _STANDS_FOR].mean())
 
 
-def _missed(angle: float, target: float, moving: float, said: str) -> str:
+def _missed(door: Door, angle: float, target: float, moving: float, said: str) -> str:
     """Why a mission that went all its way has not opened the door."""
     if abs(angle - target) >= OPEN_TOLERANCE:
-        why = f"the door ended at {math.degrees(angle):.1f}°"
+        why = f"the door ended at {door.in_words(angle)}"
     else:
-        why = f"the door still moved at the end, at {math.degrees(moving):+.1f}°/s"
+        speed = f"{door.per_angle * moving:+.3f} m/s" if door.slides else f"{math.degrees(moving):+.1f}°/s"
+        why = f"the door still moved at the end, at {speed}"
     return f"{why}; the mission said: {said}" if said else why
 
 
@@ -232,12 +249,13 @@ def _outcome(recording: Recording) -> tuple[str, str]:
 def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
     """Parameters of the hinge as estimated at the end, with their standard deviations, and the true ones."""
     estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.true_door
+    arm = door.per_angle
     mass = 1.0 if simulation.door_mass is None else simulation.door_mass / door.mass
     rest = door.rest_angle if simulation.door_rest_angle is None else simulation.door_rest_angle
     true = {
-        "damping": door.damping if simulation.door_damping is None else simulation.door_damping,
-        "friction": door.friction if simulation.door_friction is None else simulation.door_friction,
-        "stiffness": door.stiffness if simulation.door_stiffness is None else simulation.door_stiffness,
+        "damping": door.damping if simulation.door_damping is None else arm**2 * simulation.door_damping,
+        "friction": door.friction if simulation.door_friction is None else arm * simulation.door_friction,
+        "stiffness": door.stiffness if simulation.door_stiffness is None else arm**2 * simulation.door_stiffness,
         "inertia": door.inertia * mass,
     }
     found = {
@@ -252,7 +270,14 @@ def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]
         "deviation": float(estimate["torque_deviation"][-1]),
         "true": true["friction"] + true["stiffness"] * (rest - angle),
     }
-    return found
+    return {
+        name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
+    }
+
+
+def _in_joint(figures: dict[str, float], power: int, per_angle: float) -> dict[str, float]:
+    """Figures of the URDF's joint: newtons and kilograms of a slide."""
+    return figures if per_angle == 1.0 else {name: value / per_angle**power for name, value in figures.items()}
 
 
 def _estimate_error(recording: Recording) -> float:

@@ -80,6 +80,25 @@ def write_arm(path: Path, *, rod: float = 0.25) -> Path:
     return path
 
 
+def write_massive(
+    path: Path,
+    masses: Mapping[str, float],
+    *,
+    source: Path = VEHICLE,
+    center: tuple[float, float, float] = (0.05, 0.0, 0.0),
+) -> Path:
+    """Write a vehicle whose links have masses [kg], each a rod of 0.1 m along x about a centre in the link's frame."""
+    tree = ElementTree.parse(source)
+    for name, mass in masses.items():
+        inertial = ElementTree.SubElement(_link(tree, name), "inertial")
+        ElementTree.SubElement(inertial, "origin", xyz=_text(*center))
+        ElementTree.SubElement(inertial, "mass", value=_text(mass))
+        slim, long = _text(1e-4 * mass), _text(mass * 0.1**2 / 12)
+        ElementTree.SubElement(inertial, "inertia", ixx=slim, ixy="0", ixz="0", iyy=long, iyz="0", izz=long)
+    tree.write(path)
+    return path
+
+
 def write_arm_of(path: Path, joints: int, *, odd_axes_seed: int | None = None, kinds: Mapping[int, str] = {}) -> Path:
     """Write the shipped vehicle with an arm of 0 to 7 joints, revolute where `kinds` does not say another of its index.
 

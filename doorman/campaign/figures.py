@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -65,6 +66,7 @@ def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:
         "collisions": sum(bool(row.get(f"{SUMMARY}collisions")) for row in rows),
         "errors": sum(row["error"] is not None for row in rows),
         "safe_failures": sum(row["safe"] and not row["success"] for row in rows),
+        "wrong_reasons": sum(row.get("told_truly") is False for row in rows),
         "outcomes": dict(Counter(str(row["outcome"] or "none") for row in rows).most_common()),
         "reasons": dict(Counter(row["reason"] for row in rows if not row["success"]).most_common()),
         "quantiles": {metric.column: quantiles for metric in METRICS if (quantiles := _quantiles(rows, metric.column))},
@@ -75,7 +77,9 @@ def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:
 
 def failure(row: Row) -> dict[str, Any]:
     """What the report says of a failed run."""
-    return {name: row[name] for name in ("run", "seed", "outcome", "reason", "final_error_deg", "command")}
+    named = {name: row[name] for name in ("run", "seed", "outcome", "reason", "final_error_deg", "command")}
+    causes = row.get(f"{SUMMARY}true_causes")
+    return named | {"true_causes": json.loads(causes) if causes else [], "told_truly": row.get("told_truly")}
 
 
 def numbers(rows: Sequence[Row], column: str) -> np.ndarray:

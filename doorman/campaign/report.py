@@ -73,6 +73,7 @@ def _rates(found: dict[str, Any]) -> str:
         f"| runs with a collision | {found['collisions']} |",
         f"| runs that ended in an error | {found['errors']} |",
         f"| failures that ended in a safe retreat | {found['safe_failures']} of {len(found['failures'])} |",
+        f"| failures whose told reason is not the true one | {found['wrong_reasons']} of {len(found['failures'])} |",
     ]
     return "\n".join(lines) + "\n\nIn brackets: Wilson's 95 % interval."
 
@@ -127,6 +128,14 @@ def _failures(rows: Sequence[Row], found: dict[str, Any]) -> str:
     drawn = {row["run"]: {k.removeprefix(DRAWN): v for k, v in row.items() if k.startswith(DRAWN)} for row in rows}
     for failed in found["failures"]:
         values = ", ".join(f"{key} {value}" for key, value in drawn[failed["run"]].items())
-        text = f"### Run {failed['run']}, seed {failed['seed']}\n\n{failed['reason']}.\n\nDrawn: {values}."
+        text = f"### Run {failed['run']}, seed {failed['seed']}\n\n{failed['reason']}.{_causes(failed)}\n\nDrawn: {values}."
         parts.append(f"{text}\n\n```sh\n{failed['command']}\n```")
     return "\n\n".join(parts)
+
+
+def _causes(failed: dict[str, Any]) -> str:
+    """What in truth may have caused a failure."""
+    if not failed["true_causes"]:
+        return ""
+    wrong = " The told reason is not the true one." if failed["told_truly"] is False else ""
+    return f"\n\nTrue: {', '.join(failed['true_causes'])}.{wrong}"

@@ -14,6 +14,7 @@ import pyarrow.parquet as parquet
 from doorman.cache_files import write_atomically
 from doorman.campaign.judgement import final_error, judge
 from doorman.campaign.specification import Flight
+from doorman.campaign.told_reason import told_truly
 
 DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""
@@ -42,6 +43,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
     row: Row = {"run": flight.draw.run, "seed": flight.draw.seed}
     if summary is None:
         row |= {"success": False, "safe": False, "outcome": "error", "reason": answer["error"]}
+        row["told_truly"] = None
         row |= {"final_error_deg": None, "torque_error_n_m": None}
     else:
         judgement = judge(summary, flight.scenario.campaign)
@@ -52,6 +54,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
             "reason": judgement.reason,
             "final_error_deg": final_error(summary),
             "torque_error_n_m": _torque_error(summary),
+            "told_truly": None if judgement.success else told_truly(summary),
         }
     row |= {"error": answer["error"], "command": flight.command}
     row |= {"friction": flight.scenario.simulation.door_friction}

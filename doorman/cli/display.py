@@ -114,13 +114,25 @@ def print_run(summary: dict[str, Any], sentence: str, folder: Path) -> None:
     console.print(Text(f"\n{sentence}\nResults: {folder}"), soft_wrap=True)
 
 
+def _where_it_ended(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """The door's angle, or how far a slide is open."""
+    if summary["unit"] == "m":
+        return [
+            ("opening at the end", f"{summary['final_opening']:.3f} m"),
+            ("target", f"{summary['target_opening']:.3f} m"),
+        ]
+    return [
+        ("door's angle at the end", f"{summary['final_door_angle_deg']:.2f}°"),
+        ("target", f"{summary['target_door_angle_deg']:.2f}°"),
+    ]
+
+
 def _rows(summary: dict[str, Any]) -> list[tuple[str, str]]:
     opened_at, factor, push = summary["time_to_open_s"], summary["realtime_factor"], summary["max_push_force_n"]
     planner = {name: math.nan if value is None else value for name, value in summary["planner_ms"].items()}
     return [
         ("mission", summary["outcome"]),
-        ("door's angle at the end", f"{summary['final_door_angle_deg']:.2f}°"),
-        ("target", f"{summary['target_door_angle_deg']:.2f}°"),
+        *_where_it_ended(summary),
         ("time to open, from the touch", "not opened" if opened_at is None else f"{opened_at:.2f} s"),
         ("largest constraint violation", f"{summary['max_constraint_violation_m'] * 1e3:.1f} mm"),
         ("smallest clearance", f"{summary['min_clearance_m'] * 1e3:.1f} mm"),

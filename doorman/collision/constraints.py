@@ -15,6 +15,8 @@ their `Surroundings`:
 - `wall`: a vehicle that pulls stays before the wall,
   :math:`R_A\sqrt{1 - (i^T R e_3)^2} + i^T(P - P_h) + b_f \le 0` with the direction i through the doorway and the depth
   :math:`b_f` of the frame.
+- `panel`: a vehicle that pushes a slide by a handle stays on the handle's side of it,
+  :math:`R_A\sqrt{1 - (p^T R e_3)^2} - (p^T(P - P_h) - c) \le 0` with the plane's normal p and distance c.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from typing import Any
 import casadi as ca
 
 from doorman.collision.constraint_names import arm_constraint_names
-from doorman.collision.surroundings import JAMBS, LEAF, WALL, Surroundings
+from doorman.collision.surroundings import JAMBS, LEAF, PANEL, WALL, Surroundings
 from doorman.kinematics.task import Task
 from doorman.ocp.problem.terms import Constraint
 
@@ -44,7 +46,10 @@ def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundi
         margin: Distance to keep besides [m].
         surroundings: What stands beside the door.
     """
-    beside = {"doorway": disc_clear_of_jambs, "corners": disc_clear_of_corners, "wall": disc_clear_of_wall}
+    beside = {
+        "doorway": disc_clear_of_jambs, "corners": disc_clear_of_corners, "wall": disc_clear_of_wall,
+        "panel": disc_clear_of_panel,
+    }  # fmt: skip
     return [*arm_off_the_rotors(task, margin), disc_clear_of_leaf(task, margin), *beside[surroundings](task, margin)]
 
 
@@ -93,6 +98,13 @@ def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     nearest = task.into_doorway + task.door.frame_depth
     return [Constraint(WALL, task.vehicle.radius * extent + nearest + margin)]
+
+
+def disc_clear_of_panel(task: Task, margin: Any) -> list[Constraint]:
+    """The rotor disc, wherever it tilts, stays on its side of a panel that slides."""
+    facing = task.panel_in_heading.T @ task.tilt_rotation[:, 2]
+    extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
+    return [Constraint(PANEL, task.vehicle.radius * extent - task.before_panel + margin)]
 
 
 def _positive(value: Any) -> Any:

@@ -6,7 +6,7 @@ States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D, f_x, f_y]`. With th
 .. math::
 
    I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) \mp \tau_p - w
-   - \tfrac{1}{2} D_W n_D^T f
+   - \tfrac{1}{2} D_W n_D^T f - G(\alpha)
 
 w is a torque that comes and goes (gusts, what the model leaves out): a first-order Markov process. f is the mean wind on the
 leaf, which would pass for friction or a closer but for how it changes with the angle; it is expected to blow as the
@@ -81,7 +81,7 @@ class DoorFilter:
 
     def __init__(self, model: Model, settings: EstimationSection) -> None:
         self._settings = settings
-        self._lever = model.coupling.distance_from_hinge
+        self._lever = model.coupling.lever_length
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
         start = float(model.start_state[3])
         self._door, self._rest = model.door, model.door.rest_angle
@@ -128,7 +128,7 @@ class DoorFilter:
         """Parameters with their standard deviations."""
         chosen = [DAMPING, FRICTION, STIFFNESS, INERTIA]
         deviations = np.sqrt(np.diag(self.covariance)[chosen])
-        turned = abs(self._rest - self.state[ANGLE])
+        turned, known = abs(self._rest - self.state[ANGLE]), abs(self._known())
         p = self.covariance
         squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]
         together = 2.0 * turned * p[FRICTION, STIFFNESS]
@@ -137,7 +137,7 @@ class DoorFilter:
         d = [float(value) for value in deviations]
         wind = (-1.0 if self._door.side == "push" else 1.0) * float(self._wind_lever() @ self.state[WIND_X:])
         return HingeEstimate(
-            b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - abs(self._preload) - k * float(turned), spare
+            b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - known - k * float(turned), spare
         )
 
     def update(
@@ -197,8 +197,12 @@ class DoorFilter:
 
     def stays(self) -> None:
         """The leaf has stood here with nothing at it: friction is at least what the closer makes."""
-        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))) + abs(self._preload)
+        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))) + abs(self._known())
         self.state[FRICTION] = max(float(self.state[FRICTION]), 1.001 * closer)
+
+    def _known(self) -> float:
+        """Torque of closer and weight that the scenario names, in the sense of damping [N m]."""
+        return self._preload + self._door.weight_torque(self.angle)
 
     def _wind_lever(self) -> Array:
         """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""
@@ -219,7 +223,7 @@ class DoorFilter:
 
     def _holds(self) -> bool:
         """Whether friction holds a free door that stands."""
-        closer = abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)) + abs(self._preload)
+        closer = abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)) + abs(self._known())
         return bool(self.state[FRICTION] > closer)
 
     def _stop(self) -> None:
@@ -251,7 +255,7 @@ class DoorFilter:
         slip = math.tanh(z[RATE] / (0.5 * _MOVING))
         wind = self._wind_lever()
         torque = z[DAMPING] * z[RATE] + z[FRICTION] * slip + z[STIFFNESS] * (z[ANGLE] - self._rest) + z[TORQUE]
-        torque += self._preload + float(wind @ z[WIND_X:])
+        torque += self._known() + float(wind @ z[WIND_X:])
         acceleration = -(self._lever * push + torque) / inertia
         change = np.eye(_STATES)
         change[ANGLE, RATE] = time_step

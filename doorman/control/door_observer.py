@@ -2,7 +2,7 @@ r"""Disturbance observer of the door: the torque in the hinge that the planner d
 
 Vehicle and leaf move as one along the swing, with the inertia :math:`I_e = I_D + m_A D_V^2` that the push really moves:
 
-.. math:: I_e\ddot\alpha = -D_V F_n - b\dot\alpha - k(\alpha - \alpha_0) - \tau_d
+.. math:: I_e\ddot\alpha = -D_V F_n - b\dot\alpha - k(\alpha - \alpha_0) - G(\alpha) - \tau_d
 
 with the push F_n. The observer gives :math:`\hat\tau_d = Q(s)\,\tau_d` with a first-order Q, without differentiating the
 rate. The planner takes it into α̈. Torques and rate are filtered each by itself: an inertia that is learnt in flight counts
@@ -33,7 +33,7 @@ class DoorObserver:
         self.rate = rate
         self.limit = limit
         self._door = model.door
-        self._lever = model.coupling.distance_from_hinge
+        self._lever = model.coupling.lever_length
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
         self._torque = 0.0
         self._rate: float | None = None
@@ -59,6 +59,7 @@ class DoorObserver:
         if self._rate is None:
             self._rate, self._torque = door_rate, self.estimate
         resistance = door.damping * door_rate + door.stiffness * (door_angle - door.rest_angle)
+        resistance += door.weight_torque(door_angle)
         part = 1.0 - math.exp(-self.rate * time_step)
         self._torque += part * (-self._lever * push - resistance - self._torque)
         self._rate += part * (door_rate - self._rate)

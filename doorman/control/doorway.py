@@ -40,6 +40,7 @@ class Doorway:
         room = model.vehicle.radius + (model.scenario.planner.margin if margin is None else margin)
         self._door, self._coupling, self._radius = model.door, model.coupling, model.vehicle.radius
         self._bounds, self._before_wall = model.surroundings == "doorway", model.door.side == "pull"
+        self._has_jambs = not (model.door.slides or model.door.lies)
         self.lowest, self.highest = room, model.door.width - room
         """Bounds of the distance from the hinge along the closed leaf that keep the margin [m]."""
         self.middle = 0.5 * (self.lowest + self.highest)
@@ -122,9 +123,11 @@ class Doorway:
         """Whether the jambs bound where a vehicle may be: always in a doorway, else only where its disc is between them."""
         into = float(self._door.in_doorway(position - self._door.hinge_position)[0])
         near = -self._door.frame_depth - self._radius < into < self._door.frame_back + self._radius
-        return self._bounds or (near and not self._before_wall)
+        return self._bounds or (near and not self._before_wall and self._has_jambs)
 
     def _gap_to_jambs(self, position: Array) -> float:
+        if not self._has_jambs:
+            return math.inf
         into, along, _ = self._door.in_doorway(position - self._door.hinge_position)
         before = max(float(-self._door.frame_depth - into), float(into - self._door.frame_back), 0.0)
         beside = max(min(float(along), float(self._door.width - along)), 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.attitude_response import USUAL_LAG, AttitudeResponse
+from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
@@ -111,7 +112,7 @@ class Estimator:
         self.contact = ContactMonitor(settings.contact)
         self.lose_leaf()
         self._door_inertia = model.door.inertia
-        self._lever = model.coupling.distance_from_hinge
+        self._lever = model.coupling.lever_length
         self._beyond: float | None = None
         self._grips, self._smoothed = model.scenario.contact.kind == "grip", 0.0
         self._drew_back, self._doubted = False, 0.0
@@ -144,7 +145,8 @@ class Estimator:
         vehicle, now = self._vehicle, measurement.time
         if self._told is not None:
             self._response.update(self._told, measurement.attitude, measurement.body_rates, time_step)
-        vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step)
+        center = center_of_mass(self._model.vehicle, measurement)
+        vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step, center)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
         near = self._near(tip_angle)
@@ -158,7 +160,8 @@ class Estimator:
         force_felt = normal_force if may_touch else 0.0
         distance = math.inf if self._grips else self._distance_to_leaf(tip_angle, tip_rate, time_step)
         touching = tie is Tie.GRIPPED or (tie is not Tie.FREE and self.contact.update(force_felt, time_step, distance))
-        self._update_door(tie, touching, (tip_angle, tip_rate), measurement, force, time_step)
+        lifts = force - self._weight
+        self._update_door(tie, touching, (tip_angle, tip_rate), measurement, lifts, time_step)
         door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
         state = np.concatenate([measurement.attitude, door, measurement.arm_angles])
         state[2] += 2.0 * math.pi * round((self._yaw - state[2]) / (2.0 * math.pi))  # without jumps at ±π
@@ -179,7 +182,7 @@ class Estimator:
             door_disturbance=self._hinge_torque.estimate,
             hinge=self.door.hinge(),
             attitude_lag=self._response.lag,
-            push=float(normal @ (force + self._wind)),
+            push=float(normal @ (lifts + self._wind)),
         )
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:
@@ -259,14 +262,15 @@ class Estimator:
         r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].
 
         A vehicle that turns about the tip it holds moves otherwise than the tip. With :math:`u = n_D^T v + D_V\dot\alpha`, its
-        speed along the normal beyond the tip's, the push is :math:`n_D^T F - m_A\dot u + m_A\dot\alpha\,c^T v` (docs/theory.md).
+        speed along the normal beyond the tip's, the push is :math:`n_D^T F - m_A\dot u + m_A\dot\alpha\,n_D'^T v`; the
+        normal of a hinged leaf bends by :math:`n_D' = c` (docs/theory.md).
         """
         door, velocity = self._model.door, self._vehicle.velocity
-        normal, along = door.normal(tip_angle), door.leaf_direction(tip_angle)
+        normal, bend = door.normal(tip_angle), door.bend(tip_angle)
         beyond = float(normal @ velocity) + self._lever * tip_rate
         change = 0.0 if self._beyond is None else beyond - self._beyond
         self._beyond = beyond
         taken = (
-            self._vehicle.mass * (change / time_step - tip_rate * float(along @ velocity)) if time_step > 0.0 else 0.0
+            self._vehicle.mass * (change / time_step - tip_rate * float(bend @ velocity)) if time_step > 0.0 else 0.0
         )
         return float(normal @ acting) - taken

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter
 from doorman.control.door_observer import DoorObserver
@@ -30,6 +31,8 @@ _FACE, _MEASURED = 0.02, 0.3
 """Deviation of where the face stands [m], which the first touch measures in so long [s],"""
 _STOPPED, _WENT_ON = 0.03, 0.015
 """with a tip that has stopped [m/s]; one that goes on by the second has met nothing [m]."""
+_AJAR = 0.04
+"""No face stands so far behind its place: a leaf that is met there has been opened [m]."""
 _TIP_NOISE, _TIP_TIME = 0.003, 0.05
 """Noise of the tip's place, which is a new one after the latter [m], [s]."""
 _LEAST = 0.2
@@ -104,7 +107,7 @@ class LeafEstimator:
     def __init__(self, model: Model, converter: StateConverter) -> None:
         settings = model.scenario.estimation
         self._converter = converter
-        self._mass, self._lever = model.vehicle.mass, model.coupling.distance_from_hinge
+        self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
         self._start = float(model.start_state[3])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
@@ -132,7 +135,8 @@ class LeafEstimator:
             wanted: Opening rate that is asked for [rad/s].
         """
         weight = np.array([0.0, 0.0, self._mass * GRAVITY])
-        self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step)
+        center = center_of_mass(self._model.vehicle, measured)
+        self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step, center)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
         self._wind.predict(time_step)
         tip = self._tip(measured, velocity)
@@ -180,6 +184,11 @@ class LeafEstimator:
         off, speed = self._lever * (tip[0] - self._start), -self._lever * tip[1]
         before = off + self._face
         self._met = before if self._met is None else self._met
+        if self._met < -_AJAR:
+            self._closed = False
+            self._deepest = tip[0]
+            self._door.meet(tip[0])
+            return True, tip
         if self._met - before > _WENT_ON and speed > _STOPPED:
             self._face, self._face_variance, self._met, self._deepest = 0.0, _FACE**2, None, math.inf
             self._monitor.declare(False)

@@ -130,7 +130,7 @@ class PositionController:
         )
         wanted = self.mass * correction + self._weight + setpoint.force - disturbance
         if setpoint.push is not None:
-            wanted = wanted + (setpoint.push - setpoint.normal @ wanted) * setpoint.normal
+            wanted = wanted + (setpoint.push - setpoint.normal @ (wanted - self._weight)) * setpoint.normal
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
         force = saturate(wanted, self.max_thrust, max_tilt)
         self._acting = force - self._weight - setpoint.force

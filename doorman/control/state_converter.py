@@ -79,12 +79,13 @@ class StateConverter:
             state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
 
         Returns:
-            Along the leaf, away from the hinge, and up [m].
+            Along the two directions of `Door.face`: a door's are along the leaf, away from the hinge, and up [m].
         """
         coupling = self._coupling
         tip = position + rotation_body_to_world(state[:3]) @ self.model.vehicle.tip_position(state[5:])
         off = tip - coupling.contact_point(state[3])
-        return float(self.model.door.leaf_direction(state[3]) @ off), float(off[2])
+        aside, upwards = self.model.door.face(state[3])
+        return float(aside @ off), float(upwards @ off)
 
     def planner_state(self, state: Array, body_rates: ArrayLike) -> Array:
         """State that the planner starts from.

@@ -56,7 +56,7 @@ class TurningAid:
             Along the leaf, shape (3,), world frame [N].
         """
         missing = planned_rate - float(euler_rate_matrix(state[:3])[2] @ body_rates)
-        along = self._door.leaf_direction(state[3])
+        along = self._door.face(state[3])[0]
         tip = rotation_body_to_world(state[:3]) @ self._vehicle.tip_position(state[5:])
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N
         most = self._most * abs(lever)

@@ -13,6 +13,8 @@ T = 8 ms and t = 20 ms. (To carry what it corrects on to now keeps them, and is 
 :math:`\omega t > 0.85` it would be unstable, so older positions are taken in with a smaller ω, and the model counts for more;
 so are new ones soon after old ones, or delays that come and go would excite it. One that has been seen before is not compared
 at all, so a gap is bridged by the model.
+
+Of an arm with mass it is the centre of mass that moves so; O_B is where that is not.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ Array = NDArray[np.float64]
 
 _LATEST = 0.6
 """Largest ω t; for older positions ω is less."""
+AT_THE_ORIGIN = (np.zeros(3), np.zeros(3))
+"""Centre of mass of a vehicle whose arm has no mass, and its velocity, from O_B."""
 _FORGETS = 0.2
 """By so much a second the age that ω is chosen for falls, where positions are new again [s/s]."""
 
@@ -43,38 +47,52 @@ class VehicleObserver:
         self.rate = rate
         self._seen: float | None = None
         self._late = 0.0
-        self.position = np.zeros(3)
-        """p̂, shape (3,), world frame [m]."""
-        self.velocity = np.zeros(3)
-        """v̂, shape (3,), world frame [m/s]."""
+        self._position, self._velocity = np.zeros(3), np.zeros(3)
+        self._center = AT_THE_ORIGIN
         self.outer_force = np.zeros(3)
         """F̂_out: wind, contact and whatever the model leaves out, shape (3,), world frame [N]."""
 
-    def update(self, position: Array, measured_at: float, now: float, force: Array, time_step: float) -> None:
+    @property
+    def position(self) -> Array:
+        """p̂ of O_B, shape (3,), world frame [m]."""
+        return self._position - self._center[0]
+
+    @property
+    def velocity(self) -> Array:
+        """v̂ of O_B, shape (3,), world frame [m/s]."""
+        return self._velocity - self._center[1]
+
+    def update(
+        self, position: Array, measured_at: float, now: float, force: Array, time_step: float,
+        center: tuple[Array, Array] = AT_THE_ORIGIN,
+    ) -> None:  # fmt: skip
         """Advance by one period.
 
         Args:
-            position: p, shape (3,), world frame [m].
+            position: p of O_B, shape (3,), world frame [m].
             measured_at: When it was true [s].
             now: [s].
             force: F that acted since the last call: rotors and gravity, shape (3,), world frame [N].
             time_step: Since the last call [s].
+            center: Place and velocity of the centre of mass from O_B, both of shape (3,), world axes [m], [m/s].
         """
+        self._center = center
+        position = position + center[0]
         if self._seen is None:
-            self.position, self._seen = position.copy(), measured_at
+            self._position, self._seen = position, measured_at
             return
         acceleration = (force + self.outer_force) / self.mass
-        self.position = self.position + time_step * (self.velocity + 0.5 * time_step * acceleration)
-        self.velocity = self.velocity + time_step * acceleration
+        self._position = self._position + time_step * (self._velocity + 0.5 * time_step * acceleration)
+        self._velocity = self._velocity + time_step * acceleration
         if measured_at <= self._seen:
             return
         apart, self._seen = measured_at - self._seen, measured_at
         age = now - measured_at
-        innovation = position - (self.position - age * self.velocity)
+        innovation = position - (self._position - age * self._velocity)
         self._late = max(age, self._late - _FORGETS * apart)
         rate = min(self.rate, _LATEST / self._late) if self._late > 0.0 else self.rate
         kept = math.exp(-rate * apart)
         lost = 1.0 - kept
-        self.position = self.position + (1.0 - kept**3) * innovation
-        self.velocity = self.velocity + 1.5 * (1.0 - kept**2) * lost / apart * innovation
+        self._position = self._position + (1.0 - kept**3) * innovation
+        self._velocity = self._velocity + 1.5 * (1.0 - kept**2) * lost / apart * innovation
         self.outer_force = self.outer_force + self.mass * lost**3 / apart**2 * innovation

@@ -37,6 +37,8 @@ _MOST_TURN = 0.25
 """Largest lead of the commanded heading [rad]."""
 _YAW_LOOP = 4.0
 """Of the onboard loop: rate by heading error [1/s]."""
+_ARM_TIME = 0.1
+"""Low-pass of the joint rates [s]: they differ from plan to plan by noise, which would rattle the tip until friction lets go."""
 _YAW_RATE = 11
 """Its place in the state."""
 
@@ -52,10 +54,12 @@ class WholeBodyController:
         self._model, self._numbers = model, whole_body_numbers(model)
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
+        self._arm_rates = np.zeros(model.n_arm)
 
     def forget(self) -> None:
-        """Begin anew: the door stands."""
+        """Begin anew: door and arm stand."""
         self.opening_rate = 0.0
+        self._arm_rates = np.zeros(self._model.n_arm)
 
     def aim(self, known: LeafEstimate, time_step: float) -> None:
         """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
@@ -95,13 +99,14 @@ class WholeBodyController:
         face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
         return state, {**aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face}
 
-    def follow(self, plan: Plan, time: float, measured_yaw: float) -> Command:
+    def follow(self, plan: Plan, time: float, measured_yaw: float, time_step: float) -> Command:
         """What the vehicle is to do at a time of a plan; after its end, what it does last.
 
         Args:
             plan: Of the whole body.
             time: Since its first state [s].
             measured_yaw: ψ as the vehicle knows it [rad].
+            time_step: Since the last call [s].
         """
         last = len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
@@ -109,7 +114,9 @@ class WholeBodyController:
         lead = float(np.clip(plan.states[later + 1, _YAW_RATE] / _YAW_LOOP, -_MOST_TURN, _MOST_TURN))
         attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw
-        return Command(float(planned[0]), attitude, np.array(planned[4:]), False)
+        share = 1.0 - math.exp(-time_step / _ARM_TIME)
+        self._arm_rates = self._arm_rates + share * (planned[4:] - self._arm_rates)
+        return Command(float(planned[0]), attitude, self._arm_rates.copy(), False)
 
 
 def tilted(roll: float, pitch: float, yaw: float) -> Array:

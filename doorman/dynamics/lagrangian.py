@@ -1,20 +1,22 @@
 r"""The coupled equations of motion of vehicle and door (the paper's Lagrangian model), the arm locked within them.
 
-With the contact's lever J and its slope :math:`J' = dJ/d\alpha = o\,n_D - D_V c` (o = 0 in the paper) and the vertical k in body
-axes, the acceleration of O_B and the force of the door on the tip are
+With the contact's lever J and its slope :math:`J' = dJ/d\alpha = o\,n_D - D_V r` (o = 0 in the paper, r along the leaf), the
+vertical k in body axes, and the tip's place :math:`e = d - c` from the centre of mass c, the acceleration of c and the force of
+the door on the tip are
 
 .. math::
-    a = \ddot\alpha J + \dot\alpha^2 J' + d\times\dot\Omega - \Omega\times(\Omega\times d),\quad
+    a = \ddot\alpha J + \dot\alpha^2 J' + e\times\dot\Omega - \Omega\times(\Omega\times e),\quad
     w = m_A a - f_t e_3 + m_A g\,k
 
 and the equations of motion, the Lagrange equations of q = [Φ, α] multiplied by :math:`[W^T, 1]`, are
 
 .. math::
-    I_A\dot\Omega + \Omega\times I_A\Omega = T + d\times w,\quad I_D\ddot\alpha = -J^T w - \tau.
+    I_A\dot\Omega + \Omega\times I_A\Omega = T - c\times f_t e_3 + e\times w,\quad I_D\ddot\alpha = -J^T w - \tau
 
-Their mass matrix is :math:`\begin{bmatrix} I_A + m_A(d^Td - dd^T) & g\\ g^T & I_D + m_A J^TJ\end{bmatrix}` with
-:math:`g = m_A J\times d`; its last pivot is constant, so that only a 3 × 3 matrix is left to invert. The arm moves slowly,
-as the paper assumes: d enters, its rate does not.
+with :math:`I_A` about c. The paper's arm has no mass: c = 0, and :math:`I_A` is the same in all postures. Else both follow the
+posture. The mass matrix is :math:`\begin{bmatrix} I_A + m_A(e^Te - ee^T) & g\\ g^T & I_D + m_A J^TJ\end{bmatrix}` with
+:math:`g = m_A J\times e`; its last pivot is constant, so that only a 3 × 3 matrix is left to invert. The arm moves slowly,
+as the paper assumes: d and c enter, their rates do not.
 """
 
 from __future__ import annotations
@@ -26,13 +28,17 @@ import casadi as ca
 
 from doorman.dynamics.small_matrices import inverse_of_symmetric
 from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.body_symbols import symmetric
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates, euler_rates
 from doorman.kinematics.task import Task
 
 
 class LagrangianTask(Task):
-    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; `vehicle.inertia` is I_A: xx, xy, xz, yy, yz, zz. See `Task`."""
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; `vehicle.inertia` is I_A of an arm without mass: xx, xy, xz, yy, yz, zz.
+
+    See `Task`.
+    """
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)
@@ -44,9 +50,18 @@ class LagrangianTask(Task):
 
     @cached_property
     def inertia(self) -> Any:
-        """I_A about O_B in body axes, (3, 3) [kg m²]."""
-        xx, xy, xz, yy, yz, zz = ca.vertsplit(self.vehicle.inertia)
-        return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+        """I_A about the centre of mass in body axes, (3, 3) [kg m²]."""
+        return symmetric(self.vehicle.inertia) if self._bodies is None else self._bodies.inertia()
+
+    @cached_property
+    def tip_from_center(self) -> Any:
+        """The tip from the centre of mass, e, (3, 1) [m]."""
+        return self.tip_in_body if self._bodies is None else self.tip_in_body - self.center_of_mass
+
+    @property
+    def _static_moment(self) -> Any:
+        """Of the thrust about the centre of mass, (3, 1) [N m]."""
+        return -ca.cross(self.center_of_mass, ca.vertcat(0, 0, self.thrust))
 
     @cached_property
     def _lever(self) -> Any:
@@ -55,7 +70,7 @@ class LagrangianTask(Task):
 
     def _force_on_tip(self, turning: Any, swinging: Any) -> Any:
         """W for Ω̇ and α̈."""
-        rates, tip, contact = self.body_rates, self.tip_in_body, self.contact
+        rates, tip, contact = self.body_rates, self.tip_from_center, self.contact
         bent = contact.offset * self.normal_in_heading - contact.distance_from_hinge * self.leaf_in_heading
         of_contact = swinging * self._lever + self.door_rate**2 * (self.tilt_rotation.T @ bent)
         of_tip = ca.cross(turning, tip) + ca.cross(rates, ca.cross(rates, tip))
@@ -65,10 +80,12 @@ class LagrangianTask(Task):
     @cached_property
     def accelerations(self) -> tuple[Any, Any]:
         """Ω̇, (3, 1), body frame, and α̈ [rad/s²]."""
-        tip, mass, contact = self.tip_in_body, self.vehicle.mass, self.contact
+        tip, mass, contact = self.tip_from_center, self.vehicle.mass, self.contact
         drift = self._force_on_tip(ca.SX.zeros(3), 0)
         gyroscopic = ca.cross(self.body_rates, self.inertia @ self.body_rates)
         moment = self.torque + ca.cross(tip, drift) - gyroscopic
+        if self._bodies is not None:
+            moment += self._static_moment
         torque = -ca.dot(self._lever, drift) - self.hinge_torque
         swing = 1 / (self.door.inertia + mass * (contact.distance_from_hinge**2 + contact.offset**2))
         coupling = mass * ca.cross(self._lever, tip)

@@ -21,9 +21,9 @@ from doorman.exceptions import SolverError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import regular_state, regular_step
+from doorman.kinematics.rotations import regular_state, regular_step, rotation_body_to_world, skew
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.vehicle import GRAVITY
+from doorman.kinematics.vehicle import GRAVITY, Vehicle
 
 Array = NDArray[np.float64]
 
@@ -37,9 +37,15 @@ def _functions(pattern: ArmPattern, point_names: tuple[str, ...], sizes: tuple[t
     return task.evaluated()
 
 
-def six_of(inertia: Array) -> Array:
-    """xx, xy, xz, yy, yz, zz of a symmetric matrix, shape (6,)."""
-    return np.asarray(inertia[np.triu_indices(3)])
+def inertia_numbers(vehicle: Vehicle) -> dict[str, Array]:
+    """Numbers of the rotational inertia: I_A, the same in all postures, or the masses that it follows from.
+
+    Args:
+        vehicle: The vehicle.
+    """
+    if not vehicle.bodies.balanced:
+        return vehicle.bodies.numbers()
+    return {"vehicle.inertia": np.asarray(vehicle.inertia(np.zeros(vehicle.n_arm))[np.triu_indices(3)])}
 
 
 class LagrangianModel:
@@ -50,13 +56,10 @@ class LagrangianModel:
     Args:
         coupling: Vehicle, door and the contact point that ties them.
         time_step: Of the RK4 integration [s].
-        inertia_posture: H whose I_A about O_B is used for all postures (the paper's arm is massless), shape (n,) [rad]; by
-            default H = 0.
         disturbance: Further torque on the hinge in the sense of damping, negative where it resists opening [N m].
 
     Raises:
         SolverError: if the time step is not a positive number, or the disturbance is not finite.
-        DimensionError: if the posture has another shape or is not finite.
     """
 
     def __init__(
@@ -64,7 +67,6 @@ class LagrangianModel:
         coupling: Coupling,
         time_step: float,
         *,
-        inertia_posture: ArrayLike | None = None,
         disturbance: float = 0.0,
     ) -> None:
         if not (math.isfinite(time_step) and time_step > 0.0):
@@ -77,12 +79,10 @@ class LagrangianModel:
         self.n_arm = coupling.vehicle.n_arm
         self.nx = 8 + self.n_arm
         self.nu = 4 + self.n_arm
-        posture = np.zeros(self.n_arm) if inertia_posture is None else inertia_posture
-        self.vehicle_inertia = coupling.vehicle.inertia(posture)
         self._pattern, _ = ArmPattern.of(coupling.vehicle.arm)
         numbers = task_numbers(coupling.vehicle, coupling.door, coupling.distance_from_hinge, coupling.height)
         self.numbers = numbers.replaced({"door.disturbance": self.disturbance}).and_also(
-            {"vehicle.inertia": six_of(self.vehicle_inertia)}
+            inertia_numbers(coupling.vehicle)
         )
         """Of the symbolic task, by name."""
 
@@ -107,7 +107,7 @@ class LagrangianModel:
         return regular_state(state, self.nx, field)
 
     def mass_matrix(self, configuration: ArrayLike, arm_angles: ArrayLike) -> Array:
-        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`.
+        r"""Mass matrix :math:`M_q = J_t^T m_A J_t + J_r^T I_A J_r + J_\alpha^T I_D J_\alpha`, of the centre of mass.
 
         Args:
             configuration: q = [Φ, α], shape (4,) [rad].
@@ -120,16 +120,19 @@ class LagrangianModel:
             DimensionError: if an array has another shape or is not finite.
         """
         q = vector(configuration, 4, "configuration")
+        vehicle = self.coupling.vehicle
+        rotation, center = self.coupling.rotation_jacobian(q[:3]), vehicle.center_of_mass(arm_angles)
         translation = self.coupling.translation_jacobian(q[:3], q[3], arm_angles)
-        rotation = self.coupling.rotation_jacobian(q[:3])
-        of_vehicle = (
-            self.coupling.vehicle.mass * translation.T @ translation + rotation.T @ self.vehicle_inertia @ rotation
-        )
+        translation = translation - rotation_body_to_world(q[:3]) @ skew(center) @ rotation
+        about_center = vehicle.inertia(arm_angles) + vehicle.mass * skew(center) @ skew(center)
+        of_vehicle = vehicle.mass * translation.T @ translation + rotation.T @ about_center @ rotation
         of_door = self.coupling.door.inertia * JACOBIAN_OF_DOOR_ANGLE.T @ JACOBIAN_OF_DOOR_ANGLE
         return np.asarray(of_vehicle + of_door)
 
     def energy(self, state: ArrayLike) -> float:
-        r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g P_z + \frac12 k(\alpha-\alpha_0)^2`.
+        r"""Kinetic and potential energy, :math:`\frac12\dot q^T M_q\dot q + m_A g z + \frac12 k(\alpha-\alpha_0)^2`.
+
+        The height z is that of the centre of mass.
 
         Args:
             state: x, shape (8 + n,).
@@ -140,11 +143,12 @@ class LagrangianModel:
         x = self.check_state(state)
         vehicle, door = self.coupling.vehicle, self.coupling.door
         kinetic = 0.5 * x[4:8] @ self.mass_matrix(x[:4], x[8:]) @ x[4:8]
-        height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2]
+        center = rotation_body_to_world(x[:3]) @ vehicle.center_of_mass(x[8:])
+        height = self.coupling.vehicle_position(x[:3], x[3], x[8:])[2] + center[2]
         return float(kinetic + vehicle.mass * GRAVITY * height + 0.5 * door.stiffness * (x[3] - door.rest_angle) ** 2)
 
     def contact_force(self, state: ArrayLike, inputs: ArrayLike) -> Array:
-        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A\ddot P`.
+        r"""Force of the tip on the door, :math:`f_t R e_3 - m_A g e_3 - m_A a` with the centre of mass' acceleration a.
 
         Args:
             state: x, shape (8 + n,).

@@ -2,11 +2,11 @@ r"""The planner's simplified dynamics (the paper's): attitude and arm obey the i
 
 .. math::
     \dot\Phi = W(\Phi)\,\Omega,\quad
-    \ddot\alpha = \frac{f_t}{I_D}\,J^T R e_3 - \frac{\tau}{I_D},\quad
+    \ddot\alpha = \frac{1}{I_D}\,J^T (f_t R e_3 - m_A g e_3) - \frac{\tau}{I_D},\quad
     \dot H = \dot H_d
 
-with the contact's lever J, −D_V n_D in the paper, and the hinge's torque
-:math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d`.
+with the contact's lever J, −D_V n_D in the paper, where it is horizontal, and the hinge's torque
+:math:`\tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d + G(\alpha)`.
 """
 
 from __future__ import annotations
@@ -33,6 +33,6 @@ class QuasiStaticTask(Task):
     @property
     def derivative(self) -> Any:
         """ẋ, (5 + n, 1)."""
-        torque = self.thrust * ca.dot(self.lever_in_heading, self.tilt_rotation[:, 2]) - self.hinge_torque
+        torque = self.thrust * ca.dot(self.lever_in_heading, self.tilt_rotation[:, 2]) - self.lifted - self.hinge_torque
         acceleration = torque / self.door.moving_inertia
         return ca.vertcat(euler_rates(self.attitude, self.body_rates), self.door_rate, acceleration, self.arm_rates)

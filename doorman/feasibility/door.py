@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.task import joint_in_words
 from doorman.model import Model
 
 
@@ -34,10 +35,10 @@ def door_findings(model: Model) -> list[Finding]:
 def _as_read(model: Model) -> Finding:
     """How the URDF was understood, in words: somebody who sees it wrong has `door.closed` to say otherwise."""
     door = model.door
-    side = "right" if door.hand > 0.0 else "left"
     grows = "grows" if door.joint_value(door.angle_of_opening(0.1)) > door.closed else "falls"
+    closed = f"{door.closed:.3f} m" if door.slides else f"{math.degrees(door.closed):.1f}°"
     message = (
-        f"hinge on the {side}; joint '{door.section.hinge}' is closed at {math.degrees(door.closed):.1f}° and {grows} as the "
+        f"{joint_in_words(door)}; joint '{door.section.hinge}' is closed at {closed} and {grows} as the "
         f"door opens, into {math.degrees(door.azimuth) + 0.0:.0f}° from the world's x axis"
     )
     return Finding("door as read", Severity.OK, message, door.closed, -math.inf, "rad")

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from doorman.collision.audit import TOLERANCE, clearances_at
 from doorman.collision.scene import Clearance, CollisionScene
-from doorman.feasibility.geometry import shortest_swing
+from doorman.feasibility.geometry import inertia_in_words, shortest_swing
+from doorman.feasibility.lift import weight_on_joints
 from doorman.feasibility.rehearsal import Rehearsal, resistance
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
@@ -57,13 +58,14 @@ def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
     target = float(model.goal_state[3])
     error = abs(rehearsal.final_door_angle - target)
     ok = not rehearsal.failure and error <= LARGEST_ERROR
-    ends = f"the door ends at {math.degrees(rehearsal.final_door_angle):.1f}°, {math.degrees(error):.1f}° from the goal"
+    door = model.door
+    ends = f"the door ends at {door.in_words(rehearsal.final_door_angle)}, {door.way_in_words(error)} from the goal"
     message = f"rehearsed without noise or tracking error for {rehearsal.times[-1]:.1f} s, {ends}"
     within = rehearsal.time_within(target, _OPEN)
     if rehearsal.failure:
         message += f"; the motion breaks off there: {rehearsal.failure}"
     elif within is not None:
-        message += f", and is within 2° of it from {within:.1f} s on"
+        message += f", and is within {door.way_in_words(_OPEN)} of it from {within:.1f} s on"
     return Finding(
         "goal reached", graded(ok), message, error, LARGEST_ERROR, "rad",
         "" if ok else _why_not_reached(model, rehearsal),
@@ -77,7 +79,7 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
     active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
     if active:
         return f"it is held by {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
-    least, pushed = shortest_swing(model), f"{model.door.inertia:.3g} kg m²"
+    least, pushed = shortest_swing(model), inertia_in_words(model)
     if least > 0.5 * rehearsal.times[-1]:
         return (
             f"the leaf's {pushed} take {least:.0f} s at the largest push: a lighter leaf, a larger contact.distance_from_hinge "
@@ -90,7 +92,7 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
         "friction": model.door.friction,
         "spring": sense * model.door.stiffness * (float(state[3]) - model.door.rest_angle),
     }
-    against = [f"{name} of {torque:.2f} N m" for name, torque in torques.items() if torque > 0.0]
+    against = [f"{name} of {model.door.torque_in_words(torque)}" for name, torque in torques.items() if torque > 0.0]
     reason = f"it stands still against the hinge's {' and '.join(against)}" if against else "it stands still"
     return (
         f"{reason}: raise the weight of the door angle in planner.weights.state, or lower those of roll, pitch and yaw"
@@ -148,13 +150,17 @@ def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques :math:`J_d^T R^T F_R`."""
+    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques.
+
+    These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
+    """
     torques, pushes = [], []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
         force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
         pushes.append(float(model.door.normal(float(state[3])) @ force))
-        torques.append(np.abs(model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force))
+        by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
+        torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
     pull = _pull(model, max(0.0, -min(pushes)))
     return [_servo_torques(model, np.max(torques, axis=0)), pull] if model.n_arm else [pull]
 
@@ -166,8 +172,8 @@ def _servo_torques(model: Model, torques: Array) -> Finding:
     ok = bool(torques[worst] <= limits[worst])
     return Finding(
         "servo torques", graded(ok, Severity.WARNING),
-        f"the force on the door loads joint {model.vehicle.joint_names[worst]} with up to {torques[worst]:.2f} {unit} "
-        f"of {limits[worst]:.2f}",
+        f"the force on the door and the arm's weight load joint {model.vehicle.joint_names[worst]} with up to "
+        f"{torques[worst]:.2f} {unit} of {limits[worst]:.2f}",
         float(torques[worst]), float(limits[worst]), unit,
         "" if ok else "stronger servos, or larger planner.weights on roll, pitch and thrust",
     )  # fmt: skip
@@ -196,7 +202,7 @@ def stopping_findings(model: Model) -> list[Finding]:
     """
     if model.scenario.contact.kind != "push":
         return []
-    torque, push, lever = resistance(model), model.scenario.push, model.coupling.distance_from_hinge
+    torque, push, lever = resistance(model), model.scenario.push, model.coupling.lever_length
     deceleration = push.stopping_share * torque / (model.door.inertia + model.vehicle.mass * lever**2)
     way = abs(float(model.goal_state[3] - model.start_state[3]))
     speed = min(math.sqrt(2.0 * deceleration * way), push.max_rate)

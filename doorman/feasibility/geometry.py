@@ -43,7 +43,7 @@ def shortest_swing(model: Model) -> float:
     Returns:
         [s].
     """
-    lever, way = model.coupling.distance_from_hinge, abs(float(model.goal_state[3] - model.start_state[3]))
+    lever, way = model.coupling.lever_length, abs(float(model.goal_state[3] - model.start_state[3]))
     torque = largest_push(model, model.scenario.control.max_tilt) * lever
     moving = model.door.inertia + model.vehicle.mass * lever**2
     return 2.0 * math.sqrt(moving * way / torque) if torque > 0.0 else math.inf
@@ -59,7 +59,7 @@ def force_needed(model: Model, duration: float) -> float:
     travel, door = model.travel, model.door
     rate = travel.ahead(travel.length) / duration
     torques = [travel.ahead(door.hinge_torque(angle, rate)) for angle in np.linspace(travel.start, travel.goal, 30)]
-    return max(0.0, max(torques) + door.stiction) / model.coupling.distance_from_hinge
+    return max(0.0, max(torques) + door.stiction) / model.coupling.lever_length
 
 
 def _reach(model: Model, swing: Swing) -> Finding:
@@ -79,7 +79,7 @@ def _reach(model: Model, swing: Swing) -> Finding:
 def _room(model: Model, swing: Swing) -> Finding:
     """Whether a level posture inside the constraints exists at every door angle, connected to its neighbours."""
     margin, k = model.scenario.planner.margin, swing.narrowest
-    room, angle = float(swing.room[k]), math.degrees(swing.door_angles[k])
+    room, angle = float(swing.room[k]), model.door.in_words(float(swing.door_angles[k]), 0)
     rows = " and ".join(f"'{model.constraint_names[row]}'" for row in swing.binding[k])
     missing = (
         f"breaks a constraint by {-1e2 * room:.1f} cm"
@@ -87,7 +87,7 @@ def _room(model: Model, swing: Swing) -> Finding:
         else f"keeps {1e2 * room:.1f} cm from all constraints"
     )
     message = (
-        f"at α = {angle:.0f}°, the narrowest door angle of the swing, the best posture {missing}, "
+        f"at {'' if model.door.slides else 'α = '}{angle}, the narrowest place of the way, the best posture {missing}, "
         f"for a margin of {1e2 * margin:.1f} cm; {rows} {'bind' if len(swing.binding[k]) > 1 else 'binds'}"
     )
     ok, advice = room >= margin and swing.connected, ""
@@ -129,13 +129,22 @@ def _force(model: Model, duration: float) -> Finding:
     )  # fmt: skip
 
 
+def inertia_in_words(model: Model) -> str:
+    """Inertia of the leaf about its hinge, or mass on its slide.
+
+    Args:
+        model: Model of the scenario.
+    """
+    return f"{model.door.mass:.3g} kg" if model.door.slides else f"{model.door.inertia:.3g} kg m²"
+
+
 def _time(model: Model) -> Finding:
     """Time that the inertia of leaf and vehicle takes at least, against the mission's patience."""
     least, limit = shortest_swing(model), model.scenario.mission.time_out.open
     ok = least <= limit
     return Finding(
         "time for the swing", graded(ok),
-        f"{model.door.inertia:.3g} kg m² of leaf take {least:.1f} s at the largest push; the mission waits for {limit:g} s",
+        f"{inertia_in_words(model)} of leaf take {least:.1f} s at the largest push; the mission waits for {limit:g} s",
         least, limit, "s",
         "" if ok else "a lighter leaf, a larger contact.distance_from_hinge or control.max_tilt, or a longer "
         "mission.time_out.open",

@@ -8,8 +8,8 @@ i, so the most thrust that carries it is
 
 and a vehicle whose :math:`L` is less than its weight sinks as long as it turns. The onboard loop asks for
 :math:`\tau = I_A K_p K_a \theta` where its attitude is off by θ. A gripped tip resists that turn, and carries weight, until a
-joint of the arm slips: with :math:`F_z = \min_k \tau_{\max,k} / |J_{d,zk}|` at the tip, d ahead of O_B, the torque is
-:math:`F_z d_x` at most.
+joint of the arm slips: with :math:`F_z = \min_k (\tau_{\max,k} - \tau_{g,k}) / |J_{d,zk}|` at the tip, d ahead of O_B, and the
+torques :math:`\tau_g` of the arm's own weight, the torque is :math:`F_z d_x` at most.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.engagement import Engagement
 from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.simulation.attitude_loop import AttitudeGains
 from doorman.simulation.plant import hover_wrench
@@ -99,9 +101,9 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
 
 def _first_turn(model: Model) -> tuple[float, str]:
     """Error of the attitude that the onboard loop has to answer at the touch, and why [rad]."""
-    control = model.scenario.control
+    control, engagement = model.scenario.control, Engagement(model)
     if model.scenario.contact.kind == "grip":
-        allowed = max(control.engage_pitch, _ENGAGED * control.engage_rate)
+        allowed = max(engagement.lead(0.0), engagement.lead(_ENGAGED) - engagement.lead(0.0))
         return min(allowed, FIRST_TURN), "as the first plans do with the tip tied"
     stop = control.velocity_gain[0] * model.scenario.mission.touch_speed / GRAVITY
     push = model.scenario.mission.touch_force / (model.vehicle.mass * GRAVITY)
@@ -123,22 +125,37 @@ def _carried(model: Model) -> float:
         return 0.0
     levers = np.abs(model.vehicle.tip_jacobian(model.start_arm)[2])
     limits = np.where(model.vehicle.torque_limits > 0.0, model.vehicle.torque_limits, np.inf)
+    limits = np.maximum(limits - np.abs(weight_on_joints(model, model.start_state)), 0.0)
     holds = np.divide(limits, levers, out=np.full_like(limits, np.inf), where=levers > 1e-9)
     return min(float(holds.min(initial=np.inf)), model.vehicle.mass * GRAVITY)
 
 
 def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
-    r"""The models take O_B for the centre of mass c; the rotors hold :math:`c \times f_t e_3` beside the weight."""
+    r"""In free flight the rotors alone hold :math:`c \times f_t e_3` of a centre of mass c beside O_B, and the weight."""
     centers = [model.vehicle.center_of_mass(arm) for arm in (model.start_arm, model.goal_arm)]
     center = max(centers, key=lambda place: float(np.linalg.norm(place)))
     offset, weight = float(np.linalg.norm(center)), model.vehicle.mass * GRAVITY
     lift = min(lift_left(layout, weight * np.array([place[1], -place[0]])) for place in centers)
-    carried = _HELD * _carried(model)
-    severity = graded(offset <= _OFFSET, Severity.WARNING if lift + carried >= weight else Severity.ERROR)
-    message = f"the centre of mass is {1e2 * offset:.1f} cm from the base link's origin, where the models assume it"
-    if severity is Severity.ERROR:
-        message += f"; rotors that hold it level there lift {max(lift, 0.0):.1f} N of {weight:.1f} N"
+    severity = graded(offset <= _OFFSET, Severity.WARNING if lift >= weight else Severity.ERROR)
+    message = (
+        f"the centre of mass is up to {1e2 * offset:.1f} cm from the base link's origin; "
+        f"rotors that hold it level there lift {max(lift, 0.0):.1f} N of {weight:.1f} N"
+    )
     return Finding(
         "centre of mass", severity, message, offset, _OFFSET, "m",
-        "" if severity is Severity.OK else "put the base link's origin at the centre of mass, or lighten the arm",
+        "" if severity is Severity.OK else "a battery that balances the arm, a lighter arm, or a posture nearer to the body",
     )  # fmt: skip
+
+
+def weight_on_joints(model: Model, state: Array) -> Array:
+    r"""Torques of the arm's own weight on its joints, :math:`m g\,J_c^T R^T e_3`.
+
+    Args:
+        model: Model of the scenario.
+        state: x = [Φ, α, α̇, H], shape (5 + n,).
+
+    Returns:
+        Shape (n,) [N m], [N] where a joint slides.
+    """
+    up = rotation_body_to_world(state[:3])[2]
+    return np.asarray(model.vehicle.mass * GRAVITY * up @ model.vehicle.center_of_mass_jacobian(state[5:]))

@@ -60,11 +60,11 @@ def _direction(model: Model) -> Finding:
     away, opens = -travel.sense * travel.length, door.opening_of(travel.goal) > door.opening_of(travel.start)
     far, pulls = travel.length > _LEAST_WAY, away < 0.0
     ok = far and not (pulls and model.scenario.contact.kind == "push")
-    degrees = f"from {math.degrees(travel.start):.1f}° to {math.degrees(travel.goal):.1f}°"
-    message = f"{degrees} the task {'opens' if opens else 'closes'} the door by {math.degrees(travel.length):.1f}°"
+    ends = f"from {door.in_words(travel.start)} to {door.in_words(travel.goal)}"
+    message = f"{ends} the task {'opens' if opens else 'closes'} the door by {door.way_in_words(travel.length)}"
     advice = ""
     if not far:
-        message += f": no more than the {math.degrees(_LEAST_WAY):.1f}° within which it counts as done"
+        message += f": no more than the {door.way_in_words(_LEAST_WAY)} within which it counts as done"
         advice = "a goal farther from the start: goal.opening or goal.door_angle"
     elif not ok:
         message += ", towards the vehicle; a tip that pushes cannot pull"
@@ -108,7 +108,7 @@ def _room_at_touch(model: Model) -> Finding:
     severity = graded(gap >= needed + _NEAR, Severity.WARNING if gap >= needed else Severity.ERROR)
     return Finding(
         "room at the touch", severity,
-        f"with the tip on the leaf at {math.degrees(angle):.1f}° the rotor disc is {1e2 * gap:.1f} cm from it; the mission "
+        f"with the tip on the leaf at {model.door.in_words(angle)} the rotor disc is {1e2 * gap:.1f} cm from it; the mission "
         f"gives up below {1e2 * NO_GAP:.1f} cm, and the first push tilts it {1e2 * (needed - NO_GAP):.1f} cm nearer",
         gap, needed, "m",
         "" if severity is Severity.OK else "a start.arm that reaches farther ahead, or a start.door_angle nearer to 90°, where "
@@ -118,7 +118,7 @@ def _room_at_touch(model: Model) -> Finding:
 
 def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     """A grip whose door stands is let go of where the vehicle, as it levels, would come too near to a jamb."""
-    if model.scenario.contact.kind != "grip" or rehearsal.failure:
+    if model.scenario.contact.kind != "grip" or rehearsal.failure or model.door.slides or model.door.lies:
         return []
     doorway, gaps = Doorway(model), []
     angles, (start, goal) = rehearsal.states[:, 3], (float(model.start_state[3]), float(model.goal_state[3]))
@@ -151,28 +151,31 @@ def _true_hinge(model: Model) -> Finding:
     """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
     scenario, door = model.scenario, model.true_door
     true, control = scenario.simulation, scenario.control
-    friction = door.friction if true.door_friction is None else true.door_friction
-    stiffness = door.stiffness if true.door_stiffness is None else true.door_stiffness
-    rest = door.rest_angle if true.door_rest_angle is None else true.door_rest_angle
-    preload = door.section.preload if true.door_preload is None else true.door_preload
-    stiction = door.stiction if true.door_stiction is None else true.door_stiction
+    arm, rest = door.per_angle, door.rest_angle if true.door_rest_angle is None else true.door_rest_angle
+    friction = door.friction if true.door_friction is None else arm * true.door_friction
+    stiffness = door.stiffness if true.door_stiffness is None else arm**2 * true.door_stiffness
+    preload = arm * (door.section.preload if true.door_preload is None else true.door_preload)
+    stiction = door.stiction if true.door_stiction is None else arm * true.door_stiction
     start, goal = float(model.start_state[3]), float(model.goal_state[3])
     sense = math.copysign(1.0, goal - start)
-    closer = sense * door.torque_of_closer(preload)
+    weight = max(sense * door.weight_torque(angle) for angle in (start, goal))
+    closer = sense * door.torque_of_closer(preload) + weight
     resists = friction + stiction + closer + max(sense * stiffness * (angle - rest) for angle in (start, goal))
     told = (
         model.door.friction
         + sense * model.door.closing_torque
+        + weight
         + max(sense * model.door.stiffness * (angle - model.door.rest_angle) for angle in (start, goal))
     )
-    push = largest_push(model, control.max_tilt) * model.coupling.distance_from_hinge
+    push = largest_push(model, control.max_tilt) * model.coupling.lever_length
     observed = told + (control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0)
     limit = min(push, observed)
     ok = resists <= limit
     why = "tilt and thrust make" if push <= observed else "the door observer finds"
     return Finding(
         "simulated hinge", graded(ok),
-        f"the simulated hinge resists with {resists:.2f} N m at most; {why} {limit:.2f} N m", resists, limit, "N m",
+        f"the simulated joint resists with {door.torque_in_words(resists)} at most; {why} {door.torque_in_words(limit)}",
+        resists, limit, "N m",
         "" if ok else "a smaller simulation.door_friction or simulation.door_stiffness, or a larger "
         + ("control.max_tilt" if push <= observed else "control.max_door_disturbance"),
     )  # fmt: skip

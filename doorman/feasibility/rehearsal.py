@@ -104,7 +104,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     time_step = model.scenario.planner.time_step
     start = planning.start_state
     if pushes:
-        push = resistance(model) / model.coupling.distance_from_hinge
+        push = resistance(model) / model.coupling.lever_length
         start = planning.state(push_state(model, model.start_state, push), np.zeros(3))
     target = float(model.goal_state[3]) if pushes and duration is None else math.inf
     if duration is None:

@@ -63,16 +63,16 @@ def _latch(model: Model) -> Finding:
 def _contact_point(model: Model) -> Finding:
     """The contact point against the leaf's edges; off the leaf is an error of the model already."""
     contact, door, distance = model.scenario.contact, model.door, model.coupling.distance_from_hinge
+    sides = {"hinge": distance, "latch": door.width - distance}
     edges = {
-        "hinge": distance,
-        "latch": door.width - distance,
+        **({"nearer": min(sides.values())} if door.slides else sides),
         "lower": model.coupling.height,
         "upper": door.height - model.coupling.height,
     }
     nearest = min(edges, key=lambda edge: edges[edge])
     ok = edges[nearest] >= _CONTACT_EDGE
     fitted = ""
-    if door.handle is None and distance < contact.distance_from_hinge:
+    if door.handle is None and not door.slides and distance < contact.distance_from_hinge:
         fitted = f"; {distance:.2f} m from the hinge, to push from behind the tip in this doorway (contact.fit_doorway)"
     return Finding(
         "contact on the leaf", graded(ok, Severity.WARNING),
@@ -95,35 +95,38 @@ def _leaf_surface(model: Model) -> Finding:
 
 def _hinge_limits(model: Model) -> Finding:
     """Start and goal inside the hinge's limits."""
-    lower, upper = model.door.lower_limit, model.door.upper_limit
+    door, lower, upper = model.door, model.door.lower_limit, model.door.upper_limit
+    ends = " to ".join(
+        door.in_words(end) for end in sorted((lower, upper), key=door.opening_of if door.slides else None)
+    )
     angles = {"start": float(model.start_state[3]), "goal": float(model.goal_state[3])}
     inside = {name: min(angle - lower, upper - angle) for name, angle in angles.items()}
     name = min(inside, key=lambda key: inside[key])
-    ok = inside[name] >= 0.0
+    ok, key = inside[name] >= 0.0, "opening" if door.slides else "door_angle"
     return Finding(
         "hinge limits", graded(ok),
-        f"the {name}'s door angle of {_degrees(angles[name])} is {_degrees(abs(inside[name]))} "
-        f"{'inside' if ok else 'outside'} the hinge's range of {_degrees(lower)} to {_degrees(upper)}",
+        f"the {name}'s {key.replace('_', ' ')} of {door.in_words(angles[name])} is "
+        f"{door.way_in_words(abs(inside[name]))} {'inside' if ok else 'outside'} the range of {ends}",
         inside[name], 0.0, "rad",
-        "" if ok else f"change {name}.door_angle, or the limits of joint '{model.door.section.hinge}'",
+        "" if ok else f"change {name}.{key}, or the limits of joint '{door.section.hinge}'",
     )  # fmt: skip
 
 
 def _hinge_friction(model: Model) -> Finding:
     """The door observer finds the hinge's friction, up to its bound."""
-    control, friction = model.scenario.control, model.door.friction
+    control, friction, words = model.scenario.control, model.door.friction, model.door.torque_in_words
     limit = control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0
     ok = friction <= limit
     return Finding(
         "hinge friction", graded(ok),
-        f"of the hinge's friction of {friction:.2f} N m the door observer can find {limit:.2f} N m", friction, limit, "N m",
+        f"of the joint's friction of {words(friction)} the door observer can find {words(limit)}", friction, limit, "N m",
         "" if ok else "a larger control.max_door_disturbance, with a control.door_observer_rate > 0",
     )  # fmt: skip
 
 
 def _doorway(model: Model) -> Finding:
     """Width of the doorway left beside the rotor disc; a vehicle that stays before the wall needs none."""
-    if model.door.side == "pull":
+    if model.surroundings in ("wall", "panel") or model.door.side == "pull":
         return Finding("doorway width", Severity.OK, "the vehicle stays before the wall", None, None, "m")
     margin = model.scenario.planner.margin
     room = model.door.width - 2.0 * model.vehicle.radius - 2.0 * margin

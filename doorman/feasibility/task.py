@@ -6,6 +6,7 @@ import math
 
 from doorman.feasibility.geometry import force_needed
 from doorman.feasibility.report import Finding, Severity
+from doorman.kinematics.door import Door
 from doorman.model import Model
 from doorman.planning.limits import largest_push
 
@@ -19,12 +20,32 @@ def task_finding(model: Model, duration: float) -> Finding:
     """
     door, travel = model.door, model.travel
     verb = "pull" if travel.sense > 0.0 else "push"
-    first, last = (math.degrees(door.opening_of(angle)) + 0.0 for angle in (travel.start, travel.goal))
-    side = "right" if door.hand > 0.0 else "left"
+    first, last = (door.opening_of(angle) + 0.0 for angle in (travel.start, travel.goal))
     where = "leaf" if door.handle is None else "handle"
     needed, largest = force_needed(model, duration), largest_push(model, model.scenario.control.max_tilt)
     message = (
-        f"{verb} {'open' if last > first else 'shut'}, hinge on the {side}, {first:.0f}° to {last:.0f}° of "
-        f"{math.degrees(door.largest_opening):.0f}°, needs {needed:.1f} N of {largest:.1f} N at the {where}"
+        f"{verb} {'open' if last > first else 'shut'}, {joint_in_words(door)}, {_way(door, first, last)}, "
+        f"needs {needed:.1f} N of {largest:.1f} N at the {where}"
     )
     return Finding("task", Severity.OK, message, needed, largest, "N")
+
+
+def joint_in_words(door: Door) -> str:
+    """Kind of the door's joint and where it is, as `hinge on the left`.
+
+    Args:
+        door: The door.
+    """
+    if door.slides:
+        return "slide"
+    if not door.lies:
+        return f"hinge on the {'right' if door.hand > 0.0 else 'left'}"
+    return "hinge at the top" if door.along[2] < 0.0 else "hinge at the bottom"
+
+
+def _way(door: Door, first: float, last: float) -> str:
+    """As `0° to 75° of 109°`, or `0.00 m to 0.30 m of 0.45 m`."""
+    if door.slides:
+        return f"{first:.2f} m to {last:.2f} m of {door.largest_opening:.2f} m"
+    first, last = math.degrees(first), math.degrees(last)
+    return f"{first:.0f}° to {last:.0f}° of {math.degrees(door.largest_opening):.0f}°"

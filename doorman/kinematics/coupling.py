@@ -74,6 +74,8 @@ class Coupling:
         self.door = door
         self.distance_from_hinge = distance_from_hinge
         self.height = height
+        self.lever_length = door.lever_length(distance_from_hinge)
+        """Speed of the contact point along the normal for a unit rate of α [m]."""
         self._own: PerThread[ArmParameters] = PerThread()
 
     @property
@@ -188,7 +190,7 @@ class Coupling:
         tip = vector(position, 3, "position") + relative[:3] - self.door.hinge_position
         velocity_of_tip = vector(velocity, 3, "velocity") + relative[3:]
         angle = self.door.angle_of(tip)
-        return angle, -float(self.door.normal(angle) @ velocity_of_tip) / self.distance_from_hinge
+        return angle, -float(self.door.normal(angle) @ velocity_of_tip) / self.lever_length
 
     def _tip_in_world(self, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array) -> Array:
         """Position and velocity of the tip relative to O_B, world axes, shape (6,)."""

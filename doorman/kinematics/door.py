@@ -1,4 +1,4 @@
-"""Door: hinge line, leaf and the torques in the hinge, all from its URDF and the scenario."""
+"""Door: how its leaf moves, its size and the torques in its joint, all from its URDF and the scenario."""
 
 from __future__ import annotations
 
@@ -14,9 +14,12 @@ from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.kinematics.door_convention import standing_joints
 from doorman.kinematics.door_variant import write_door_variant
-from doorman.kinematics.leaf_on_joint import LeafOnJoint
+from doorman.kinematics.leaf_motion import LeafMotion, Sliding, Turning
+from doorman.kinematics.leaf_on_joint import LEANS, LeafOnJoint
+from doorman.kinematics.leaf_on_slide import LeafOnSlide, read_leaf
 from doorman.kinematics.urdf import frozen, link_index, load_pinocchio
 from doorman.kinematics.urdf_elements import read_joints
+from doorman.kinematics.vehicle import GRAVITY
 from doorman.scenario import DoorSection
 
 Side = Literal["push", "pull"]
@@ -27,26 +30,26 @@ _ACROSS = math.cos(math.radians(5.0))
 
 
 class Door:
-    r"""Door on a vertical hinge, of either hand, anywhere in the world. Threads may share it.
+    r"""Leaf on one joint, a hinge of any direction or a slide, anywhere in the world. Threads may share it.
 
-    Its angle α is π/2 where it is closed and grows as the leaf turns towards the vehicle, whatever the URDF's joint says there:
-    it falls as a door is pushed open, and grows as one is pulled open. With the horizontal unit vectors `into` (from the vehicle
-    through the closed leaf) and `along` (from hinge to latch along it), leaf and normal are
+    Its angle α is π/2 where it is closed and grows as the leaf moves towards the vehicle, whatever the URDF's joint says there:
+    it falls as a door is pushed open, and grows as one is pulled open. With the unit vectors `into` (from the vehicle through
+    the closed leaf), `along` (from hinge to latch along it) and `up` (along the hinge), leaf and normal are
 
     .. math:: c = \cos\alpha\,i + \sin\alpha\,a, \qquad n_D = \sin\alpha\,i - \cos\alpha\,a .
 
-    n_D points away from the vehicle.
+    n_D points away from the vehicle. A slide keeps both; its α is its way in units of `leaf_motion.SLIDE_RADIUS`.
 
     Args:
         urdf: Path of the URDF; `self.urdf` is another file where the section changes the leaf.
-        section: Names of leaf and hinge, where the joint is closed, the torques in the hinge, and the leaf's width and mass if
-            other than the URDF's.
+        section: Names of leaf and joint, where the joint is closed, the torques in it, and the leaf's width and mass if other
+            than the URDF's.
         side: Of the leaf that the vehicle is on: where the door is pushed open, `push`, or pulled open, `pull`.
         frame: Name of the URDF's frame where the tip touches; by default it touches the face, anywhere.
 
     Raises:
-        UrdfError: if the leaf or the hinge is missing, the hinge's axis is not vertical, the leaf has no mass or no box, or
-            something on the leaf moves.
+        UrdfError: if leaf or joint is missing, a slide is too steep, the leaf has no mass or no box, or something on the leaf
+            moves.
     """
 
     placement: Array = frozen(np.eye(4))
@@ -75,64 +78,93 @@ class Door:
                 "the leaf does not hang on the hinge", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
-        leaf_on_joint = LeafOnJoint(urdf, self.model, self.section)
+        leaf_on_joint = read_leaf(urdf, self.model, self.section)
+        self.slides = isinstance(leaf_on_joint, LeafOnSlide)
+        """Whether the joint is a slide."""
+        self._motion: LeafMotion = Sliding() if self.slides else Turning()
+        self.per_angle = self._motion.per_angle
+        """Change of the joint's value for one of α: 1, or metres."""
+        self.unit = leaf_on_joint.unit
+        """Of the joint's value: `rad` or `m`."""
         lower, upper = leaf_on_joint.limits
         self.closed, self._sense = leaf_on_joint.closed()
-        """Value of the URDF's joint where the door is closed [rad]."""
+        """Value of the URDF's joint where the door is closed [rad or m]."""
         along, opens = leaf_on_joint.directions(self.closed, self._sense)
-        self.along, self.into = frozen(along), frozen(-self._turns * opens)
+        self.along, self.into = frozen(along + 0.0), frozen(-self._turns * opens + 0.0)
+        self.up = frozen(leaf_on_joint.up(self.into, self.along) + 0.0)
+        self.vertical = bool(self.up[2] == 1.0) and not self.slides
+        """Whether it is a hinge on a plumb axis, on which no weight acts."""
+        self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
+        """Whether it is a hinge that lies rather than stands, as a hatch's: the doorway has no jamb beside the latch."""
         self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
         """`along` in the axes of the link that the joint carries, shape (3,)."""
-        self.hand = float(np.sign(np.cross(self.into, self.along)[2]))
+        self.hand = float(np.sign(np.cross(self.into, self.along) @ self.up))
         """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
         self.azimuth = math.atan2(self.into[1], self.into[0])
         """Of `into`, about z from the world's x axis [rad]."""
         self.lower_limit, self.upper_limit = sorted(self.angle_of_joint(end) for end in (lower, upper))
         """Of α [rad]."""
-        self.mass, self.inertia = leaf_on_joint.mass_and_inertia()
+        self.mass, inertia = leaf_on_joint.mass_and_inertia()
+        self.inertia = inertia * self.per_angle**2
         leaf_size = leaf_on_joint.size(self.axes, self.closed)
         self.width, self.height, self.thickness, self.surface_offset = leaf_size.sides
         """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]."""
-        self.hinge_position = frozen(leaf_on_joint.origin + [0.0, 0.0, leaf_size.lower_edge])
-        """P_h, on the hinge's axis at the height of the leaf's lower edge, shape (3,), world frame [m]."""
+        self.hinge_position = frozen(leaf_size.corner)
+        """P_h, on the hinge's axis at the height of the leaf's lower edge, or a slide's lower corner, shape (3,), world [m]."""
+        self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
+        """Of the leaf, times the place of its centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
         self.handle = None if frame is None else self._handle(leaf_on_joint, frame)
         """Of the contact frame: D_V, D_H, and how far it lies before the hinge axis [m]."""
         self.contact_offset = self.surface_offset if self.handle is None else self.handle[2]
         """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
-        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, self.width)
+        self.panel = self._panel(leaf_on_joint)
+        """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
+        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, self.width, self.hinge_position)
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
-        hinge = read_joints(urdf)[self.section.hinge]
-        self.damping = float(hinge.damping if self.section.damping is None else self.section.damping)
-        self.friction = float(hinge.friction if self.section.friction is None else self.section.friction)
-        self.stiffness = self.section.stiffness
+        hinge, arm = read_joints(urdf)[self.section.hinge], self.per_angle
+        self.damping = arm**2 * float(hinge.damping if self.section.damping is None else self.section.damping)
+        self.friction = arm * float(hinge.friction if self.section.friction is None else self.section.friction)
+        self.stiffness = arm**2 * self.section.stiffness
         self.rest_angle = self.section.rest_angle
         self.friction_rate = self.section.friction_rate
-        self.closing_torque = self.torque_of_closer(self.section.preload)
+        self.closing_torque = self.torque_of_closer(arm * self.section.preload)
         """Of the closer's preload, in the sense of damping [N m]."""
-        self.stiction = self.section.stiction
+        self.stiction = arm * self.section.stiction
 
     def leaf_direction(self, door_angle: float) -> Array:
-        """Horizontal unit vector along the leaf from hinge to latch, world frame."""
-        return np.asarray(math.cos(door_angle) * self.into + math.sin(door_angle) * self.along)
+        """Unit vector along the leaf from hinge to latch, world frame."""
+        into, along = self._motion.leaf(door_angle)
+        return np.asarray(into * self.into + along * self.along)
 
     def normal(self, door_angle: float) -> Array:
         """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
-        return np.asarray(math.sin(door_angle) * self.into - math.cos(door_angle) * self.along)
+        into, along = self._motion.normal(door_angle)
+        return np.asarray(into * self.into + along * self.along)
+
+    def bend(self, door_angle: float) -> Array:
+        """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
+        into, along = self._motion.bend(door_angle)
+        return np.asarray(into * self.into + along * self.along)
+
+    def face(self, door_angle: float) -> tuple[Array, Array]:
+        """Two directions in the face, the more level one first: along leaf and hinge, or hinge and leaf, world frame."""
+        leaf = self.leaf_direction(door_angle)
+        return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
 
     def heading(self, door_angle: float) -> float:
         """Yaw of a vehicle that looks along the leaf's normal [rad]."""
-        return self.azimuth + self.hand * (door_angle - 0.5 * math.pi)
+        if self.vertical:
+            return self.azimuth + self.hand * (door_angle - 0.5 * math.pi)
+        normal = self.normal(door_angle)
+        return self.azimuth + math.remainder(math.atan2(normal[1], normal[0]) - self.azimuth, 2.0 * math.pi)
 
     def angle_of(self, offset: Array) -> float:
-        """α at which a point of the leaf's surface has a horizontal offset from the hinge, (at least 2,), world frame [rad]."""
-        along, into = float(offset[:2] @ self.along[:2]), float(offset[:2] @ self.into[:2])
-        way = math.hypot(along, into)
-        before = math.asin(min(max(self.contact_offset / way, -1.0), 1.0)) if way > 0.0 else 0.0
+        """α at which a point of the leaf's surface has an offset from P_h, shape (3,), world frame [rad]."""
         middle = 0.5 * (self.lower_limit + self.upper_limit)
-        return middle + math.remainder(math.atan2(along, into) - before - middle, 2.0 * math.pi)
+        return self._motion.angle_of(float(offset @ self.into), float(offset @ self.along), self.contact_offset, middle)
 
     def in_doorway(self, vector: Array) -> Array:
-        """A vector's components along `into`, along the closed leaf, and up, (…, 3) from (…, 3) in the world frame."""
+        """A vector's components along `into`, along the closed leaf, and along `up`, (…, 3) from (…, 3) in the world frame."""
         return np.asarray(vector @ self.axes.T)
 
     def from_doorway(self, components: Array) -> Array:
@@ -140,32 +172,52 @@ class Door:
         return np.asarray(components @ self.axes)
 
     def joint_value(self, door_angle: float) -> float:
-        """Value of the URDF's joint at α [rad]."""
+        """Value of the URDF's joint at α [rad or m]."""
         return self.closed + self._sense * self.opening_of(float(door_angle))
 
     def joint_rate(self, door_rate: float) -> float:
-        """Rate of the URDF's joint [rad/s]."""
-        return self._sense * self._turns * door_rate
+        """Rate of the URDF's joint [rad/s or m/s]."""
+        return self._sense * self._turns * self.per_angle * door_rate
+
+    def joint_torque(self, torque: float) -> float:
+        """Torque, or force, in the URDF's joint that a torque in the sense of α is [N m or N]."""
+        return self._sense * self._turns * torque / self.per_angle
 
     def angle_of_joint(self, value: float) -> float:
         """α at a value of the URDF's joint [rad]."""
         return self.angle_of_opening(self._sense * (float(value) - self.closed))
 
     def opening_of(self, door_angle: float) -> float:
-        """How far the door is open at α [rad]."""
-        return self._turns * (door_angle - 0.5 * math.pi)
+        """How far the door is open at α [rad or m]."""
+        return self._turns * self.per_angle * (door_angle - 0.5 * math.pi)
 
     def torque_of_closer(self, preload: float) -> float:
         """Torque in the sense of damping of a closer that shuts the door with so much at any opening [N m]."""
         return self._turns * preload
 
     def angle_of_opening(self, opening: float) -> float:
-        """α of a door that is so far open [rad]."""
-        return 0.5 * math.pi + self._turns * opening
+        """α of a door that is so far open [rad].
+
+        Args:
+            opening: From closed [rad or m].
+        """
+        return 0.5 * math.pi + self._turns * opening / self.per_angle
+
+    def in_words(self, door_angle: float, digits: int = 1) -> str:
+        """α as people say it: in degrees with so many digits, or a slide's opening in metres."""
+        return f"{self.opening_of(door_angle):.3f} m" if self.slides else f"{math.degrees(door_angle):.{digits}f}°"
+
+    def torque_in_words(self, torque: float) -> str:
+        """A torque in the hinge, or a slide's force."""
+        return f"{torque / self.per_angle:.2f} {'N' if self.slides else 'N m'}"
+
+    def way_in_words(self, way: float) -> str:
+        """A difference of α as people say it: in degrees, or a slide's in centimetres."""
+        return f"{1e2 * self.per_angle * way:.1f} cm" if self.slides else f"{math.degrees(way):.1f}°"
 
     @property
     def largest_opening(self) -> float:
-        """That the hinge's limits leave [rad]."""
+        """That the joint's limits leave [rad or m]."""
         return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
@@ -186,7 +238,7 @@ class Door:
         }
 
     def contact_point(self, door_angle: float, distance_from_hinge: float, height: float) -> Array:
-        r"""Point of the leaf's surface, :math:`P_h + D_V c(\alpha) - o\,n_D(\alpha) + D_H e_3`.
+        r"""Point of the leaf's surface, :math:`P_h + D_V c(\alpha) - o\,n_D(\alpha) + D_H u`, and the way of a slide.
 
         Args:
             door_angle: α [rad].
@@ -196,13 +248,22 @@ class Door:
         Returns:
             Shape (3,), world frame [m].
         """
-        beside = distance_from_hinge * self.leaf_direction(door_angle) - self.contact_offset * self.normal(door_angle)
-        return np.asarray(self.hinge_position + beside + np.array([0.0, 0.0, height]))
+        before = self.contact_offset + self._motion.way(door_angle)
+        beside = distance_from_hinge * self.leaf_direction(door_angle) - before * self.normal(door_angle)
+        return np.asarray(self.hinge_position + beside + height * self.up)
+
+    def way(self, door_angle: float) -> float:
+        """Of a slide's face towards the vehicle, from closed; 0 of a hinge's [m]."""
+        return self._motion.way(door_angle)
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
         r"""How α moves that point, :math:`J = -D_V n_D - o\,c`, shape (3,), world frame [m]."""
-        moved = distance_from_hinge * self.normal(door_angle) + self.contact_offset * self.leaf_direction(door_angle)
-        return np.asarray(-moved)
+        into, along = self._motion.lever(door_angle, distance_from_hinge, self.contact_offset)
+        return np.asarray(into * self.into + along * self.along)
+
+    def lever_length(self, distance_from_hinge: float) -> float:
+        """Speed along the normal of that point for a unit rate of α: D_V, or `per_angle` [m]."""
+        return self._motion.lever_length(distance_from_hinge)
 
     def onto_face(self, point: Array, door_angle: float) -> Array:
         r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.
@@ -215,10 +276,18 @@ class Door:
             Shape (3,), world frame [m].
         """
         normal = self.normal(door_angle)
-        return np.asarray(point + (normal @ (self.hinge_position - point) - self.contact_offset) * normal)
+        before = self.contact_offset + self._motion.way(door_angle)
+        return np.asarray(point + (normal @ (self.hinge_position - point) - before) * normal)
+
+    def weight_torque(self, door_angle: float) -> float:
+        """G(α) of the leaf's own weight, in the sense of damping [N m]."""
+        if self.vertical:
+            return 0.0
+        leaf, normal = self.leaf_direction(door_angle), self.normal(door_angle)
+        return self._motion.weight_torque(self.weight, float(leaf[2]), float(normal[2]))
 
     def hinge_torque(self, door_angle: float, door_rate: float) -> float:
-        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p`.
+        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G`.
 
         Args:
             door_angle: α [rad].
@@ -229,7 +298,25 @@ class Door:
         """
         friction = self.friction * np.tanh(door_rate / self.friction_rate)
         spring = self.stiffness * (door_angle - self.rest_angle)
-        return float(self.damping * door_rate + friction + spring + self.closing_torque)
+        return float(self.damping * door_rate + friction + spring + self.closing_torque) + self.weight_torque(
+            door_angle
+        )
+
+    def _weight(self, center_of_mass: Array) -> Array:
+        if self.slides:
+            return np.array([self.mass * GRAVITY * self.per_angle, 0.0])
+        away = center_of_mass - self.hinge_position
+        return self.mass * GRAVITY * np.array([away @ self.along, away @ self.into])
+
+    def _panel(self, leaf_on_joint: LeafOnJoint) -> tuple[Array, float] | None:
+        if self.handle is None or not isinstance(leaf_on_joint, LeafOnSlide):
+            return None
+        place = self.hinge_position + self.from_doorway(np.array([-self.handle[2], *self.handle[:2]]))
+        plane = leaf_on_joint.beside(self.axes, self.closed, place)
+        if plane is None:
+            return None
+        normal, distance = plane
+        return self.in_doorway(normal), distance - float(normal @ self.hinge_position)
 
     def _handle(self, leaf_on_joint: LeafOnJoint, frame: str) -> tuple[float, float, float]:
         point, outward = leaf_on_joint.frame(frame, self.closed)
@@ -250,22 +337,27 @@ class Door:
                 f"the URDF has no moving joint '{name}'", file=self.urdf, field="door.hinge", given=name, allowed=joints
             )
         index = int(full.getJointId(name))
-        if full.joints[index].nq != 1 or not full.joints[index].shortname().startswith("JointModelR"):
+        if full.joints[index].nq != 1:
             raise UrdfError(
-                "the hinge is not a revolute joint", file=self.urdf, field=f"joint {name}",
-                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute",
+                "the door's joint is no hinge with a range, and no slide", file=self.urdf, field=f"joint {name}",
+                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute or prismatic",
             )  # fmt: skip
         return index
 
     @property
     def axes(self) -> Array:
-        """Rows `into`, `along` and up, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
-        return np.vstack([self.into, self.along, [0.0, 0.0, 1.0]])
+        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
+        return np.vstack([self.into, self.along, self.up])
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:
     """URDF of the door with the section's width and mass of the leaf."""
     written = Door(urdf, section.model_copy(update={"width": None, "mass": None}))
+    if written.slides and section.width is not None:
+        raise UrdfError(
+            "only a leaf on a hinge can be made wider", file=urdf, field="door.width", given=section.width,
+            allowed="the URDF's, by leaving door.width out",
+        )  # fmt: skip
     return write_door_variant(
         urdf, section.leaf, written.hinge_position, written.along_in_leaf, written.along, written.width,
         section.width, section.mass,

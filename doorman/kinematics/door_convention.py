@@ -77,15 +77,18 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
     return tuple(model.names[index] for index in others)
 
 
-def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]) -> tuple[float, bool]:
+def closed_value(
+    limits: tuple[float, float], at_a_jamb: Callable[[float], bool], upright: bool = True
+) -> tuple[float, bool]:
     """Joint value at which a door is closed.
 
-    The jamb at the leaf's free edge tells. Without one it is π/2 where the range holds that, else an end of the range: the one
-    nearer to 0.
+    The jamb at the leaf's free edge tells. Without one it is π/2 where the range of an upright door holds that, else an end of
+    the range: the one nearer to 0.
 
     Args:
         limits: Of the joint [rad].
         at_a_jamb: Whether the leaf's free edge meets something that stands still, at a joint value.
+        upright: Whether the hinge stands rather than lies.
 
     Returns:
         The value [rad], and whether it is clear: not where the leaf meets a jamb at another value than π/2, 0 or an end of the
@@ -99,7 +102,7 @@ def closed_value(limits: tuple[float, float], at_a_jamb: Callable[[float], bool]
     for value in (lower + (upper - lower) * k / _STEPS for k in range(1, _STEPS)):
         if at_a_jamb(value):
             return value, False
-    return (likely[0] if likely[0] == 0.5 * math.pi else min(limits, key=abs)), True
+    return (likely[0] if upright and likely[0] == 0.5 * math.pi else min(limits, key=abs)), True
 
 
 def meets(boxes: Iterable[FixedBox], edge: Array, along: Array, width: float) -> bool:

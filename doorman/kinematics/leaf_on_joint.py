@@ -19,8 +19,12 @@ from doorman.scenario import DoorSection
 
 Array = NDArray[np.float64]
 
-_VERTICAL = math.cos(math.radians(0.25))
-"""Least upward component of an axis or an edge that counts as vertical: gravity turns a leaf that leans so by little."""
+_PARALLEL = math.cos(math.radians(0.25))
+"""Least cosine between the hinge's axis and an edge of the leaf that counts as parallel to it."""
+_VERTICAL = 1e-5
+"""Largest horizontal component of an axis that counts as vertical: a rounded π/2 in a URDF leaves less."""
+LEANS = 0.5
+"""Least upward component of an axis whose end above is `up`; one that leans more has it on the right of the vehicle."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +33,8 @@ class LeafSize:
 
     sides: tuple[float, float, float, float]
     """Width from the hinge, height, thickness, and how far the face to the vehicle lies before the hinge axis [m]."""
-    lower_edge: float
-    """Above the joint's origin [m]."""
+    corner: Array
+    """P_h: on the hinge's axis, at the height of the leaf's lower edge, shape (3,), world frame [m]."""
 
 
 class LeafOnJoint:
@@ -42,8 +46,11 @@ class LeafOnJoint:
         section: Names, and where the joint is closed if that is said.
 
     Raises:
-        UrdfError: if the hinge has no range or is not vertical, or the leaf has no box.
+        UrdfError: if the joint has no range, or the leaf has no box.
     """
+
+    unit = "rad"
+    """Of the joint's value."""
 
     def __init__(self, urdf: Path, model: pinocchio.Model, section: DoorSection) -> None:
         self._urdf, self._model, self._section = urdf, model, section
@@ -53,7 +60,7 @@ class LeafOnJoint:
         self.limits = self._range()
         """Of the joint [rad]."""
         self._box = self._largest_box()
-        self._axis = self._vertical_axis()
+        self._axis = self._axis_in_world()
 
     def rotation(self, value: float) -> Array:
         """Rotation of the leaf's joint frame into the world at a joint value, (3, 3)."""
@@ -61,22 +68,24 @@ class LeafOnJoint:
         return np.array(self._data.oMi[1].rotation)
 
     def direction(self, value: float) -> Array:
-        """Horizontal unit vector along the leaf, away from the hinge, at a joint value."""
+        """Unit vector along the leaf, away from the hinge and at a right angle to it, at a joint value."""
         center, edges, size = self._box
-        rotation = self.rotation(value)
+        rotation, axis = self.rotation(value), self._axis
         turned, way = rotation @ edges, rotation @ center
-        upright = int(np.argmax(np.abs(turned[2])))
-        if abs(turned[2, upright]) < _VERTICAL:
+        upright = int(np.argmax(np.abs(axis @ turned)))
+        if abs(axis @ turned[:, upright]) < _PARALLEL:
             raise UrdfError(
                 "the leaf does not stand upright", file=self._urdf, field=f"link {self._section.leaf}/collision",
-                given=f"edges along {turned.T.round(3).tolist()}", allowed="a box with vertical edges",
+                given=f"edges along {turned.T.round(3).tolist()}",
+                allowed=f"a box with edges along the hinge, {axis.round(3).tolist()}",
             )  # fmt: skip
         longest = max((i for i in range(3) if i != upright), key=lambda i: size[i])
-        direction = turned[:, longest] * np.sign(turned[:, longest] @ way or 1.0) * [1.0, 1.0, 0.0]
+        direction = turned[:, longest] * np.sign(turned[:, longest] @ way or 1.0)
+        direction -= (axis @ direction) * axis
         return np.round(direction, 9) / np.linalg.norm(np.round(direction, 9))
 
     def closed(self) -> tuple[float, float]:
-        """Joint value of the closed door [rad], and 1 where it grows as the door opens, else −1.
+        """Joint value of the closed door [rad or m], and 1 where it grows as the door opens, else −1.
 
         Raises:
             UrdfError: if the scenario's value is outside of the range, or it is not clear which one it is.
@@ -84,19 +93,33 @@ class LeafOnJoint:
         lower, upper = self.limits
         closed = self._section.closed
         if closed is None:
-            closed = self._at_a_jamb()
+            closed = self._likely_closed()
         elif not lower - 1e-3 <= closed <= upper + 1e-3:
             raise UrdfError(
                 "closed outside the hinge's range", file=self._urdf, field="door.closed", given=closed,
-                allowed=f"{lower:g} to {upper:g} rad",
+                allowed=f"{lower:g} to {upper:g} {self.unit}",
             )  # fmt: skip
         return closed, 1.0 if upper - closed > closed - lower else -1.0
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
-        """Along the closed leaf from hinge to latch, and the horizontal way that it swings as it opens."""
+        """Along the closed leaf from hinge to latch, and the way that it moves as it opens."""
         along = self.direction(closed)
-        into = sense * np.sign(self._axis[2]) * np.array([-along[1], along[0], 0.0])
-        return along, into
+        return along, sense * np.cross(self._axis, along)
+
+    def up(self, into: Array, along: Array) -> Array:
+        """Unit vector along the hinge's axis: upwards, or to the right of a vehicle that looks into the doorway.
+
+        Args:
+            into: Through the closed leaf, away from the vehicle.
+            along: Along the closed leaf.
+        """
+        right = float(into[1] * self._axis[0] - into[0] * self._axis[1])
+        return np.asarray(self._axis * np.sign(self._axis[2] if abs(self._axis[2]) >= LEANS else right))
+
+    def center_of_mass(self, value: float) -> Array:
+        """Of what the joint carries at a joint value, shape (3,), world frame [m]."""
+        pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
+        return np.array(self._data.oMi[1].act(self._model.inertias[1].lever))
 
     def mass_and_inertia(self) -> tuple[float, float]:
         """Of what the joint carries, its inertia about the joint's axis [kg], [kg m²].
@@ -104,15 +127,14 @@ class LeafOnJoint:
         Raises:
             UrdfError: if there is none.
         """
-        carried, axis = self._model.inertias[1], self.rotation(0.0).T @ self._axis
-        mass, about_hinge = float(carried.mass), float(axis @ carried.matrix()[3:, 3:] @ axis)
-        for name, value, unit in (("mass", mass, "kg"), ("inertia", about_hinge, "kg m² about the hinge")):
+        mass, along_joint = float(self._model.inertias[1].mass), self._inertia_along_the_joint()
+        for name, value, unit in (("mass", mass, "kg"), ("inertia", along_joint, "kg m² about the hinge")):
             if not value > 0.0:
                 raise UrdfError(
                     f"the leaf has no {name}", file=self._urdf, field=f"link {self._section.leaf}/inertial/{name}",
                     given=value, allowed=f"> 0 {unit}",
                 )  # fmt: skip
-        return mass, about_hinge
+        return mass, along_joint
 
     def size(self, axes: Array, closed: float) -> LeafSize:
         """Size of the leaf.
@@ -134,21 +156,22 @@ class LeafOnJoint:
                 allowed="a leaf that is longer than thick and lies beside the hinge",
             )  # fmt: skip
         sides = float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
-        return LeafSize(sides, float(middle[2] - reach[2]))
+        return LeafSize(sides, self.origin + (middle[2] - reach[2]) * axes[2])
 
-    def frame_depth(self, axes: Array, width: float) -> tuple[float, float]:
+    def frame_depth(self, axes: Array, width: float, corner: Array) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m].
 
         Args:
             axes: From the world to the doorway, (3, 3).
             width: Of the leaf [m].
+            corner: P_h, shape (3,), world frame [m].
 
         Returns:
             Not negative; 0 without any.
         """
         middle, nearest, farthest = 0.5 * width, [0.0], [0.0]
         for placed, size in self._fixed_boxes():
-            center = axes @ (placed[:3, 3] - self.origin)
+            center = axes @ (placed[:3, 3] - corner)
             half = np.abs(axes @ placed[:3, :3]) @ size / 2
             if abs(center[1] - middle) > half[1]:
                 nearest.append(float(center[0] - half[0]))
@@ -176,7 +199,7 @@ class LeafOnJoint:
         if not lower < upper:
             raise UrdfError(
                 "the hinge has no range", file=self._urdf, field=f"joint {self._section.hinge}/limit@upper", given=upper,
-                allowed=f"> {lower:g} rad",
+                allowed=f"> {lower:g} {self.unit}",
             )  # fmt: skip
         return lower, upper
 
@@ -194,29 +217,34 @@ class LeafOnJoint:
         placement = frame.placement.homogeneous @ box.placement
         return placement[:3, 3], placement[:3, :3], np.asarray(box.size)
 
-    def _vertical_axis(self) -> Array:
-        """Unit vector about which the leaf turns, world frame."""
+    def _axis_in_world(self) -> Array:
+        """Unit vector about which the leaf turns, world frame; plainly vertical where it is nearly so."""
         change: Array = self.rotation(0.5) @ self.rotation(0.0).T
         axis = np.array([change[2, 1] - change[1, 2], change[0, 2] - change[2, 0], change[1, 0] - change[0, 1]])
         axis /= 2.0 * math.sin(0.5)
-        if abs(axis[2]) < _VERTICAL:
-            raise UrdfError(
-                "the hinge is not vertical", file=self._urdf, field=f"joint {self._section.hinge}",
-                given=f"axis along {axis.round(4).tolist()} in the world", allowed="0 0 1 or 0 0 -1 in the world",
-            )  # fmt: skip
-        return axis
+        return np.array([0.0, 0.0, np.sign(axis[2])]) if np.hypot(*axis[:2]) < _VERTICAL else axis
+
+    def _inertia_along_the_joint(self) -> float:
+        """About its axis [kg m²]."""
+        axis = self.rotation(0.0).T @ self._axis
+        return float(axis @ self._model.inertias[1].matrix()[3:, 3:] @ axis)
+
+    def _likely_closed(self) -> float:
+        """Joint value at which the door is closed, where the scenario does not say [rad]."""
+        return self._at_a_jamb()
 
     def _at_a_jamb(self) -> float:
         (lower, upper), (center, edges, size) = self.limits, self._box
         reach = np.abs(edges) @ size / 2
-        width, boxes = float(np.hypot(*center[:2]) + max(reach[:2])), list(self._boxes_beside())
-        middle = self.origin + [0.0, 0.0, (self.rotation(0.0) @ center)[2]]
+        across = [i for i in range(3) if i != int(np.argmax(np.abs(self.rotation(0.0).T @ self._axis)))]
+        width, boxes = float(np.hypot(*center[across]) + max(reach[across])), list(self._boxes_beside())
+        middle = self.origin + (self._axis @ self.rotation(0.0) @ center) * self._axis
 
         def at_a_jamb(value: float) -> bool:
             along = self.direction(value)
             return meets(boxes, middle + width * along, along, width)
 
-        closed, clear = closed_value((lower, upper), at_a_jamb)
+        closed, clear = closed_value((lower, upper), at_a_jamb, bool(abs(self._axis[2]) >= LEANS))
         if not clear:
             raise UrdfError(
                 "the leaf meets a jamb where it is not clear that the door is closed", file=self._urdf,

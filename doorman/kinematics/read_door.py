@@ -1,4 +1,4 @@
-"""The door of a scenario: which side of it the vehicle is on, and where the tip touches it."""
+"""The door of a scenario: which side of it the vehicle is on, and where it begins and ends."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.door import Door, Side
-from doorman.kinematics.leaf_on_joint import LeafOnJoint
+from doorman.kinematics.leaf_on_slide import read_leaf
 from doorman.kinematics.travel import Travel
 from doorman.scenario import GoalSection, Scenario, StartSection
 
@@ -14,6 +14,13 @@ _BEYOND = math.radians(1.5)
 """A start or goal that is so far beyond the closed door, on the vehicle's side, means a door that is pulled [rad]."""
 _DEFAULT_GOAL = math.pi / 9
 """α of a door that is pushed open by 70° [rad]."""
+_DEFAULT_WAY = 0.3
+"""Goal of a slide, from closed [m]."""
+_OF_HINGES = {
+    "door": ("rest_angle",),
+    "simulation": ("door_rest_angle", "door_width", "door_face_offset"),
+}
+"""Keys by section that mean nothing on a slide."""
 
 
 def read_door(scenario: Scenario) -> Door:
@@ -24,14 +31,17 @@ def read_door(scenario: Scenario) -> Door:
 
     Raises:
         UrdfError: see `Door`.
-        ScenarioError: if contact frame and side contradict each other.
+        ScenarioError: if contact frame and side contradict each other, or a slide is given what only a hinge has.
     """
     contact, urdf = scenario.contact, scenario.door_urdf
-    if contact.frame is None:
-        return Door(urdf, scenario.door, contact.side or _side_of_ends(scenario))
     plain = Door(urdf, scenario.door)
-    _, outward = LeafOnJoint(plain.urdf, plain.model, plain.section).frame(contact.frame, plain.closed)
-    side: Side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
+    if plain.slides:
+        _check_slide(scenario)
+    if contact.frame is None:
+        side = contact.side or (_side_of_slide(scenario) if plain.slides else _side_of_ends(scenario))
+        return plain if side == plain.side else Door(urdf, scenario.door, side)
+    _, outward = read_leaf(plain.urdf, plain.model, plain.section).frame(contact.frame, plain.closed)
+    side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
     if contact.side not in (None, side):
         raise ScenarioError(
             "the contact frame is on the other side of the leaf", file=scenario.source, field="contact.side",
@@ -54,6 +64,8 @@ def read_travel(scenario: Scenario, door: Door) -> Travel:
     goal = _end(scenario, door, "goal", scenario.goal)
     if start is None:
         start = door.angle_of_opening(0.0)
+    if goal is None and door.slides:
+        goal = door.angle_of_opening(min(_DEFAULT_WAY, door.largest_opening))
     if goal is None:
         opening = min(0.5 * math.pi - _DEFAULT_GOAL, door.largest_opening)
         goal = max(_DEFAULT_GOAL, door.lower_limit) if door.side == "push" else door.angle_of_opening(opening)
@@ -69,6 +81,30 @@ def _end(scenario: Scenario, door: Door, name: str, end: StartSection | GoalSect
             allowed=f"either {name}.opening or {name}.door_angle",
         )  # fmt: skip
     return door.angle_of_opening(end.opening)
+
+
+def _check_slide(scenario: Scenario) -> None:
+    for name, end in (("start", scenario.start), ("goal", scenario.goal)):
+        if end.door_angle is not None:
+            raise ScenarioError(
+                "a slide has no angle", file=scenario.source, field=f"{name}.door_angle", given=end.door_angle,
+                allowed=f"{name}.opening, in metres from closed",
+            )  # fmt: skip
+    for section, keys in _OF_HINGES.items():
+        given = getattr(scenario, section)
+        for key in keys:
+            if getattr(given, key) != getattr(type(given)(), key):
+                raise ScenarioError(
+                    "only a hinge has this", file=scenario.source, field=f"{section}.{key}", given=getattr(given, key),
+                    allowed="none, as the door's joint is a slide",
+                )  # fmt: skip
+
+
+def _side_of_slide(scenario: Scenario) -> Side:
+    """A drawer is before the vehicle; a tip that can only push opens one that goes away from it."""
+    first, last = scenario.start.opening or 0.0, scenario.goal.opening
+    opens = last is None or last > first
+    return "push" if scenario.contact.kind == "push" and opens else "pull"
 
 
 def _side_of_ends(scenario: Scenario) -> Side:

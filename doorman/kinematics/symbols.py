@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.arm_pattern import ArmPattern, Rows
 
 
 def rotation_body_to_world(attitude: Any) -> Any:
@@ -60,6 +60,26 @@ def rotation_about(axis: Any, angle: Any) -> Any:
     return c * ca.SX.eye(3) + s * cross + (1 - c) * (axis @ axis.T)
 
 
+def arm_frames(pattern: ArmPattern, numbers: Any, angles: Any) -> tuple[list[Any], list[Any]]:
+    """Rotations and places of the body (first) and of the arm's joints, in the body.
+
+    Args:
+        pattern: Which of the arm's constants are symbols.
+        numbers: These symbols, (k, 1).
+        angles: H, (n, 1) [rad], [m] where a joint slides.
+
+    Returns:
+        R_i, each (3, 3), and p_i, each (3, 1) [m].
+    """
+    axes, links = (_vectors(rows, numbers) for rows in (pattern.axes, pattern.links))
+    rotations, places = [ca.SX.eye(3)], [ca.SX.zeros(3)]
+    for i, (axis, link, slides) in enumerate(zip(axes, links, pattern.slides, strict=True)):
+        place = places[-1] + rotations[-1] @ link
+        places.append(place + rotations[-1] @ (axis * angles[i]) if slides else place)
+        rotations.append(rotations[-1] if slides else rotations[-1] @ rotation_about(axis, angles[i]))
+    return rotations, places
+
+
 def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
     """Positions of the arm's constrained points in the body, the tip last.
 
@@ -71,16 +91,12 @@ def arm_points(pattern: ArmPattern, numbers: Any, angles: Any) -> list[Any]:
     Returns:
         Each (3, 1) [m].
     """
-    axes, links, offsets = (
-        [ca.vertcat(*(numbers[entry] if isinstance(entry, int) else entry for entry in row)) for row in rows]
-        for rows in (pattern.axes, pattern.links, pattern.offsets)
-    )
-    rotations, places = [ca.SX.eye(3)], [ca.SX.zeros(3)]
-    for i, (axis, link, slides) in enumerate(zip(axes, links, pattern.slides, strict=True)):
-        place = places[-1] + rotations[-1] @ link
-        places.append(place + rotations[-1] @ (axis * angles[i]) if slides else place)
-        rotations.append(rotations[-1] if slides else rotations[-1] @ rotation_about(axis, angles[i]))
+    rotations, places = arm_frames(pattern, numbers, angles)
     return [
         places[parent + 1] + rotations[parent + 1] @ offset
-        for parent, offset in zip(pattern.parents, offsets, strict=True)
+        for parent, offset in zip(pattern.parents, _vectors(pattern.offsets, numbers), strict=True)
     ]
+
+
+def _vectors(rows: Rows, numbers: Any) -> list[Any]:
+    return [ca.vertcat(*(numbers[entry] if isinstance(entry, int) else entry for entry in row)) for row in rows]

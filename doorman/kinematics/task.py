@@ -1,14 +1,14 @@
 r"""A door task in symbols: what dynamics, constraints and costs are written with.
 
-The tip is tied to the contact point, :math:`P + R\,d = P_h + D_V c(\alpha) - o\,n_D + D_H e_3`, hence
-:math:`\dot P = \dot\alpha J - R(\Omega\times d + J_d\dot H)` with the lever :math:`J = -D_V n_D - o\,c`. The leaf's direction is
-:math:`c = [\cos\beta,\ \sin\beta,\ 0]^T` with its azimuth :math:`\beta = \psi_D + \sigma\alpha`, and
-:math:`n_D = \sigma[\sin\beta,\ -\cos\beta,\ 0]^T`: σ = ±1 is the door's hand and ψ_D the azimuth of a right angle's opening.
+The tip is tied to the contact point, :math:`P + R\,d = P_h + D_V c(\alpha) - o\,n_D + D_H u`, hence
+:math:`\dot P = \dot\alpha J - R(\Omega\times d + J_d\dot H)` with the lever :math:`J = -D_V n_D - o\,c`. On a vertical hinge
+u is up, the leaf's direction :math:`c = [\cos\beta,\ \sin\beta,\ 0]^T` with its azimuth :math:`\beta = \psi_D + \sigma\alpha`,
+and :math:`n_D = \sigma[\sin\beta,\ -\cos\beta,\ 0]^T`: σ = ±1 is the door's hand and ψ_D the azimuth of a right angle's opening.
+`leaf_symbols` has all kinds of leaves.
 """
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
@@ -18,13 +18,12 @@ from typing import Any, NoReturn
 import casadi as ca
 
 from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.body_symbols import SymbolicBodies
+from doorman.kinematics.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
 from doorman.kinematics.vehicle import GRAVITY
 from doorman.ocp.symbolic_model import SymbolicModel
-
-CLOSED = 0.5 * math.pi
-"""α of the closed door [rad]."""
 
 
 class Task(ABC):
@@ -85,6 +84,9 @@ class Task(ABC):
         """Positions of the arm's points in the body by name, the tip last, each (3, 1) [m]."""
         self.tip_in_body = list(self.points_in_body.values())[-1]
         """d, (3, 1) [m]."""
+        self._bodies: SymbolicBodies | None = None
+        if "bodies.masses" in named:
+            self._bodies = SymbolicBodies(pattern, named["arm"], self.arm_angles, _group("bodies", named))
 
     @property
     @abstractmethod
@@ -112,6 +114,11 @@ class Task(ABC):
         return sorted(each for each in every - ours if not each.startswith("_"))
 
     @cached_property
+    def center_of_mass(self) -> Any:
+        """C of vehicle and arm in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        return ca.SX(3, 1) if self._bodies is None else self._bodies.center
+
+    @cached_property
     def rotation(self) -> Any:
         """R, body to world, (3, 3)."""
         return rotation_body_to_world(self.attitude)
@@ -122,16 +129,18 @@ class Task(ABC):
         return rotation_body_to_world(ca.vertcat(self.attitude[:2], 0))
 
     @cached_property
-    def normal_in_heading(self) -> Any:
-        """n_D in the heading frame, (3, 1): only β − ψ enters."""
-        turn = self.leaf_azimuth - self.attitude[2]
-        return self.door.hand * ca.vertcat(ca.sin(turn), -ca.cos(turn), 0)
+    def _leaf(self) -> VerticalLeaf:
+        return leaf_in_symbols(self.door, self.contact, self.door_angle, self.attitude[2])
 
-    @cached_property
+    @property
+    def normal_in_heading(self) -> Any:
+        """n_D in the heading frame, (3, 1): of a vertical hinge only β − ψ enters."""
+        return self._leaf.normal_in_heading
+
+    @property
     def leaf_in_heading(self) -> Any:
         """`leaf_direction` in the heading frame, (3, 1)."""
-        turn = self.leaf_azimuth - self.attitude[2]
-        return ca.vertcat(ca.cos(turn), ca.sin(turn), 0)
+        return self._leaf.leaf_in_heading
 
     @property
     def opening(self) -> Any:
@@ -143,58 +152,55 @@ class Task(ABC):
         """Rate of `opening` [rad/s]."""
         return -self.door_rate
 
-    @cached_property
-    def leaf_azimuth(self) -> Any:
-        """β of the leaf, about z from the world's x axis [rad]."""
-        return self.door.azimuth + self.door.hand * self.door_angle
-
     @property
     def leaf_direction(self) -> Any:
         """From the hinge along the leaf, (3, 1)."""
-        return ca.vertcat(ca.cos(self.leaf_azimuth), ca.sin(self.leaf_azimuth), 0)
+        return self._leaf.leaf_direction
 
     @property
     def contact_normal(self) -> Any:
         """n_D, the way the tip pushes, (3, 1)."""
-        return self.door.hand * ca.vertcat(ca.sin(self.leaf_azimuth), -ca.cos(self.leaf_azimuth), 0)
+        return self._leaf.normal
 
     @property
     def across_doorway(self) -> Any:
         r"""Distance of O_B from the hinge along the closed leaf, :math:`a^T(P-P_h)` [m]."""
-        door, contact, tip = self.door, self.contact, self.rotation @ self.tip_in_body
-        along = door.hand * (ca.cos(door.azimuth) * tip[1] - ca.sin(door.azimuth) * tip[0])
-        of_contact = contact.distance_from_hinge * ca.sin(self.door_angle) + contact.offset * ca.cos(self.door_angle)
-        return of_contact - along
+        return self._leaf.across(self.rotation @ self.tip_in_body)
 
     @property
     def into_in_heading(self) -> Any:
         """Direction from the vehicle's side through the closed leaf, in the heading frame, (3, 1)."""
-        turn = self.door.azimuth - self.attitude[2]
-        return ca.vertcat(ca.cos(turn), ca.sin(turn), 0)
+        return self._leaf.into_in_heading
 
     @property
     def into_doorway(self) -> Any:
         r"""Distance of O_B behind the hinge through the doorway, :math:`i^T(P-P_h)`, negative before it [m]."""
-        contact = self.contact
-        of_contact = contact.distance_from_hinge * ca.cos(self.door_angle) - contact.offset * ca.sin(self.door_angle)
-        return of_contact - ca.dot(self.into_in_heading, self.tilt_rotation @ self.tip_in_body)
+        return self._leaf.into(self.tilt_rotation @ self.tip_in_body)
 
-    @cached_property
+    @property
+    def panel_in_heading(self) -> Any:
+        """Normal of the panel that a slide's handle stands on, towards the vehicle, in the heading frame, (3, 1)."""
+        return self._leaf.in_heading(self.door.panel)
+
+    @property
+    def before_panel(self) -> Any:
+        """Distance of O_B from that panel [m]."""
+        return ca.dot(self.door.panel, self.position_from_hinge) - self.door.panel_distance
+
+    @property
     def contact_from_hinge(self) -> Any:
         """The contact point relative to P_h, (3, 1) [m]."""
-        contact = self.contact
-        on_face = contact.distance_from_hinge * self.leaf_direction - contact.offset * self.contact_normal
-        return on_face + ca.vertcat(0, 0, contact.height)
+        return self._leaf.contact_from_hinge
 
     @property
     def lever(self) -> Any:
         """J, how the door's angle moves the contact point, (3, 1) [m]."""
-        return -self.contact.distance_from_hinge * self.contact_normal - self.contact.offset * self.leaf_direction
+        return self._leaf.lever
 
-    @cached_property
+    @property
     def lever_in_heading(self) -> Any:
         """J in the heading frame, (3, 1) [m]."""
-        return -self.contact.distance_from_hinge * self.normal_in_heading - self.contact.offset * self.leaf_in_heading
+        return self._leaf.lever_in_heading
 
     @property
     def contact_point(self) -> Any:
@@ -239,6 +245,11 @@ class Task(ABC):
         return self.thrust * ca.dot(self.normal_in_heading, self.tilt_rotation[:, 2])
 
     @property
+    def lifted(self) -> Any:
+        """Torque that a tip makes which hangs on a lever with all of the vehicle's weight; 0 on a vertical hinge [N m]."""
+        return self._leaf.lift(self.weight)
+
+    @property
     def normal_force(self) -> Any:
         """Of the tip on the door along its normal, positive where it presses [N]."""
         return self.thrust_along_normal
@@ -247,11 +258,14 @@ class Task(ABC):
     def hinge_torque(self) -> Any:
         r"""τ in the sense of damping [N m].
 
-        .. math:: \tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d
+        .. math:: \tau = b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) + \tau_d + G(\alpha)
+
+        G is that of the leaf's weight: 0 on a vertical hinge.
         """
         door, rate = self.door, self.door_rate
         friction = door.friction * ca.tanh(rate / door.friction_rate)
-        return door.damping * rate + friction + door.stiffness * (self.door_angle - door.rest_angle) + door.disturbance
+        spring = door.stiffness * (self.door_angle - door.rest_angle)
+        return door.damping * rate + friction + spring + door.disturbance + self._leaf.weight_torque
 
 
 def _symbols(*names: str) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numpy.typing import ArrayLike
+
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.door import Door
 from doorman.kinematics.numbers import Numbers
@@ -18,7 +20,8 @@ def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, heigh
         height: D_H of the contact point above the lower end of the hinge line [m].
 
     Returns:
-        The numbers; `door.moving_inertia` is that of the leaf, and `door.disturbance` the closer's preload.
+        The numbers; `door.moving_inertia` is that of the leaf, and `door.disturbance` the closer's preload. A door that does
+        not turn about a vertical has more of them.
     """
     return Numbers(
         {
@@ -44,5 +47,20 @@ def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, heigh
             "door.stiffness": door.stiffness,
             "door.rest_angle": door.rest_angle,
             "door.disturbance": door.closing_torque,
+            **_axes(door),
         }
     )
+
+
+def _axes(door: Door) -> dict[str, ArrayLike]:
+    """Further numbers of a door that does not turn about a vertical: which there are says how its leaf moves."""
+    if door.vertical:
+        return {}
+    numbers: dict[str, ArrayLike] = {
+        "door.into": door.into, "door.along": door.along, "door.up": door.up, "door.weight": door.weight,
+    }  # fmt: skip
+    if door.slides:
+        numbers["door.slide"] = door.per_angle
+    if door.panel is not None:
+        numbers |= {"door.panel": door.from_doorway(door.panel[0]), "door.panel_distance": door.panel[1]}
+    return numbers

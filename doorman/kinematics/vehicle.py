@@ -13,6 +13,7 @@ from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.kinematics.arm_chain import arm_chain, standing_joints
+from doorman.kinematics.bodies import Bodies
 from doorman.kinematics.disc import disc_radius, propeller_reach
 from doorman.kinematics.rotors import Rotor, read_rotors
 from doorman.kinematics.urdf import frame_index, frozen, link_index, load_pinocchio
@@ -81,6 +82,7 @@ class Vehicle:
         self._point_frames = [*self._servo_frames(), self._tip_frame]
         self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
         self.mass = self._positive_mass()
+        self.bodies = Bodies.of(self.model, self._data, self._base_placement())
         self.slides = self._sliding()
         self.lower_limits, self.upper_limits = self._position_limits()
         self.rate_limits = self._positive_rates()
@@ -127,7 +129,7 @@ class Vehicle:
         return np.array(total.matrix()[3:, 3:])
 
     def center_of_mass(self, arm_angles: ArrayLike) -> Array:
-        """Centre of mass of vehicle and arm, in the body frame; the model assumes that it is O_B.
+        """Centre of mass c of vehicle and arm, in the body frame.
 
         Args:
             arm_angles: H, shape (n,) [rad].
@@ -142,6 +144,30 @@ class Vehicle:
             for inertia, placement in zip(self.model.inertias, self._data.oMi, strict=True)
         )
         return np.array(self._base_placement().actInv(weighted / self.mass))
+
+    def center_of_mass_jacobian(self, arm_angles: ArrayLike) -> Array:
+        r"""Jacobian :math:`\partial c/\partial H` of `center_of_mass`.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, n) [m/rad].
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        if not self.n_arm:  # Pinocchio would end the process
+            return np.zeros((3, 0))
+        pinocchio.computeJointJacobians(self.model, self._data, angles)
+        linear, angular = np.split(np.reshape(self._data.J, (6, self.n_arm)), 2)
+        columns = []
+        for k in range(self.n_arm):  # moved by joint k: every link from there on
+            carried = pinocchio.Inertia.Zero()
+            for inertia, placement in zip(
+                list(self.model.inertias)[k + 1 :], list(self._data.oMi)[k + 1 :], strict=True
+            ):
+                carried += placement.act(inertia)
+            columns.append(carried.mass * (linear[:, k] + np.cross(angular[:, k], carried.lever)))
+        return np.asarray(self._base_placement().rotation.T @ np.column_stack(columns) / self.mass)
 
     def tip_position(self, arm_angles: ArrayLike) -> Array:
         """Position d of the tip in the body frame.

@@ -98,8 +98,8 @@ class AtTheLeaf:
         """
         normal, yaw = self._model.door.normal(estimate.door_angle), float(estimate.state[2])
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
-        place = place + self._offset[0] * self._model.door.leaf_direction(estimate.door_angle)
-        place[2] += self._offset[1]
+        aside, upwards = self._model.door.face(estimate.door_angle)
+        place = place + self._offset[0] * aside + self._offset[1] * upwards
         planned = place if self._offset == (0.0, 0.0) else estimate.position
         place = self._doorway.inside(place, planned, estimate.position, estimate.velocity)
         rest, rates = np.zeros(3), np.zeros(self._n_arm)
@@ -188,7 +188,7 @@ class AtTheLeaf:
         """
         gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
         closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
-        closing += self._coupling.distance_from_hinge * estimate.door_rate
+        closing += self._coupling.lever_length * estimate.door_rate
         soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
         return gap < max(soon, NO_GAP)
 

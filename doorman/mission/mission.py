@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from doorman.control.engagement import Engagement
 from doorman.control.estimator import Estimate, Estimator
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.state_converter import StateConverter
@@ -17,8 +18,9 @@ from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.mission.phases import Phase, Sequence
+from doorman.mission.phases import Phase
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Planner
@@ -48,6 +50,7 @@ class Mission(Uncopied):
             self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
+        self._engagement = Engagement(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         pushes = settings.contact.kind == "push"
@@ -68,7 +71,8 @@ class Mission(Uncopied):
     @property
     def outcome(self) -> tuple[bool, str]:
         """Whether the door was brought to the goal and stayed there by the mission's estimate, and what went wrong if not."""
-        return self._sequence.opened, self._sequence.failure or self._sequence.seen
+        attempt = self._sequence.attempt
+        return attempt.opened, attempt.failure or attempt.seen
 
     def abort(self, reason: str) -> None:
         """Let go of the door, retreat and hover; from any thread.
@@ -95,7 +99,7 @@ class Mission(Uncopied):
         now, next_report = 0.0, 0.0
         end = math.inf if duration is None else duration - 1e-9
         outcome = FLOWN
-        self._sequence.comes_back = backend.comes_back
+        self._sequence.attempt.comes_back = backend.comes_back
         backend.watch_mission(self.abort)
         try:
             with self._schedule.running(backend.real_time), backend, _no_garbage_collection():
@@ -107,7 +111,8 @@ class Mission(Uncopied):
                     if on_progress is not None and now >= next_report:
                         next_report = now + self._schedule.period
                         on_progress(now, angle)
-                outcome = self._sequence.failure or ", ".join(filter(None, (FLOWN, self._sequence.seen)))
+                attempt = self._sequence.attempt
+                outcome = attempt.failure or ", ".join(filter(None, (FLOWN, attempt.seen)))
         except (KeyboardInterrupt, SystemExit):
             outcome = "interrupted"
             raise
@@ -171,8 +176,7 @@ class Mission(Uncopied):
             return attitude
         if self._opened_at is None:
             self._opened_at = measurement.time
-        settings = self.model.scenario.control
-        reach = settings.engage_pitch + settings.engage_rate * (measurement.time - self._opened_at)
+        reach = self._engagement.lead(measurement.time - self._opened_at)
         pitch = measurement.attitude[1] + np.clip(attitude[1] - measurement.attitude[1], -reach, reach)
         return np.array([attitude[0], pitch, attitude[2]])
 

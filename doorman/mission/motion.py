@@ -89,7 +89,8 @@ def in_the_doorway(model: Model, position: Array) -> bool:
         position: P, shape (3,), world frame [m].
     """
     before = model.door.in_doorway(position - model.door.hinge_position)[0]
-    return bool(model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius)
+    upright = not (model.door.slides or model.door.lies)
+    return bool(upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius)
 
 
 def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float) -> float:
@@ -101,13 +102,14 @@ def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now
         now: [s].
     """
     rate = 0.0 if current is None else converter.door_rate(current.plan, now - current.start)
-    return max(0.0, converter.model.coupling.distance_from_hinge * rate)
+    return max(0.0, converter.model.coupling.lever_length * rate)
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     """Way from the leaf to a hover outside: straight out between the jambs, and back from the leaf first before the doorway.
 
-    A vehicle that pulls goes back along the leaf's normal to where the leaf, however it swings, does not reach it.
+    A vehicle that pulls goes back along the leaf's normal to where the leaf, however it swings, does not reach it. One that has
+    moved a slide or a hatch goes back along the normal of its face.
 
     Args:
         model: Model of the scenario.
@@ -117,6 +119,8 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     Returns:
         Targets of O_B, each of shape (3,), world frame [m].
     """
+    if model.door.slides or model.door.lies:
+        return [position - model.scenario.mission.hover_distance * model.door.normal(door_angle)]
     if model.door.side == "pull":
         return _out_of_swing(model, position, door_angle)
     door, doorway = model.door, Doorway(model, margin=_ROOM)

@@ -125,17 +125,17 @@ class Opening:
         """Why the opening should be given up; empty if it should not."""
         if (late := self._schedule.overdue(estimate.time)) > SILENT:
             return f"the planner is silent for {late:.1f} s"
-        angle = math.degrees(estimate.door_angle)
+        door, angle = self._model.door, self._model.door.in_words(estimate.door_angle)
         ahead = self._ahead(float(estimate.state[2]), estimate.door_angle)
         if ahead > _TOO_FAR_AHEAD and abs(self._progress.rate) < _GIVES_WAY:
-            return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle:.1f}°"
+            return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle}"
         if abs(ahead) > _HEADING_LOST:
             turned = math.degrees(abs(ahead))
-            return f"the heading is lost: {turned:.0f}° beside where it should be at {angle:.1f}°"
+            return f"the heading is lost: {turned:.0f}° beside where it should be at {angle}"
         if self._progress.stuck_for(estimate.time) < _STUCK:
             return ""
         resists = max(0.0, self._model.travel.ahead(estimate.door_disturbance))
-        return f"the door does not move on from {angle:.1f}° against {resists:.2f} N m" + (
+        return f"the door does not move on from {angle} against {door.torque_in_words(resists)}" + (
             f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
         )
 

@@ -113,15 +113,16 @@ class Swing:
         """Why the opening should be given up; empty if it should not."""
         if (late := self._schedule.overdue(estimate.time)) > SILENT:
             return f"the planner is silent for {late:.1f} s"
-        angle = math.degrees(estimate.door_angle)
+        door, angle = self._model.door, self._model.door.in_words(estimate.door_angle)
+        resists = max(0.0, -estimate.door_disturbance)
         heading = float(self._model.on_the_way(estimate.door_angle)[2])
         turned = abs(math.remainder(float(estimate.state[2]) - heading, 2.0 * math.pi))
         if turned > _HEADING_LOST:
-            return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle:.1f}°"
+            return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle}"
         swung = self._progress.swung and self._swung > _SURELY
         in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
-        return f"the door does not move on from {angle:.1f}° against {max(0.0, -estimate.door_disturbance):.2f} N m" + (
+        return f"the door does not move on from {angle} against {door.torque_in_words(resists)}" + (
             f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
         )

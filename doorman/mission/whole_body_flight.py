@@ -87,4 +87,4 @@ class WholeBodyFlight:
         current = self._schedule.update(now, state, self._hinge, numbers=numbers)
         if current is None:
             return None
-        return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]))
+        return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]), time_step)

@@ -7,6 +7,7 @@ from typing import Any
 
 from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.kernels.printed_problem import printed_problem
@@ -51,9 +52,9 @@ def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
 
 
 def door_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task, with margin and tilt."""
+    """Numbers of the scenario's task, with margin and tilt, and of an arm with mass its bodies and what balances them."""
     limits = {"limits.margin": model.scenario.planner.margin, "limits.least_cosine": least_cosine(model)}
-    return model.reduced.numbers.and_also(limits)
+    return model.reduced.numbers.and_also({**limits, **balance_numbers(model.vehicle)})
 
 
 def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
@@ -71,10 +72,12 @@ def door_rows(task: Any, surroundings: Surroundings = "doorway") -> list[Constra
         surroundings: What stands beside the door.
     """
     from doorman.collision.constraints import collision_constraints  # CasADi
+    from doorman.planning.static_moment import static_moment  # CasADi
 
     return [
         *collision_constraints(task, task.limits.margin, surroundings),
         Constraint("tilt", task.limits.least_cosine - task.tilt_rotation[2, 2]),
+        *static_moment(task),
     ]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.surroundings import Surroundings
-from doorman.dynamics.lagrangian_model import LagrangianModel, six_of
+from doorman.dynamics.lagrangian_model import LagrangianModel, inertia_numbers
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
@@ -62,10 +62,12 @@ def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Ext
 
 
 def lagrangian_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task; I_A is that of the goal's posture."""
+    """Numbers of the scenario's task."""
     rates = largest_body_rates(model)
     limits = {"limits.body_rates": rates} if rates.size else {}
-    return door_numbers(model).and_also({"vehicle.inertia": six_of(model.vehicle_inertia), **limits})
+    numbers = door_numbers(model)
+    of_inertia = {name: value for name, value in inertia_numbers(model.vehicle).items() if name not in numbers.sizes}
+    return numbers.and_also({**of_inertia, **limits})
 
 
 def _lagrangian_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
@@ -86,12 +88,12 @@ def _rate(task: Any, axis: int, sign: int) -> Constraint:
 
 
 def lagrangian_model(model: Model) -> LagrangianModel:
-    """Full dynamics of a scenario in numbers; I_A is that of the goal's posture.
+    """Full dynamics of a scenario in numbers.
 
     Args:
         model: Model of the scenario.
     """
-    return LagrangianModel(model.coupling, model.scenario.planner.time_step, inertia_posture=model.goal_arm)
+    return LagrangianModel(model.coupling, model.scenario.planner.time_step)
 
 
 def lagrangian_cost(model: Model) -> QuadraticCost:

@@ -185,4 +185,9 @@ def planning_model(model: Model) -> PlanningModel:
             f'contact.kind = "{model.scenario.contact.kind}" is not planned with this', file=model.scenario.source,
             field="planner.model", given=given, allowed=", ".join(kinds),
         )  # fmt: skip
+    if given == "lagrangian" and not model.door.vertical:
+        raise ScenarioError(
+            "only a door on a vertical hinge is planned with this", file=model.scenario.source, field="planner.model",
+            given=given, allowed="quasi_static",
+        )  # fmt: skip
     return kinds[given](model)

@@ -9,7 +9,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.kinematics.door import Door
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -48,7 +47,7 @@ class GripPlanning(ABC):
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Share of the thrust along the door's normal, see `PlanningModel`."""
-        return push_along_normal(self.model.door, *self.reduced(states, inputs))
+        return push_along_normal(self.model, *self.reduced(states, inputs))
 
 
 class QuasiStaticPlanning(GripPlanning):
@@ -99,18 +98,18 @@ class QuasiStaticPlanning(GripPlanning):
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`."""
         model = self.model
-        moving = model.door.inertia + model.vehicle.mass * model.coupling.distance_from_hinge**2
+        moving = model.door.inertia + model.vehicle.mass * model.coupling.lever_length**2
         reduced = model.reduced.with_numbers(
             {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}
         )
         return reduced.step
 
 
-def push_along_normal(door: Door, states: Array, inputs: Array) -> Array:
-    r"""Push of the rotors along the door's normal, :math:`f_t\,n_D^T R e_3`.
+def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
+    r"""Push of the rotors along the door's normal, :math:`n_D^T (f_t R e_3 - m_A g e_3)`.
 
     Args:
-        door: The door.
+        model: Model of the scenario.
         states: Reduced, shape (m, 5 + n); a last one without input is left out.
         inputs: Reduced, shape (m or m − 1, 4 + n).
 
@@ -118,9 +117,12 @@ def push_along_normal(door: Door, states: Array, inputs: Array) -> Array:
         Shape of the inputs' first axis [N].
     """
     roll, pitch, yaw, angle = states[: len(inputs), :4].T
-    beside = door.heading(angle) - yaw
-    direction = np.cos(roll) * np.sin(pitch) * np.cos(beside) - np.sin(roll) * np.sin(beside)
-    return np.asarray(inputs[:, 0] * direction)
+    door, weight = model.door, model.vehicle.mass * GRAVITY
+    normals = np.array([door.normal(float(each)) for each in angle]).reshape(-1, 3)
+    ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
+    left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
+    level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left
+    return np.asarray(inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2])
 
 
 def resistance(model: Model, hinge: Hinge, angle: float) -> float:
@@ -131,7 +133,7 @@ def resistance(model: Model, hinge: Hinge, angle: float) -> float:
         hinge: What is known of it.
         angle: α [rad].
     """
-    torque = hinge.torque_at_rest(angle, model.door.rest_angle)
+    torque = hinge.torque_at_rest(angle, model.door.rest_angle) + model.door.weight_torque(angle)
     return hinge.friction + math.copysign(torque, torque * (float(model.goal_state[3]) - angle))
 
 
@@ -146,7 +148,7 @@ def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str
     Returns:
         `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
     """
-    goal, lever, limits = float(model.goal_state[3]), model.coupling.distance_from_hinge, model.scenario.limits
+    goal, lever, limits = float(model.goal_state[3]), model.coupling.lever_length, model.scenario.limits
     most = model.scenario.control.max_tilt
     if abs(angle - goal) < _AT_GOAL:
         return None
@@ -155,6 +157,8 @@ def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str
     if worst <= push * lever:
         return None
     words = f"resists by {worst:.2f} N m; {push:.1f} N, {lever:.2f} m from the hinge, make {push * lever:.2f} N m"
+    if model.door.slides:
+        words = f"resists by {model.door.torque_in_words(worst)}; the vehicle has {push:.2f} N"
     return PlanStatus.CANNOT_OPEN, words
 
 
@@ -172,7 +176,7 @@ def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
         The same with the roll and pitch of that push added.
     """
     closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
-    push = -(hinge.disturbance + closer) / model.coupling.distance_from_hinge
+    push = -(hinge.disturbance + closer + model.door.weight_torque(float(goal[3]))) / model.coupling.lever_length
     leans = goal.copy()
     leans[:2] += push_state(model, goal, push)[:2]
     return leans
@@ -192,9 +196,10 @@ def push_state(model: Model, state: Array, push: float) -> Array:
     Returns:
         The same with that roll and pitch.
     """
-    start, weight = state.copy(), model.vehicle.mass * GRAVITY
-    beside = model.door.heading(float(state[3])) - float(state[2])
-    forward, left = push * math.cos(beside), push * math.sin(beside)
+    start, yaw, normal = state.copy(), float(state[2]), model.door.normal(float(state[3]))
+    forward = push * (math.cos(yaw) * normal[0] + math.sin(yaw) * normal[1])
+    left = push * (math.cos(yaw) * normal[1] - math.sin(yaw) * normal[0])
+    weight = model.vehicle.mass * GRAVITY + push * normal[2]
     start[0] = math.atan2(-left, math.hypot(forward, weight))
     start[1] = math.atan2(forward, weight)
     return start

@@ -17,10 +17,14 @@ about :math:`e_0` before it slips, from where it sticks now, with e the way from
 is the tip's force on the mechanism. Then
 
 .. math::
-    m\dot V &= f R e_3 - m g e_3 + F_w - F,\\
+    m\,a &= f R e_3 - m g e_3 + F_w - F,\\
     \ddot\phi &= \kappa_r\big(\kappa_a(\phi_c - \phi) - \dot\phi\big)\ \text{(and θ)},\\
-    I_z\ddot\psi &= \tau_z - e_3^T\big((p_t - P)\times F\big),\\
+    I_z\ddot\psi &= \tau_z - e_3^T\big((p_t - P - R\,c)\times F\big),\\
     I\ddot q &= J(p_t)^T F - b\dot q - \tau_c\tanh(\dot q/\epsilon_q) - k_q(q - q_r) - \tau .
+
+with the acceleration a and the place c(H) of the centre of mass. An arm without mass has c = 0 and :math:`\dot V = a`; else
+:math:`\dot V = a - R\big(\dot\Omega\times c + \Omega\times(\Omega\times c)\big)`. The attitude loop holds the static moment
+:math:`c\times f e_3`, which `static_moment` bounds.
 
 Roll and pitch reach what is commanded with the lag of the vehicle's attitude loop, :math:`\kappa_a` and :math:`\kappa_r`. Yaw has
 no such loop that can be relied on: rotors make little torque about the vertical, so :math:`\tau_z` is bounded, and the moment of
@@ -48,12 +52,14 @@ import casadi as ca
 
 from doorman.collision.constraints import arm_off_the_rotors
 from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.body_symbols import SymbolicBodies
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, body_rates, rotation_body_to_world
 from doorman.kinematics.vehicle import GRAVITY
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.ocp.symbolic_model import SymbolicModel
 from doorman.planning.mechanism import Mechanism, Revolute
+from doorman.planning.static_moment import static_moment
 
 _LEAST_EXTENT = 1e-12
 """Under the root: a disc parallel to a plane has a slope, too."""
@@ -104,6 +110,11 @@ class WholeBodyTask:
         self.arm_side = 1 if pattern.above else -1
         self.fixed_points = tuple(name for name, parent in zip(point_names, pattern.parents, strict=True) if parent < 0)
         self.tip_in_body = points[-1]
+        self._bodies: SymbolicBodies | None = None
+        if "bodies" in self.of:
+            self._bodies = SymbolicBodies(pattern, named["arm.numbers"], self.arm_angles, self.of["bodies"])
+        self.balance = self.of.get("balance")
+        """Numbers of `Balance`; None of an arm without mass."""
         face = self.of["mechanism"]
         self.mechanism: Mechanism = Revolute([0.0, 0.0, 1.0], face.origin, face.point, face.hand)
 
@@ -111,6 +122,11 @@ class WholeBodyTask:
     def rotation(self) -> Any:
         """R, body to world, (3, 3)."""
         return rotation_body_to_world(self.attitude)
+
+    @cached_property
+    def center_of_mass(self) -> Any:
+        """C of vehicle and arm in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        return ca.SX(3, 1) if self._bodies is None else self._bodies.center
 
     @cached_property
     def tip(self) -> Any:
@@ -204,8 +220,10 @@ class WholeBodyTask:
 
     @cached_property
     def contact_yaw_torque(self) -> Any:
-        """Of the mechanism on the vehicle about the vertical through O_B [N m]."""
+        """Of the mechanism on the vehicle about the vertical through its centre of mass [N m]."""
         reach = self.tip - self.position
+        if self._bodies is not None:
+            reach -= self.rotation @ self.center_of_mass
         return -(reach[0] * self.force[1] - reach[1] * self.force[0])
 
     @cached_property
@@ -222,7 +240,16 @@ class WholeBodyTask:
             joint.damping * self.joint_rate + joint.friction * ca.tanh(self.joint_rate / joint.friction_rate)
             + joint.stiffness * (self.joint - joint.rest) + joint.torque
         )  # fmt: skip
+        acceleration -= self._around_the_center(ca.vertcat(tilting, turning))
         return ca.vertcat(acceleration, tilting, turning, (pushed - resists) / joint.inertia)
+
+    def _around_the_center(self, bent: Any) -> Any:
+        """Acceleration of the centre of mass less that of O_B, for Φ̈, (3, 1), world frame [m/s²]."""
+        if self._bodies is None:
+            return ca.SX(3, 1)
+        center, rates = self.center_of_mass, body_rates(self.attitude, self.attitude_rates)
+        turning = body_rates(self.attitude, bent) + ca.jtimes(rates, self.attitude, self.attitude_rates)
+        return self.rotation @ (ca.cross(turning, center) + ca.cross(rates, ca.cross(rates, center)))
 
     @property
     def next_state(self) -> Any:
@@ -287,16 +314,21 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
     limits = task.of["limits"]
     stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
+        *static_moment(task),
         *arm_off_the_rotors(task, limits.margin),
         *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in planes(task).items()),
         Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
         Constraint("too fast", task.opening_rate - limits.speed, "rad/s"),
         Constraint("can be stopped", stoppable - limits.creep, "rad²/s²", 0.1),
     ]  # fmt: skip
-    return [
-        Constraint(row.name, row.expression - row.scale * limits.widened[i], row.unit, row.scale)
-        for i, row in enumerate(rows)
-    ]
+    widened: list[Constraint] = []
+    at = 0
+    for row in rows:
+        count = int(ca.SX(row.expression).numel())
+        wider = row.expression - row.scale * limits.widened[at : at + count]
+        widened.append(Constraint(row.name, wider, row.unit, row.scale))
+        at += count
+    return widened
 
 
 def planes(task: WholeBodyTask) -> dict[str, Any]:

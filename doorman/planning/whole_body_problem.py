@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -48,11 +49,13 @@ def whole_body_numbers(model: Model) -> Numbers:
     vehicle, door, coupling, scenario = model.vehicle, model.door, model.coupling, model.scenario
     start, goal = model.start_state, model.goal_state
     slope = (start - goal) / (start[3] - goal[3])
-    rows = len(vehicle.point_names) + 6
+    balance = balance_numbers(vehicle)
+    rows = len(vehicle.point_names) + 6 + len(balance.get("balance.reaches", ()))
     return Numbers({
+        **balance,
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
-        "vehicle.yaw_inertia": vehicle.inertia(model.goal_arm)[2, 2],
+        "vehicle.yaw_inertia": yaw_inertia(model),
         "vehicle.attitude_gain": ATTITUDE_GAIN, "vehicle.rate_gain": RATE_GAIN, "vehicle.wind": np.zeros(3),
         "mechanism.origin": door.hinge_position, "mechanism.point": coupling.contact_point(0.0),
         "mechanism.normal": -door.normal(0.0), "mechanism.along": door.leaf_direction(0.0),
@@ -77,6 +80,16 @@ def whole_body_numbers(model: Model) -> Numbers:
         "weight.approach": 1000.0, "weight.opening": 100.0, "weight.force": 0.0, "weight.least_force": 0.0,
         "weight.largest_force": 1.0, "weight.tilting": 300.0, "weight.velocity_in_world": 0.3, "weight.turning": 0.5,
     })  # fmt: skip
+
+
+def yaw_inertia(model: Model) -> float:
+    """I_z of vehicle and arm in the goal's posture, about the vertical through the centre of mass [kg m²].
+
+    Args:
+        model: Model of the scenario.
+    """
+    center = model.vehicle.center_of_mass(model.goal_arm)
+    return float(model.vehicle_inertia[2, 2] - model.vehicle.mass * center[:2] @ center[:2])
 
 
 def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:

@@ -4,6 +4,7 @@ r"""Room of a posture at rest: its distances from everything that bounds it, eac
 - joints: :math:`(\eta_j - l_j)/(u_j - l_j)` and :math:`(u_j - \eta_j)/(u_j - l_j)`, shares of the range,
 - mobility: :math:`\lVert J_d^T R^T n_D\rVert`, by how much the arm moves the tip along the leaf's normal [m/rad]; it is zero in
   a singular posture,
+- of an arm with mass: the centre of mass' distance from where the rotors no longer hold the vehicle level, see `Balance` [m],
 - of a tip that pushes: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the leaf's direction t, so that the tip lies within β of
   the normal [m].
 
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
+from doorman.kinematics.balance import balance_of
 from doorman.kinematics.coupling import BESIDE
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -56,6 +58,7 @@ class Room:
     ) -> None:
         self.vehicle, self.margin, self._door, self._reduced = vehicle, margin, door, reduced
         self._pushes, self._mobile = pushes, mobile
+        self._balance = balance_of(vehicle)
         self._leaf = len(vehicle.point_names)
         self.latch = self._leaf + 1
         """Index of the constraint between disc and latch jamb."""
@@ -80,6 +83,7 @@ class Room:
         """Whether a posture is inside the joint limits, and inside the constraints by the margin."""
         vehicle, arm = self.vehicle, state[5:]
         inside = bool(((arm >= vehicle.lower_limits) & (arm <= vehicle.upper_limits)).all())
+        inside = inside and float(self._balanced(state).min(initial=np.inf)) >= -tolerance
         return inside and float(self.constraints(state).max()) <= tolerance - self.margin
 
     def mobility(self, state: Array) -> float:
@@ -94,7 +98,7 @@ class Room:
 
     def distances(self, state: Array) -> Array:
         """All distances, shape (m,)."""
-        rows = [-(self.constraints(state) + self.margin), *self._joints(state)]
+        rows = [-(self.constraints(state) + self.margin), *self._joints(state), self._balanced(state)]
         if self._mobile:
             rows.append(np.array([self.mobility(state)]))
         if self._pushes:
@@ -106,7 +110,7 @@ class Room:
         of_constraints = self.constraint_slopes(state)
         share = np.zeros((len(self._bounded), len(state)))
         share[np.arange(len(self._bounded)), 5 + self._bounded] = 1.0 / self._span
-        rows = [-of_constraints, share, -share]
+        rows = [-of_constraints, share, -share, self._balance_slopes(state)]
         if self._mobile:
             rows.append(self._mobility_slopes(state, of_constraints)[None])
         if self._pushes:
@@ -125,6 +129,16 @@ class Room:
         arm = state[5 + self._bounded]
         lower, upper = self.vehicle.lower_limits[self._bounded], self.vehicle.upper_limits[self._bounded]
         return (arm - lower) / self._span, (upper - arm) / self._span
+
+    def _balanced(self, state: Array) -> Array:
+        return np.zeros(0) if self._balance is None else self._balance.room(self.vehicle.center_of_mass(state[5:]))
+
+    def _balance_slopes(self, state: Array) -> Array:
+        if self._balance is None:
+            return np.zeros((0, len(state)))
+        slopes = np.zeros((len(self._balance.reaches), len(state)))
+        slopes[:, 5:] = -self._balance.normals @ self.vehicle.center_of_mass_jacobian(state[5:])[:2]
+        return slopes
 
     def _mobility_slopes(self, state: Array, of_constraints: Array) -> Array:
         """By differences of the constraints' exact slopes: a second derivative of the arm."""

@@ -13,9 +13,17 @@ from doorman.scenario.flight import (
     MissionTimeOutsSection,
 )
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
+from doorman.scenario.reality import RealitySection
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.scenario import Scenario
-from doorman.scenario.simulation import GustSection, HandSection, NoiseSection, SensorsSection, SimulationSection
+from doorman.scenario.simulation import (
+    GustSection,
+    HandSection,
+    NoiseSection,
+    SensorsSection,
+    SimulationSection,
+    WashSection,
+)
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 
 __all__ = [
@@ -35,11 +43,13 @@ __all__ = [
     "NoiseSection",
     "PlannerSection",
     "PushSection",
+    "RealitySection",
     "SafetySection",
     "Scenario",
     "SensorsSection",
     "SimulationSection",
     "StartSection",
     "VehicleSection",
+    "WashSection",
     "WeightsSection",
 ]

@@ -25,6 +25,9 @@ class ControlSection(Section):
     """At the start, the commanded pitch may differ from the measured one by this much [rad], and"""
     engage_rate: NonNegative = 0.2
     """by this much more for every second flown [rad/s]: with the tip tied, a jump would overload the arm's servos."""
+    attitude_stiffness: Positive = 700.0
+    """Angular acceleration with which the vehicle's attitude loop answers an error, per radian [1/s²]: its gains of attitude and
+    rate multiplied. With an arm that has mass, `engage_pitch` and `engage_rate` are cut to what the rotors can answer."""
     position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
     """k_p [1/s²]."""
     velocity_gain: tuple[Positive, Positive, Positive] = (3.5, 3.5, 4.5)

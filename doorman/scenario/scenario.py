@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import PrivateAttr, ValidationError, model_validator
 
 from doorman.exceptions import ScenarioError
 from doorman.scenario.campaign import CampaignSection, Distribution
@@ -16,6 +16,7 @@ from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, re
 from doorman.scenario.flight import ControlSection, EstimationSection, MissionSection
 from doorman.scenario.plain import plain
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection
+from doorman.scenario.reality import RealitySection, under
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.simulation import SimulationSection
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
@@ -49,9 +50,15 @@ class Scenario(Section):
     mission: MissionSection = MissionSection()
     safety: SafetySection = SafetySection()
     simulation: SimulationSection = SimulationSection()
+    reality: RealitySection = RealitySection()
     campaign: CampaignSection = CampaignSection()
 
     _source: Path | None = PrivateAttr(default=None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_preset(cls, values: Any) -> Any:
+        return under(plain(values))
 
     @classmethod
     def load(cls, source: str | os.PathLike[str] = "paper", overrides: Mapping[str, Any] | None = None) -> Scenario:
@@ -98,7 +105,8 @@ class Scenario(Section):
             ScenarioError: if a key is unknown, or a value of wrong type or out of range.
         """
         keywords = {key.replace("__", "."): value for key, value in more.items()}
-        return self._of(self.model_dump(), {**_mapping(overrides), **keywords}, self._source)
+        changes = {**_mapping(overrides), **keywords}
+        return self._of(self.model_dump(exclude_unset=self._takes_preset(changes)), changes, self._source)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the scenario with all its values to a TOML file that loads as the same task; an older file is replaced.
@@ -182,6 +190,20 @@ class Scenario(Section):
             return scenario
         campaign = scenario.campaign.model_copy(update={"vary": scenario.campaign.vary | drawn})
         return scenario.model_copy(update={"campaign": campaign})
+
+    def _takes_preset(self, changes: Mapping[str, Any]) -> bool:
+        """Whether other values bring a preset, which sets what nobody has set here.
+
+        Raises:
+            ScenarioError: if there is another preset here already: its values cannot be told from those that somebody has set.
+        """
+        wanted = dict(_flat(type(self), changes, "")).get("reality.preset", self.reality.preset)
+        if wanted != self.reality.preset and self.reality.preset is not None:
+            raise ScenarioError(
+                "the preset of a scenario cannot be replaced", field="reality.preset", given=wanted,
+                allowed=f"{self.reality.preset!r}, or another one in Scenario.load",
+            )  # fmt: skip
+        return bool(wanted != self.reality.preset)
 
     @property
     def _folder(self) -> Path:

@@ -15,6 +15,7 @@ from doorman.kinematics.urdf_shapes import link_name
 from doorman.model import GRAVITY, Model
 from doorman.simulation.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.hulls import read_spec
+from doorman.simulation.reality.true_vehicle import make_true, scale_mass
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.servos import add_servos
 
@@ -61,6 +62,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     _set_options(spec, mujoco, time_step)
     door = _part(mujoco, model.true_door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
     vehicle = _part(mujoco, model.vehicle.urdf, model.vehicle.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
+    make_true(vehicle, vehicle.body(link_name(model.vehicle.urdf, model.vehicle.names.base_link)), model)
     root = spec.worldbody.add_body(name=ROOT, mass=_SMALLEST_MASS, inertia=[_SMALLEST_INERTIA] * 3)
     root.explicitinertial = True
     root.add_freejoint(name=ROOT)
@@ -171,29 +173,23 @@ def _contact_in_leaf(model: Model) -> list[float]:
 def _set_hinge(spec: Any, model: Model) -> None:
     """The hinge's true torques and the leaf's true mass: the simulation's, else those that the planner is told."""
     hinge, told, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
-    hinge.damping[0] = told.damping if true.door_damping is None else true.door_damping
-    hinge.frictionloss = told.friction if true.door_friction is None else true.door_friction
+    arm = told.per_angle
+    hinge.damping[0] = told.damping / arm**2 if true.door_damping is None else true.door_damping
+    hinge.frictionloss = told.friction / arm if true.door_friction is None else true.door_friction
     hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
-    hinge.stiffness[0] = told.stiffness if true.door_stiffness is None else true.door_stiffness
+    hinge.stiffness[0] = told.section.stiffness if true.door_stiffness is None else true.door_stiffness
     hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
     hinge.limited = bool(told.lower_limit < told.upper_limit)
     if (told.section.preload if true.door_preload is None else true.door_preload) > 0.0:
         hinge.range = _closed_stop(told)
     hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
     if true.door_mass is not None:
-        _scale_mass(hinge.parent, true.door_mass / told.mass)
+        scale_mass((hinge.parent, *hinge.parent.find_all("body")), true.door_mass / told.mass)
 
 
 def _closed_stop(door: Door) -> list[float]:
     """Range of the joint of a door that its closer presses into the frame: no farther than closed."""
     return sorted(door.joint_value(door.angle_of_opening(opening)) for opening in (0.0, door.largest_opening))
-
-
-def _scale_mass(body: Any, ratio: float) -> None:
-    """Scale mass and inertia of a body and of all that hangs on it."""
-    for part in (body, *body.find_all("body")):
-        part.mass *= ratio
-        part.fullinertia = [ratio * value for value in part.fullinertia]
 
 
 def _add_rotors(spec: Any, mujoco: Any, base: Any, layout: RotorLayout, time_constant: float) -> None:

@@ -79,7 +79,7 @@ class SimulatedBackend(Backend):
             raise BackendError("the simulation is open already", allowed="stop() before another open()")
         self._simulator = Simulator(self.model, self.period / self.steps_per_period, self._disturbances(), self._gains)
         simulation = self.model.scenario.simulation
-        self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors)
+        self._sensors = Sensors(simulation.noise, self.seed, simulation.sensors, simulation.servo_backlash)
         self._truth = self._simulator.truth()
         self._ticks = 0
 
@@ -138,7 +138,7 @@ class SimulatedBackend(Backend):
         """The caller's disturbance, the scenario's gusts and its hand together."""
         simulation, given = self.model.scenario.simulation, self._disturbance
         wind, door = simulation.gust, self.model.true_door
-        if wind.vehicle == wind.leaf == 0.0 and simulation.hand.door_angle is None:
+        if not wind.blows and simulation.hand.door_angle is None:
             return given
         gust, hand = Gust(wind, door, self.seed), Hand(simulation.hand)
 

@@ -97,6 +97,7 @@ class Gripper:
         tip_shapes: Indices of the tip's shapes.
         leaf_shapes: Indices of the leaf's shapes.
         closes: Whether it can close; one that cannot is a tip that only pushes, whatever is asked of it.
+        force: Largest force with which it holds [N]; None holds against any.
     """
 
     def __init__(
@@ -107,11 +108,16 @@ class Gripper:
         tip_shapes: frozenset[int],
         leaf_shapes: frozenset[int],
         closes: bool = True,
+        force: float | None = None,
     ) -> None:
         self._mujoco, self._model, self._data, self._closes = mujoco, engine_model, data, closes
         self._shapes = [(tip, leaf) for tip in tip_shapes for leaf in leaf_shapes]
         tie = mujoco.mj_name2id(engine_model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
         self._tie = tie if tie >= 0 else None
+        self._force = force
+        self.slips = 0
+        """How often it was torn off the leaf."""
+        self._slipped = False
         if self.closed and not closes:
             data.eq_active[self._tie] = False
         self._model.pair_margin[:] = -_NO_CONTACT if self.closed else 0.0
@@ -124,10 +130,13 @@ class Gripper:
     def set(self, closed: bool) -> None:
         """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does.
 
+        One that was torn off closes again only after it was opened.
+
         Args:
             closed: What is asked for.
         """
-        if self._tie is None or closed == self.closed or (closed and not self._closes):
+        self._slipped &= closed
+        if self._tie is None or closed == self.closed or (closed and (self._slipped or not self._closes)):
             return
         if closed:
             distance = min(
@@ -139,6 +148,25 @@ class Gripper:
             tip, contact = self._data.site("tip"), self._model.site("contact")
             leaf = self._data.body(int(contact.bodyid[0]))
             contact.pos[:] = leaf.xmat.reshape(3, 3).T @ (tip.xpos - leaf.xpos)
+        self._tie_up(closed)
+
+    def strain(self, force: Array, normal: Array) -> None:
+        """Tear the tip off the leaf where it carries more than the gripper holds; once per physics step.
+
+        What counts is the force without its push, which the tip's face carries: pull and force along the leaf.
+
+        Args:
+            force: Of the tip on the leaf, shape (3,), world frame [N].
+            normal: n_D, away from the vehicle, shape (3,), world frame.
+        """
+        if self._force is None or not self.closed:
+            return
+        held = force - max(float(normal @ force), 0.0) * normal
+        if float(held @ held) > self._force**2:
+            self._tie_up(False)
+            self._slipped, self.slips = True, self.slips + 1
+
+    def _tie_up(self, closed: bool) -> None:
         self._data.eq_active[self._tie] = closed
         self._model.pair_margin[:] = -_NO_CONTACT if closed else 0.0
 

@@ -1,14 +1,19 @@
-r"""Gusts: wind on vehicle and leaf, a force that varies by chance and whose direction turns.
+r"""Gusts: wind on vehicle and leaf, a force that varies by chance and whose direction turns and jumps.
 
 .. math::
-    F(t) = \bar F\,(1 + v\,\xi(t)), \qquad
+    F(t) = s\,\bar F\,(1 + v\,\xi(t)), \qquad
     d\xi = -\frac{\xi}{T}\,dt + \sqrt{\frac{2}{T}}\,dW, \qquad
-    d(t) = d_0 + \omega t
+    d(t) = d_0 + \omega t + j
 
 ξ is an Ornstein-Uhlenbeck process of mean 0 and deviation 1, one for the vehicle and one for the leaf, v the `variation` and
 T the `correlation_time`. The wind blows towards d, with the `direction` d₀ and the `turn_rate` ω: of constant strength where v is
-0. On the leaf the force acts at half its width w: the torque in the hinge is :math:`\frac{w}{2} F \sin(d - \beta)` for a leaf
-along β, which is α where the door stands as its URDF has it.
+0. At random times the direction jumps by `jump_angle` to either side, which j sums. The strength s is then drawn anew, evenly
+within `jump_strength` of 1. On the leaf the force acts at half its width w: the torque in the hinge is
+:math:`\frac{w}{2} F \sin(d - \beta)` for a leaf along β, which is α where the door stands as its URDF has it.
+
+A draught blows through the doorway along the closed leaf's normal. At the opening o its gap is open by the share
+:math:`q = \min(1, 2\sin(o/2))`, the width of the gap over that of the leaf. The vehicle feels q of its force. The leaf feels
+1 − q of its own, along its normal, as the pressures on its sides even out.
 """
 
 from __future__ import annotations
@@ -19,10 +24,13 @@ import numpy as np
 
 from doorman.kinematics.door import Door
 from doorman.scenario import GustSection
+from doorman.simulation.reality.jumps import Jumps
 from doorman.simulation.simulator import Disturbance
 
 _GUSTS = 2
 """Of the random numbers of one seed, the stream that makes gusts."""
+_JUMPS = 5
+"""The stream that makes its jumps."""
 
 
 class Gust:
@@ -40,6 +48,9 @@ class Gust:
         self._generator = np.random.default_rng([seed, _GUSTS])
         self._variation = self._generator.standard_normal(2)
         self._time = 0.0
+        self._jumps = Jumps(section.jump_rate, (seed, _JUMPS))
+        self._jumped, self._strength = 0.0, 1.0
+        self._through = door.normal(0.5 * math.pi)
 
     def at(self, time: float, door_angle: float) -> Disturbance:
         """Force and torque at one time.
@@ -53,13 +64,32 @@ class Gust:
         """
         wind = self._section
         self._vary(time)
-        vehicle, leaf = (1.0 + wind.variation * self._variation) * (wind.vehicle, wind.leaf)
-        towards = wind.direction + wind.turn_rate * time
+        self._jump(time)
+        vehicle, leaf = (1.0 + wind.variation * self._variation) * (
+            self._strength * wind.vehicle,
+            self._strength * wind.leaf,
+        )
+        towards = wind.direction + wind.turn_rate * time + self._jumped
         way = np.array([math.cos(towards), math.sin(towards), 0.0])
-        return Disturbance(
+        blown = Disturbance(
             force=(vehicle * float(way[0]), vehicle * float(way[1]), 0.0),
             hinge_torque=-self._lever * leaf * float(self._door.normal(door_angle) @ way),
         )
+        return together(blown, self._draught(door_angle)) if wind.draughty else blown
+
+    def _draught(self, door_angle: float) -> Disturbance:
+        """What blows through the gap, and presses on the leaf while there is none."""
+        wind, opening = self._section, self._door.opening_of(door_angle)
+        share = min(1.0, 2.0 * math.sin(0.5 * min(max(opening, 0.0), 0.5 * math.pi)))
+        x, y, _ = (share * wind.draught_vehicle * self._through).tolist()
+        return Disturbance(force=(x, y, 0.0), hinge_torque=-self._lever * (1.0 - share) * wind.draught_leaf)
+
+    def _jump(self, time: float) -> None:
+        """Let the wind jump as often as it does in the time that has passed."""
+        wind, generator = self._section, self._jumps.generator
+        for _ in range(self._jumps.since(time)):
+            self._jumped += wind.jump_angle * float(generator.choice([-1.0, 1.0]))
+            self._strength = 1.0 + wind.jump_strength * float(generator.uniform(-1.0, 1.0))
 
     def _vary(self, time: float) -> None:
         """Advance ξ by the exact solution over the time that has passed."""

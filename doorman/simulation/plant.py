@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.exceptions import ScenarioError
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
@@ -64,7 +65,8 @@ class Plant:
     @property
     def rotor_thrusts(self) -> Array:
         """Thrusts that the rotors make now, shape (m,) [N]."""
-        return np.array(self.data.act if self.engine_model.na else self.data.ctrl[: self.n_rotors])
+        told = self.data.act if self.engine_model.na else self.data.ctrl[: self.n_rotors]
+        return np.array(told * self.engine_model.actuator_gear[: self.n_rotors, 2])
 
     def shape_name(self, index: int) -> str:
         """Name of a collision shape, without the part's prefix."""
@@ -140,13 +142,38 @@ def _place(mujoco: Any, plant: Plant, model: Model) -> None:
     data.qpos[:3] = motion.position + to_face + rotation @ inverse[:3, 3]
     mujoco.mju_mat2Quat(data.qpos[3:7], (rotation @ inverse[:3, :3]).ravel())
     data.qpos[plant.arm_positions] = state[5:]
-    data.qpos[plant.hinge_position] = model.true_door.joint_value(state[3])
+    data.qpos[plant.hinge_position] = model.true_door.joint_value(_first_angle(model))
     hovers = model.scenario.mission.start == "hover"
     if model.scenario.contact.kind == "push" or hovers:
         true_normal = model.true_door.normal(float(state[3]))
         data.qpos[:3] += _gap(mujoco, plant) * true_normal
     if hovers:
         data.qpos[:3] += model.hover_offset - to_face
+
+
+def _first_angle(model: Model) -> float:
+    """α of the true leaf as the flight begins [rad].
+
+    Raises:
+        ScenarioError: if the hinge does not go so far, or the tip begins on a leaf that is told to be elsewhere.
+    """
+    scenario, door, angle = model.scenario, model.true_door, float(model.start_state[3])
+    ajar = scenario.simulation.door_ajar
+    if ajar == 0.0:
+        return angle
+    if scenario.mission.start == "contact":
+        raise ScenarioError(
+            "the tip begins on the leaf where it is told to be", file=scenario.source, field="simulation.door_ajar",
+            given=ajar, allowed="mission.start = \"hover\", or start.opening",
+        )  # fmt: skip
+    angle = door.angle_of_opening(door.opening_of(angle) + ajar)
+    if door.lower_limit < door.upper_limit and not door.lower_limit <= angle <= door.upper_limit:
+        least, most = sorted(door.opening_of(limit) for limit in (door.lower_limit, door.upper_limit))
+        raise ScenarioError(
+            "the hinge does not go so far", file=scenario.source, field="simulation.door_ajar", given=ajar,
+            allowed=f"a door that opens from {least:.3f} to {most:.3f} rad",
+        )  # fmt: skip
+    return angle
 
 
 def _gap(mujoco: Any, plant: Plant) -> float:

@@ -1,8 +1,8 @@
 """Sensors: the truth as motion capture, servos and gyroscope tell it: noisy, late, with gaps; the door's angle is not seen.
 
 Motion capture samples position, velocity and attitude at its rate, loses the samples of a gap, and delivers the others after
-its latency; meanwhile the last pose holds. The arm's angles and rates come by another cable: as late, without gaps. Body rates
-are the gyroscope's, of the present moment.
+its latency and jitter; meanwhile the last pose holds. The arm's angles and rates come by another cable: as late, without gaps or
+jitter, and with the servos' play. Body rates are the gyroscope's, of the present moment.
 """
 
 from __future__ import annotations
@@ -18,12 +18,15 @@ from numpy.typing import NDArray
 from doorman.hardware.interface import Measurement
 from doorman.kinematics.urdf import frozen
 from doorman.scenario import NoiseSection, SensorsSection
+from doorman.simulation.reality.seen_frame import seen_frame
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]
 
 _DROPOUTS = 1
 """Of the random numbers of one seed, the stream that makes the gaps; the noise has the seed's own."""
+_JITTER = 4
+"""The stream that makes the jitter."""
 _TOLERANCE = 1e-9
 """By which a sum of periods may miss a time [s]."""
 
@@ -36,6 +39,8 @@ class _Pose:
     position: Array
     velocity: Array
     attitude: Array
+    delay: float = 0.0
+    """By which it is later than the latency [s]."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class _Arm:
     time: float
     angles: Array
     rates: Array
+    delay: float = 0.0
 
 
 _Sample = TypeVar("_Sample", _Pose, _Arm)
@@ -84,13 +90,19 @@ class Sensors:
         noise: Standard deviations.
         seed: Of noise and gaps; the same seed gives the same to the bit.
         delivery: Latency, rate and gaps of the poses; by default the present pose at every tick.
+        backlash: Play of every servo [rad].
     """
 
-    def __init__(self, noise: NoiseSection, seed: int, delivery: SensorsSection | None = None) -> None:
+    def __init__(
+        self, noise: NoiseSection, seed: int, delivery: SensorsSection | None = None, backlash: float = 0.0
+    ) -> None:
         self._noise = noise
         self._generator = np.random.default_rng(seed)
         self._delivery = delivery or SensorsSection()
         self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, seed)
+        self._frame = seen_frame(self._delivery, seed)
+        self._jitter = np.random.default_rng([seed, _JITTER])
+        self._backlash, self._servo_angles = backlash, np.empty(0)
         self._next_sample = 0.0
         self._poses: deque[_Pose] = deque()
         self._arms: deque[_Arm] = deque()
@@ -131,9 +143,16 @@ class Sensors:
                 self._next_sample += 1.0 / rate
         if self._dropouts.lost(time):
             return
+        if self._frame is not None:
+            self._frame.advance(time)
+            truth = replace(
+                truth, position=self._frame.position(truth.position), velocity=self._frame.velocity(truth.velocity),
+                attitude=self._frame.attitude(truth.attitude),
+            )  # fmt: skip
         position = frozen(truth.position + self._noise.position * draws[0:3])
         attitude = frozen(truth.attitude + self._noise.attitude * draws[6:9])
-        pose = _Pose(time, position, self._velocity(truth, position, draws[3:6]), attitude)
+        delay = self._delivery.jitter * float(self._jitter.uniform()) if self._delivery.jitter > 0.0 else 0.0
+        pose = _Pose(time, position, self._velocity(truth, position, draws[3:6]), attitude, delay)
         self._keep(self._poses, pose)
 
     def _velocity(self, truth: Truth, position: Array, draws: Array) -> Array:
@@ -146,9 +165,18 @@ class Sensors:
 
     def _hear_arm(self, truth: Truth, draws: Array) -> None:
         n = len(truth.arm_angles)
-        angles = frozen(truth.arm_angles + self._noise.arm_angles * draws[12 : 12 + n])
+        angles = frozen(self._behind_play(truth.arm_angles) + self._noise.arm_angles * draws[12 : 12 + n])
         rates = frozen(truth.arm_rates + self._noise.arm_rates * draws[12 + n :])
         self._keep(self._arms, _Arm(truth.time, angles, rates))
+
+    def _behind_play(self, angles: Array) -> Array:
+        """What the servos say: they follow the joints no closer than their play, shape (n,) [rad]."""
+        if self._backlash == 0.0:
+            return angles
+        before = self._servo_angles if self._servo_angles.size else angles
+        free = 0.5 * self._backlash
+        self._servo_angles = np.clip(before, angles - free, angles + free)
+        return self._servo_angles
 
     def _keep(self, samples: deque[_Sample], sample: _Sample) -> None:
         """Append a sample; before the first there was one that has just arrived, as all was at rest."""
@@ -158,6 +186,7 @@ class Sensors:
 
     def _delivered(self, samples: deque[_Sample], now: float) -> _Sample:
         """The newest sample that has arrived."""
-        while len(samples) > 1 and samples[1].time + self._delivery.latency <= now + _TOLERANCE:
+        latency = self._delivery.latency
+        while len(samples) > 1 and samples[1].time + samples[1].delay + latency <= now + _TOLERANCE:
             samples.popleft()
         return samples[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,6 +20,8 @@ from doorman.simulation.engine import check_stability, engine
 from doorman.simulation.hinge_torques import HingeTorques
 from doorman.simulation.onboard import OnboardParameters, onboard_step
 from doorman.simulation.plant import Plant, build_plant, hover_wrench
+from doorman.simulation.reality.drag import drag
+from doorman.simulation.reality.true_thrust import true_thrust
 from doorman.simulation.rotors import MixerParameters, RotorLayout, rotor_layout
 from doorman.simulation.servos import ServoParameters
 from doorman.simulation.truth import Truth
@@ -72,8 +75,10 @@ class Simulator(Uncopied):
         self._qpos, self._qvel, self._control = data.qpos, data.qvel, data.ctrl
         self._onboard = _onboard_parameters(model, self.plant, self.layout, time_step, gains)
         shapes = self.plant.tip_shapes, self.plant.leaf_shapes
-        closes = model.scenario.simulation.gripper_closes
-        self._gripper = Gripper(self._mujoco, self.plant.engine_model, data, *shapes, closes)
+        true = model.scenario.simulation
+        self._gripper = Gripper(
+            self._mujoco, self.plant.engine_model, data, *shapes, true.gripper_closes, true.gripper_force
+        )
         at_door = model.scenario.mission.start == "contact"
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
@@ -81,6 +86,8 @@ class Simulator(Uncopied):
         self._command = np.zeros(5 + model.n_arm)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
         self._hinge_torques = HingeTorques(model, self.plant)
+        self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
+        self._outer_force = 0.0
         self._rotors: Array | None = None
         self._steps = 0
         self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
@@ -120,6 +127,8 @@ class Simulator(Uncopied):
         if directions is not None:
             gears = self.plant.engine_model.actuator_gear
             gears[: self.layout.count, 5] = -directions * self.layout.torque_per_thrust
+            if self._thrust is not None:
+                self._thrust.turn(directions)
 
     def set_grip(self, closed: bool) -> None:
         """Let the tip hold on to the leaf where it touches, or let go.
@@ -147,6 +156,10 @@ class Simulator(Uncopied):
             onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
             if self._rotors is not None:
                 self._control[: self.layout.count] = self._rotors
+            if self._thrust is not None:
+                self._thrust.act(self.time)
+            if self._drag is not None:
+                self._drag.act()
             self._hinge_torques.act()
             door_angle = hinge.angle_of_joint(self._qpos[place])
             step(engine_model, data)
@@ -190,6 +203,9 @@ class Simulator(Uncopied):
             collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),
             rotor_thrusts=frozen(plant.rotor_thrusts),
             max_push=self._max_push,
+            gripping=self._gripper.closed,
+            grip_slips=self._gripper.slips,
+            outer_force=self._outer_force,
         )
 
     def _begin_interval(self) -> None:
@@ -200,7 +216,9 @@ class Simulator(Uncopied):
         """Take in the contacts of a step that began at this door angle."""
         forces = self._contacts.read()
         self._tip_force = forces.tip
-        self._normal_force = float(self.plant.hinge.normal(door_angle) @ forces.tip)
+        normal = self.plant.hinge.normal(door_angle)
+        self._normal_force = float(normal @ forces.tip)
+        self._gripper.strain(forces.tip, normal)
         self._max_pull = max(self._max_pull, -self._normal_force)
         self._max_push = max(self._max_push, self._normal_force)
         if forces.others:
@@ -211,7 +229,8 @@ class Simulator(Uncopied):
         data, plant = self.plant.data, self.plant
         data.xfrc_applied[plant.base_body, :3] = disturbance.force
         data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
-        self._hinge_torques.other = plant.hinge.joint_rate(disturbance.hinge_torque)
+        self._hinge_torques.other = plant.hinge.joint_torque(disturbance.hinge_torque)
+        self._outer_force = math.hypot(*disturbance.force)
 
 
 def _onboard_parameters(
@@ -223,7 +242,13 @@ def _onboard_parameters(
         attitude=attitude,
         mixer=MixerParameters.of(layout),
         root_to_base=plant.root_to_base_quaternion,
-        servos=ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step),
+        servos=_servos(model, plant, time_step),
         quaternion=np.zeros(4),
         rates=np.zeros(3),
     )
+
+
+def _servos(model: Model, plant: Plant, time_step: float) -> ServoParameters:
+    servos = ServoParameters.of(model.vehicle, plant.arm_positions, plant.arm_velocities, time_step)
+    servos.limits[3] *= model.scenario.simulation.servo_torque_scale
+    return servos

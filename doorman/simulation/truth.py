@@ -51,6 +51,12 @@ class Truth(OneLine):
     """Shape (m,) [N]."""
     max_push: float = 0.0
     """Largest push on the door, along n_D, in any physics step since the last tick [N]."""
+    gripping: bool = False
+    """Whether the gripper holds the leaf."""
+    grip_slips: int = 0
+    """How often it was torn off the leaf since the flight began."""
+    outer_force: float = 0.0
+    """Of wind and whatever else acts on the vehicle beside rotors, air and leaf [N]."""
 
     def fields(self) -> dict[str, Any]:
         """Everything but the time, for a recorder; the pairs of collisions as one text."""

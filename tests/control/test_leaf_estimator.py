@@ -91,6 +91,29 @@ def test_far_from_the_leaf_a_blow_is_no_contact(model: Model) -> None:
     assert not vehicle.fly(1.0, vehicle.at(0.3), -1.5 * model.door.normal(CLOSED)).touching
 
 
+def first_met(model: Model, distance: float) -> LeafEstimate:
+    """A tip that is stopped this far before the leaf's place."""
+    vehicle, normal = Vehicle(model), model.door.normal(CLOSED)
+    vehicle.fly(3.0, vehicle.at(0.2), np.zeros(3), seeks=False)
+    vehicle.fly(2.0, vehicle.at(0.2), np.zeros(3), to=vehicle.at(distance))
+    return vehicle.fly(1.5, vehicle.at(distance), -1.2 * normal)
+
+
+@pytest.mark.parametrize("face", [0.03, 0.0, -0.03])
+def test_the_first_touch_of_a_closed_leaf_says_where_its_face_stands(model: Model, face: float) -> None:
+    known = first_met(model, face)
+    assert known.touching and known.face_offset == pytest.approx(face, abs=0.005)
+    assert known.door_angle == pytest.approx(CLOSED, abs=0.005)
+
+
+def test_a_leaf_that_is_met_far_behind_its_place_is_ajar(model: Model) -> None:
+    """Wind has opened it: its face is where the model has it, and its angle is another."""
+    known = first_met(model, -0.07)
+    assert known.touching and abs(known.face_offset) < 0.01
+    off = 0.07 / model.coupling.distance_from_hinge
+    assert abs(known.door_angle - CLOSED) == pytest.approx(off, abs=0.02)
+
+
 def test_a_pull_in_contact_is_wind(model: Model) -> None:
     vehicle = Vehicle(model)
     assert pressed(vehicle, 1.0, np.zeros(3)).touching

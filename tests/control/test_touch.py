@@ -12,8 +12,9 @@ from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.phases import Phase, Sequence
+from doorman.mission.phases import Phase
 from doorman.mission.schedule import PlanSchedule
+from doorman.mission.sequence import Sequence
 from doorman.mission.swing import Swing
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Planner
@@ -266,7 +267,7 @@ def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
     estimator = Estimator(model, converter)
     sequence = Sequence(model, converter, schedule, estimator, lambda _, phase, reason: reasons.append(reason))
     last, limit = at_rest(model, np.zeros(3)), model.scenario.mission.time_out.recover
-    sequence._enter(Phase.RECOVER, last, "contact lost")
+    sequence.enter(Phase.RECOVER, last, "contact lost")
 
     def flown(start: float, seconds: float, angle: float, rate: float) -> float | None:
         """Time at which it is given up."""
@@ -286,7 +287,7 @@ def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
     stands = flown(1.5 * limit, 2.0 * limit, begin + rate * 1.5 * limit, 0.0)
     assert stands == pytest.approx(2.5 * limit, abs=1.0)
     assert "recover took longer" in reasons[-1]
-    sequence._enter(Phase.RECOVER, last, "contact lost")
+    sequence.enter(Phase.RECOVER, last, "contact lost")
     assert flown(0.0, 4.0 * limit, begin, rate) == pytest.approx(3.0 * limit, abs=0.1), "no leaf is followed for ever"
 
 

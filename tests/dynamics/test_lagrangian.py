@@ -10,13 +10,13 @@ import pytest
 from finite_differences import central_difference
 from paper_door import door_normal
 from pinocchio_reference import constrained_dynamics
-from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited
+from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited, write_massive
 
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import DimensionError, SingularityError, SolverError
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.door import Door
-from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
 from doorman.kinematics.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
@@ -24,13 +24,15 @@ from doorman.scenario import DoorSection, Scenario
 RESISTING = DoorSection(damping=0.4, friction=0.6, stiffness=1.5, rest_angle=1.2)
 
 
-@pytest.fixture(scope="module", params=["paper", 1, 2, 7])
+@pytest.fixture(scope="module", params=["paper", "massive", 1, 2, 7])
 def lagrangian(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> LagrangianModel:
-    """A door that resists, the paper's vehicle and others with unlike inertias."""
+    """A door that resists, the paper's vehicle, one whose arm has mass, and others with unlike inertias."""
     kind = request.param
     if kind == "paper":
         return LagrangianModel(Coupling(Vehicle(VEHICLE), Door(DOOR, RESISTING), 0.7, 0.8), 0.02, disturbance=0.35)
     folder: Path = tmp_path_factory.mktemp("urdf")
+    if kind == "massive":
+        return LagrangianModel(Coupling(Vehicle(massive(folder)), Door(DOOR, RESISTING), 0.7, 0.8), 0.02)
     vehicle = write_edited(
         folder / "vehicle.urdf",
         write_arm_of(folder / "arm.urdf", kind, odd_axes_seed=kind),
@@ -42,6 +44,17 @@ def lagrangian(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
     )
     door = Door(write_door(folder / "door.urdf", width=1.45, mass=18.0), RESISTING)
     return LagrangianModel(Coupling(Vehicle(vehicle), door, 0.9, 1.1), 0.01)
+
+
+def massive(folder: Path) -> Path:
+    """0.6 kg on the four links, beside their axes, and a body whose centre of mass is not its origin."""
+    shares = {"servo_1": 0.11, "servo_2": 0.17, "servo_3": 0.14, "servo_4": 0.18}
+    arm = write_massive(folder / "arm.urdf", shares, center=(0.04, 0.01, -0.02))
+    return write_edited(
+        folder / "massive.urdf",
+        arm,
+        ('<origin xyz="0 0 0" rpy="0 0 0" />', '<origin xyz="-0.03 0.01 0.02" rpy="0 0 0" />'),
+    )
 
 
 def random_state(model: LagrangianModel, rng: np.random.Generator) -> np.ndarray:
@@ -98,7 +111,9 @@ def test_accelerations_solve_lagranges_equations(lagrangian: LagrangianModel, rn
         partials = central_difference(lambda q, arm=arm: lagrangian.mass_matrix(q, arm), q)
         inertial = partials @ q_rate @ q_rate - 0.5 * np.einsum("ijk,i,j->k", partials, q_rate, q_rate)
         translation = coupling.translation_jacobian(q[:3], q[3], arm)
-        gravity = translation.T @ [0.0, 0.0, coupling.vehicle.mass * 9.81]
+        center = rotation_body_to_world(q[:3]) @ skew(coupling.vehicle.center_of_mass(arm))
+        of_center = translation - center @ coupling.rotation_jacobian(q[:3])
+        gravity = of_center.T @ [0.0, 0.0, coupling.vehicle.mass * 9.81]
         force = (
             translation.T @ rotation_body_to_world(q[:3])[:, 2] * u[0] + coupling.rotation_jacobian(q[:3]).T @ u[1:4]
         )
@@ -183,15 +198,6 @@ def test_a_push_moves_door_and_vehicle_together() -> None:
     coupling = Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8)
     matrix = LagrangianModel(coupling, 0.02).mass_matrix([0, 0, 0, math.pi / 2], [0.0, math.pi / 2, -math.pi / 2, 0.0])
     assert matrix[3, 3] == pytest.approx(5.28 + 3.0 * 0.7**2)
-
-
-def test_inertia_is_that_of_the_posture_asked_for(tmp_path: Path) -> None:
-    inertial = '<inertial><mass value="0.5"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial>'
-    path = write_edited(tmp_path / "v.urdf", VEHICLE, ('<link name="tip">', f'<link name="tip">{inertial}'))
-    coupling, posture = Coupling(Vehicle(path), Door(DOOR), 0.7, 0.8), [0.0, 1.0, -0.6, -0.4]
-    model = LagrangianModel(coupling, 0.02, inertia_posture=posture)
-    np.testing.assert_array_equal(model.vehicle_inertia, coupling.vehicle.inertia(posture))
-    assert not np.allclose(model.vehicle_inertia, LagrangianModel(coupling, 0.02).vehicle_inertia)
 
 
 @pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 2.0])

@@ -152,15 +152,16 @@ def test_a_jamb_at_an_unlikely_value_asks_for_the_closed_one(tmp_path: Path) -> 
     np.testing.assert_allclose(Door(path, DoorSection(closed=math.pi / 2 - 0.5)).along, [0.0, 1.0, 0.0], atol=1e-9)
 
 
-def test_a_hinge_that_leans_a_little_counts_as_vertical(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("lean", "vertical"), [(1e-6, True), (math.radians(0.05), False)])
+def test_a_hinge_counts_as_vertical_where_rounding_leans_it(lean: float, vertical: bool, tmp_path: Path) -> None:
     path = write_edited(
         tmp_path / "door.urdf", DOOR,
-        ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', f'<origin xyz="0 0 0.4" rpy="{math.radians(0.1)} 0 0"/>'),
+        ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', f'<origin xyz="0 0 0.4" rpy="{lean} 0 0"/>'),
     )  # fmt: skip
     door, plain = Door(path), Door(DOOR)
     np.testing.assert_allclose(door.axes, plain.axes, atol=2e-3)
-    assert door.into[2] == door.along[2] == 0.0
-    assert np.linalg.norm(door.along) == pytest.approx(1.0, abs=1e-12)
+    np.testing.assert_allclose(door.axes @ door.axes.T, np.eye(3), atol=1e-8)
+    assert door.vertical is vertical
 
 
 def test_a_joint_may_turn_about_another_axis_of_its_frame(tmp_path: Path) -> None:

@@ -90,10 +90,27 @@ def test_a_hinge_without_a_range_is_refused(tmp_path, angle):
     refused(door(tmp_path, limits(angle, angle)), "joint hinge/limit@upper", "no range")
 
 
-@pytest.mark.parametrize("axis", ["1 0 0", "0 0.01 1"])
-def test_a_hinge_that_is_not_vertical_is_refused(tmp_path, axis):
+@pytest.mark.parametrize("axis", ["0 0.01 1", "1 0 1"])
+def test_a_hinge_askew_to_its_leaf_is_refused(tmp_path, axis):
     path = door(tmp_path, ('<axis xyz="0 0 1"/>', f'<axis xyz="{axis}"/>'))
-    refused(path, "joint hinge", "not vertical")
+    refused(path, "link leaf/collision", "upright")
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "1 0 -0.7"])
+def test_a_steep_slide_is_refused(tmp_path, axis):
+    path = door(
+        tmp_path, (HINGE, HINGE.replace("revolute", "prismatic")), ('<axis xyz="0 0 1"/>', f'<axis xyz="{axis}"/>')
+    )
+    refused(path, "joint hinge", "too steep")
+
+
+def test_a_slide_is_not_made_wider(tmp_path):
+    path = door(
+        tmp_path, (HINGE, HINGE.replace("revolute", "prismatic")), ('<axis xyz="0 0 1"/>', '<axis xyz="1 0 0"/>')
+    )
+    with pytest.raises(UrdfError, match="wider") as caught:
+        Door(path, DoorSection(width=1.5))
+    assert caught.value.field == "door.width"
 
 
 def test_a_leaf_that_leans_is_refused(tmp_path):

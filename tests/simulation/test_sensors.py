@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -135,3 +137,21 @@ def test_the_backend_delivers_as_the_scenario_says(model):
         np.testing.assert_array_equal(run[k].position, truths[k - 5].position)
         np.testing.assert_array_equal(run[k].body_rates, truths[k].body_rates)
         assert run[k].pose_time == truths[k - 5].time
+
+
+def test_jitter_delays_every_pose_by_another_time_and_lets_none_overtake():
+    run = measured(3000, latency=0.02, jitter=0.03)
+    ages = np.array([one.time - one.pose_time for one in run[20:]])
+    assert 0.02 - 1e-9 <= ages.min() and ages.max() < 0.05 + 2 * TICK and len(set(ages.round(4))) > 4
+    assert (np.diff([one.pose_time for one in run]) >= 0.0).all()
+    arms = np.array([one.arm_angles[0] for one in run[20:]])
+    np.testing.assert_allclose(arms, [one.time - 0.02 for one in run[20:]])
+
+
+def test_servos_with_play_say_where_their_stops_are():
+    sensors = Sensors(QUIET, 0, backlash=0.1)
+    said = []
+    for tick, angle in enumerate((0.0, 0.04, 0.2, 0.16, 0.08, 0.0)):
+        one = replace(truth(tick * TICK), arm_angles=np.full(N, angle))
+        said.append(float(sensors.measure(one).arm_angles[0]))
+    np.testing.assert_allclose(said, [0.0, 0.0, 0.15, 0.15, 0.13, 0.05], atol=1e-12)

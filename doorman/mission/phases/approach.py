@@ -1,0 +1,43 @@
+"""From the hover before the door to where the touch begins."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.hover import STEADY, fly_before_the_leaf
+from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
+from doorman.mission.since import since
+
+Array = NDArray[np.float64]
+
+_HELD_UP = 0.03
+"""A slower vehicle stands [m/s]."""
+
+
+class Approach(MissionPhase):
+    """Flies to `touch_distance` before the leaf."""
+
+    phase = Phase.APPROACH
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        assert before is not None
+        self.glide = before.glide
+        self._held_up_since: float | None = None
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Fly on; the touch follows there, or where something before the leaf's place holds the vehicle up."""
+        away = -self.attempt.settings.touch_distance * self.attempt.model.door.normal(estimate.door_angle)
+        setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, away, time_step)
+        assert self.glide is not None
+        waits = self.glide.near(target, 0.01)
+        if waits and np.linalg.norm(estimate.position - target) < 0.05:
+            return setpoint, Next(Phase.TOUCH)
+        held_up = waits and np.linalg.norm(estimate.velocity) < _HELD_UP
+        self._held_up_since = since(self._held_up_since, bool(held_up), estimate.time)
+        met = self._held_up_since is not None and estimate.time - self._held_up_since >= STEADY
+        return setpoint, Next(Phase.TOUCH, "something is before the leaf's place") if met else None

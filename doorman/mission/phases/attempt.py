@@ -1,0 +1,70 @@
+"""What the phases of one mission share."""
+
+from __future__ import annotations
+
+from doorman.control.estimator import Estimator
+from doorman.control.state_converter import StateConverter
+from doorman.mission.at_the_leaf import AtTheLeaf
+from doorman.mission.opening import Opening
+from doorman.mission.schedule import PlanSchedule
+from doorman.mission.swing import Swing
+from doorman.model import Model
+
+
+class Attempt:
+    """The means of a mission, and what the current attempt has come to.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+        schedule: Plans.
+        estimator: Takes what the phases know of the contact.
+    """
+
+    def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule, estimator: Estimator) -> None:
+        self.model, self.converter, self.schedule, self.estimator = model, converter, schedule, estimator
+        self.settings = model.scenario.mission
+        self.grips = model.scenario.contact.kind == "grip"
+        self.leaf = AtTheLeaf(model, converter)
+        self.opening = self._make_opening()
+        self.number = 1
+        self.again = self.aborted = False
+        """Whether another attempt follows; whether none may, as the mission was aborted."""
+        self.opened = False
+        """Whether the door has been brought to the goal."""
+        self.failure = ""
+        """Why the attempt was given up; empty if it was not."""
+        self.seen = ""
+        """What the mission has seen of a door that is not where it should be in the end, by its own estimate."""
+        self.comes_back = False
+        """Whether the vehicle leaves in the end even a door that would not stay: one that has to land must."""
+        self.keeps_hold = False
+        """Whether the mission ends with the tip on the leaf."""
+        self.unsure = False
+        """Whether the leaf had to be looked for: contact that is lost again soon may have been none."""
+        self.losses = 0
+        """Of contact."""
+
+    def allow_another(self) -> None:
+        """Let another attempt follow, unless this one has failed already, or the mission was aborted."""
+        if not self.failure and not self.aborted:
+            knows_the_leaf = self.model.door.side == "push"  # else it may stand open, where the vehicle would come back
+            self.again = knows_the_leaf and self.number < self.settings.attempts
+
+    def begin_anew(self) -> str:
+        """Another attempt: what was learnt of leaf and hinge is forgotten.
+
+        Returns:
+            Why it follows.
+        """
+        reason = f"attempt {self.number + 1}, after: {self.failure}"
+        self.number, self.losses, self.failure = self.number + 1, 0, ""
+        self.again = self.opened = self.unsure = False
+        self.opening = self._make_opening()
+        self.estimator.lose_leaf()
+        return reason
+
+    def _make_opening(self) -> Opening | Swing:
+        if self.grips:
+            return Opening(self.model, self.converter, self.schedule)
+        return Swing(self.model, self.leaf, self.schedule)

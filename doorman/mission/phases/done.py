@@ -1,0 +1,54 @@
+"""The end: hover where the vehicle is, or keep the tip on the leaf."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.hold import OPEN_ENOUGH
+from doorman.mission.phases.phase import MissionPhase, Phase, Then
+from doorman.mission.phases.retreat import Retreat
+
+Array = NDArray[np.float64]
+
+
+class Done(Retreat):
+    """Goes no farther than the vehicle is."""
+
+    phase = Phase.DONE
+    leaves = False
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        self._targets = [estimate.position]
+        if isinstance(before, Retreat):
+            self.glide = before.glide
+        if attempt.opened and abs(estimate.door_angle - float(attempt.model.goal_state[3])) > OPEN_ENOUGH:
+            attempt.opened = False
+            stands = attempt.model.door.in_words(estimate.door_angle, 0)
+            attempt.seen = f"by its own estimate the door is at {stands}"
+
+    @property
+    def tie(self) -> Tie:
+        """None."""
+        return Tie.FREE
+
+    @property
+    def closes_gripper(self) -> bool:
+        """Where the tip is to stay on the leaf."""
+        return self.attempt.grips and self.attempt.keeps_hold
+
+    def speed_back(self, estimate: Estimate) -> float:
+        """None."""
+        return 0.0
+
+    def expired(self, now: float) -> bool:
+        """Never."""
+        return False
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Hover on."""
+        return self._fly(estimate, time_step)[0], None

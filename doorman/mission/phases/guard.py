@@ -1,0 +1,67 @@
+"""Where going on at the leaf would do harm: rotors near leaf or jamb, a silent planner, a leaf beyond the goal."""
+
+from __future__ import annotations
+
+import math
+
+from doorman.control.estimator import Estimate
+from doorman.mission.opening import SILENT
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase
+from doorman.mission.phases.release import LOST_PAST
+
+_DOUBT = 0.1
+"""For which rotors must seem to meet something [s], but a leaf that is looked for: a gap in the poses moves it by centimetres."""
+_PAST = math.radians(10.0)
+"""A leaf that is so far beyond the goal cannot be brought back by a push [rad]."""
+_MOVING = 0.03
+"""A vehicle that grips a door which is faster does not let go of it to get away from leaf or jamb [rad/s]."""
+
+
+class Guard:
+    """Watches the phases at the leaf.
+
+    Args:
+        attempt: What the phases share.
+    """
+
+    def __init__(self, attempt: Attempt) -> None:
+        self._attempt = attempt
+        self._clear_at = 0.0
+
+    def begin(self, now: float) -> None:
+        """Begin: rotors are clear [s]."""
+        self._clear_at = now
+
+    def judge(self, phase: MissionPhase, estimate: Estimate) -> GiveUp | None:
+        """Whether the attempt must end now; once per tick.
+
+        Args:
+            phase: What is flown.
+            estimate: What is known now.
+        """
+        searching = phase.searches(estimate.time)
+        near, beside = self._nearness(estimate, searching)
+        self._clear_at = self._clear_at if near or beside else estimate.time
+        angle = self._attempt.model.door.in_words(estimate.door_angle, 0)
+        if (near and searching) or estimate.time - self._clear_at > _DOUBT:
+            what = "the leaf" if near else "a jamb"
+            reason = f"the rotors come too near to {what} at {angle}"
+            return GiveUp(reason, for_good=False, at_once=not self._attempt.grips)
+        if self._attempt.grips:
+            return None
+        if (late := self._attempt.schedule.overdue(estimate.time)) > SILENT:
+            return GiveUp(f"the planner is silent for {late:.1f} s")
+        past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
+        if estimate.door_angle < float(self._attempt.model.goal_state[3]) - past:
+            return GiveUp(f"the leaf has gone past the goal, to {angle}")
+        return None
+
+    def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:
+        """Whether the rotors come near the leaf, and near a jamb."""
+        leaf = self._attempt.leaf
+        if self._attempt.grips and abs(estimate.door_rate) >= _MOVING:
+            return False, False  # a leaf that swings meets a vehicle that lets go
+        near = leaf.hits_the_rotors(estimate, searching)
+        beside = leaf.levels_into_a_jamb(estimate) if self._attempt.grips else leaf.meets_a_jamb(estimate)
+        return near, beside

@@ -1,0 +1,86 @@
+"""Holding a door that would not stay by itself, for a while or until somebody takes it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.mission.progress import STILL_OPEN
+from doorman.mission.since import since
+
+Array = NDArray[np.float64]
+
+_STANDS, _AVERAGED, _STOOD = 0.006, 0.5, 1.0
+"""A held door is not left yet that has been faster within the last second, on average over half of one [rad/s], [s], [s]."""
+_PATIENCE = 5.0
+"""Hold times for which a held door that is not open enough is pushed again before the mission ends,"""
+OPEN_ENOUGH = math.radians(2.0)
+"""and is given up if it is farther off by then; nor is a door open that is farther off when the mission ends [rad]."""
+
+
+class Hold(MissionPhase):
+    """Ends with the tip on the leaf; a vehicle that comes back holds the door until somebody has taken it."""
+
+    phase, at_the_leaf, guarded = Phase.HOLD, True, True
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        self._goal = float(attempt.model.goal_state[3])
+        self._waits = False
+        self._open_at = self.entered
+        self._rate = 0.0
+        self._stands_since: float | None = None
+
+    @property
+    def tie(self) -> Tie:
+        """The tip holds or presses."""
+        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
+
+    @property
+    def closes_gripper(self) -> bool:
+        """All the time."""
+        return self.attempt.grips
+
+    def expired(self, now: float) -> bool:
+        """Never: how long a door is held is judged each tick."""
+        return False
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Go on holding, and judge whether that is over."""
+        then = self._judge(estimate, time_step)
+        return self.attempt.opening.step(estimate, body_rates), then
+
+    def _judge(self, estimate: Estimate, time_step: float) -> Then:
+        settings = self.attempt.settings
+        held, off = estimate.time - self.entered, abs(estimate.door_angle - self._goal)
+        stands, is_open = self._stands(estimate, off, time_step), off < OPEN_ENOUGH
+        self._open_at = estimate.time if is_open else self._open_at
+        angle = self.attempt.model.door.in_words(estimate.door_angle, 0)
+        if self._waits:
+            if estimate.time - self._open_at > settings.hold_open:
+                return GiveUp(f"the door was moved while it was held, to {angle}")
+            if is_open and held >= settings.time_out.hold:
+                return GiveUp(f"the door would not stay by itself, and was left after {held:.0f} s")
+            return None
+        if held < settings.hold_open * (1.0 if stands else _PATIENCE):
+            return None
+        if not is_open:
+            return GiveUp(f"the door could not be held at the goal, and is at {angle}", for_good=False)
+        self._waits = self.attempt.comes_back
+        if self._waits:
+            return None
+        self.attempt.keeps_hold = True
+        return Next(Phase.DONE)
+
+    def _stands(self, estimate: Estimate, off: float, time_step: float) -> bool:
+        """Whether the door has stood at the goal for long enough."""
+        self._rate += min(time_step / _AVERAGED, 1.0) * (estimate.door_rate - self._rate)
+        still = off < STILL_OPEN and abs(self._rate) < _STANDS
+        self._stands_since = since(self._stands_since, still, estimate.time)
+        return self._stands_since is not None and estimate.time - self._stands_since >= _STOOD

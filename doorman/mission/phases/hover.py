@@ -1,0 +1,63 @@
+"""To a hover before the door, until the vehicle is still there in the start's posture."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate
+from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import Glide, arm_rates_to
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
+from doorman.mission.since import since
+
+Array = NDArray[np.float64]
+
+STEADY = 1.0
+"""For which the vehicle must hover still before the approach, and must be held up to have met something [s]."""
+
+
+class Hover(MissionPhase):
+    """Flies to `hover_distance` before the contact point."""
+
+    phase = Phase.HOVER
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        known = None if before is None else before.glide
+        self.glide = known or Glide(estimate.position, float(estimate.state[2]))
+        self._still_since: float | None = None
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Fly on; the approach follows once the vehicle is still."""
+        model = self.attempt.model
+        setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, model.hover_offset, time_step)
+        still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08
+        posed = np.abs(estimate.arm_angles - model.start_arm).max(initial=0.0) < 0.03
+        self._still_since = since(self._still_since, bool(still and posed), estimate.time)
+        ready = self._still_since is not None and estimate.time - self._still_since >= STEADY
+        return setpoint, Next(Phase.APPROACH) if ready else None
+
+
+def fly_before_the_leaf(
+    attempt: Attempt, glide: Glide | None, estimate: Estimate, away: Array, time_step: float
+) -> tuple[Setpoint, Array]:
+    """Setpoint on the way to a place before the leaf, in the start's posture.
+
+    Args:
+        attempt: What the phases share.
+        glide: Reference that is followed.
+        estimate: What is known now.
+        away: From where the vehicle is as its tip touches, shape (3,), world frame [m].
+        time_step: Since the last tick [s].
+
+    Returns:
+        The setpoint, and O_B at that place, shape (3,), world frame [m].
+    """
+    assert glide is not None
+    model = attempt.model
+    yaw, arm = float(model.start_state[2]), model.start_arm
+    target = attempt.leaf.contact_position(estimate, yaw, arm) + away
+    rates = arm_rates_to(arm, estimate.arm_angles)
+    return glide.to(target, yaw, attempt.settings.approach_speed, rates, time_step), target

@@ -1,0 +1,82 @@
+"""Following plans until the door stands at the goal."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import planned_speed_back
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+
+Array = NDArray[np.float64]
+
+_SURE = 2.0
+"""Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
+
+
+class Open(MissionPhase):
+    """Ends with the door at the goal, with the contact lost, or where going on does no good."""
+
+    phase, at_the_leaf, guarded = Phase.OPEN, True, True
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        attempt.opening.resume(estimate.time, attempt.settings.touch_force)
+        if not attempt.grips:
+            attempt.estimator.contact.declare(True)
+
+    @property
+    def tie(self) -> Tie:
+        """The tip holds or presses."""
+        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
+
+    @property
+    def closes_gripper(self) -> bool:
+        """All the time."""
+        return self.attempt.grips
+
+    def speed_back(self, estimate: Estimate) -> float:
+        """What the plan of a grip draws back with."""
+        if not self.attempt.grips:
+            return 0.0
+        return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time)
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Follow the plan, and judge where the door is."""
+        attempt = self.attempt
+        setpoint = attempt.opening.step(estimate, body_rates)
+        if attempt.opening.done(estimate.time):
+            attempt.opened = True
+            return setpoint, self._after_opening(estimate)
+        if stuck := attempt.opening.stuck(estimate):
+            return setpoint, GiveUp(stuck, for_good=not attempt.opening.may_go_on(estimate))
+        if not estimate.touching and not attempt.opening.held:
+            return setpoint, self._lose_contact(estimate)
+        return setpoint, None
+
+    def time_out(self, estimate: Estimate) -> Next | GiveUp:
+        """Says where the door stands."""
+        stands = self.attempt.model.door.in_words(estimate.door_angle)
+        return GiveUp(f"open took longer than {self.longest:g} s, the door stands at {stands}")
+
+    def _after_opening(self, estimate: Estimate) -> Next:
+        attempt = self.attempt
+        if attempt.settings.then == "stay":
+            if attempt.comes_back:  # a vehicle that has to land holds the door until somebody takes it
+                return Next(Phase.HOLD, "the tip is to stay")
+            attempt.keeps_hold = True
+            return Next(Phase.DONE)
+        if attempt.opening.keeps_the_door(estimate):
+            return Next(Phase.RELEASE)
+        return Next(Phase.HOLD, "the door would not stay by itself")
+
+    def _lose_contact(self, estimate: Estimate) -> Next | GiveUp:
+        attempt = self.attempt
+        attempt.unsure = attempt.unsure and estimate.time - self.entered < _SURE
+        attempt.losses += 1
+        if attempt.losses > attempt.settings.recoveries:
+            return GiveUp(f"contact was lost {attempt.losses} times", for_good=False)
+        return Next(Phase.RECOVER, f"contact lost at {attempt.model.door.in_words(estimate.door_angle)}")

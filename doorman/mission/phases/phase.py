@@ -1,0 +1,135 @@
+"""What a phase of the mission is: entry, step, what follows, time-out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import Glide
+from doorman.mission.phases.attempt import Attempt
+
+Array = NDArray[np.float64]
+
+
+class Phase(Enum):
+    """Where a mission is."""
+
+    HOVER = "hover"
+    APPROACH = "approach"
+    TOUCH = "touch"
+    OPEN = "open"
+    HOLD = "hold"
+    RECOVER = "recover"
+    RELEASE = "release"
+    RETREAT = "retreat"
+    DONE = "done"
+
+
+@dataclass(frozen=True)
+class Next:
+    """Another phase begins."""
+
+    phase: Phase
+    reason: str = ""
+    """Why, where it is not what the phase was for."""
+
+
+@dataclass(frozen=True)
+class GiveUp:
+    """The attempt ends: let go of the door, retreat and hover."""
+
+    reason: str
+    for_good: bool = True
+    """Whether no other attempt may follow."""
+    at_once: bool = False
+    """Whether the vehicle leaves without letting go gently."""
+
+
+Then = Next | GiveUp | None
+"""What follows a tick: a phase, the end of the attempt, or more of the same."""
+
+
+class MissionPhase(ABC):
+    """One phase, made anew each time that it begins.
+
+    Args:
+        attempt: What the phases share.
+        estimate: What is known as it begins.
+        before: The phase before; None at the mission's start.
+    """
+
+    phase: ClassVar[Phase]
+    at_the_leaf: ClassVar[bool] = False
+    """Whether the tip is to touch the leaf."""
+    leaves: ClassVar[bool] = False
+    """Whether the vehicle lets go of the leaf, or goes out."""
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        self.attempt, self.entered = attempt, estimate.time
+        self.glide: Glide | None = None
+        """Reference of free flight, for the phase that follows."""
+
+    @abstractmethod
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """One tick.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,) [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            What to do now, and what follows.
+        """
+
+    @property
+    def tie(self) -> Tie:
+        """What is known of tip and leaf."""
+        return Tie.FREE
+
+    @property
+    def closes_gripper(self) -> bool:
+        """Whether a gripper is to be closed."""
+        return False
+
+    @property
+    def gives_way(self) -> bool:
+        """Whether the vehicle gives way to a slammed door."""
+        return False
+
+    @property
+    def guarded(self) -> bool:
+        """Whether a leaf or jamb near the rotors ends the attempt."""
+        return False
+
+    def holds(self, now: float) -> bool:
+        """Whether a gripper should hold the leaf by now, and is no longer pressed onto it."""
+        return self.closes_gripper
+
+    def searches(self, now: float) -> bool:
+        """Whether the tip looks for the leaf away from where it last was."""
+        return False
+
+    def speed_back(self, estimate: Estimate) -> float:
+        """Speed with which the phase itself draws the tip back from the leaf [m/s]."""
+        return 0.0
+
+    def expired(self, now: float) -> bool:
+        """Whether the phase has lasted too long."""
+        return now - self.entered > self.longest
+
+    @property
+    def longest(self) -> float:
+        """Time-out [s]."""
+        return float(getattr(self.attempt.settings.time_out, self.phase.value))
+
+    def time_out(self, estimate: Estimate) -> Next | GiveUp:
+        """What follows a phase that has lasted too long."""
+        return GiveUp(f"{self.phase.value} took longer than {self.longest:g} s")

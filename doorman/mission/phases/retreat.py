@@ -1,0 +1,84 @@
+"""The way out of the doorway, back to a hover before the door."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway, way_out
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+
+Array = NDArray[np.float64]
+
+_PRESSED = 0.3
+"""A vehicle that a leaf follows, or keeps from a place on its way out, for so long [s] goes straight out."""
+
+
+class Retreat(MissionPhase):
+    """Back from the leaf, out of the doorway, then into the start's posture.
+
+    In the doorway heading and arm keep step with the leaf: one that shuts meets the tip, and not the rotors.
+    """
+
+    phase, leaves = Phase.RETREAT, True
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        self.glide: Glide = Glide(estimate.position, float(estimate.state[2]))
+        self._targets = way_out(attempt.model, estimate.position, estimate.door_angle)
+        self._blocked_at: float | None = None
+
+    @property
+    def tie(self) -> Tie:
+        """A tip that has let go of an opened door may still rest on it."""
+        return Tie.LEAVING if self.attempt.failure else Tie.PUSHING
+
+    def speed_back(self, estimate: Estimate) -> float:
+        """Speed with which the reference goes back from the leaf [m/s]."""
+        return max(0.0, -float(self.glide.velocity @ self.attempt.model.door.normal(estimate.door_angle)))
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Go on; outside the mission is over, or another attempt begins."""
+        setpoint, arrived = self._fly(estimate, time_step)
+        if not arrived:
+            return setpoint, None
+        if self.attempt.again:
+            return setpoint, Next(Phase.HOVER, self.attempt.begin_anew())
+        return setpoint, Next(Phase.DONE, self.attempt.failure)
+
+    def time_out(self, estimate: Estimate) -> Next | GiveUp:
+        """The vehicle hovers where it is."""
+        reason = f"retreat took longer than {self.longest:g} s"
+        self.attempt.failure = self.attempt.failure or reason
+        return Next(Phase.DONE, reason)
+
+    def _fly(self, estimate: Estimate, time_step: float) -> tuple[Setpoint, bool]:
+        """What to do, and whether the vehicle has arrived before the door."""
+        model = self.attempt.model
+        target, outside = self._targets[0], len(self._targets) == 1
+        within = in_the_doorway(model, estimate.position)
+        meets = max(estimate.tip_angle, estimate.door_angle)
+        near_wall = model.door.side == "pull"  # the arm, turned back, would sweep along it
+        posture = model.on_the_way(meets) if within or near_wall else model.start_state
+        rates = arm_rates_to(np.asarray(posture[5:]), estimate.arm_angles)
+        speed = model.scenario.mission.retreat_speed
+        setpoint = self.glide.to(target, float(posture[2]), speed, rates, time_step)
+        followed = within and estimate.touching
+        if followed:  # gives way backwards only: beside it are the jambs
+            along = model.door.along
+            setpoint = replace(setpoint, force=float(along @ estimate.tip_force) * along)
+        near = self.glide.near(target, 0.02)
+        if outside or not (near or followed):
+            self._blocked_at = None
+        elif self._blocked_at is None:
+            self._blocked_at = estimate.time
+        pressed = self._blocked_at is not None and estimate.time - self._blocked_at >= _PRESSED
+        arrived = pressed or (near and bool(np.linalg.norm(estimate.position - target) < 0.1))
+        if arrived and not outside:
+            self._targets.pop(0)
+        return setpoint, arrived and outside

@@ -1,0 +1,101 @@
+"""Along the leaf's normal at a gentle speed until the tip is stopped; then press, and try a gripper."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.mission.grip_watch import TUG
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
+from doorman.model import GRAVITY
+
+Array = NDArray[np.float64]
+
+_PRESSING = 0.5
+"""From the touch to the opening, or to the tug by which a gripper is tried [s],"""
+_TUGGING, _TURNING_ROUND = 0.9, 0.3
+"""which takes so long, of which the estimated force takes a part to follow from push to pull [s]."""
+_MISSING = math.radians(5.0)
+"""A tip that gets so far beyond the leaf's place before it touches anything looks for it along its swing [rad],"""
+_SEARCH_SPEED = 0.08
+"""at this speed [m/s]."""
+_OPENED_ALREADY = math.radians(1.5)
+"""A leaf that is looked for before the first touch may be so far beyond the goal: it is open [rad]."""
+
+
+class Touch(MissionPhase):
+    """Begins `touch_distance` before the leaf; the opening follows once the tip has pressed for long enough."""
+
+    phase, at_the_leaf = Phase.TOUCH, True
+
+    def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
+        super().__init__(attempt, estimate, before)
+        self._touched_at: float | None = None
+        self._tug = TUG * attempt.model.vehicle.mass * GRAVITY
+        attempt.leaf.begin(float(attempt.model.start_state[2]))
+        attempt.estimator.contact.expect()
+
+    @property
+    def tie(self) -> Tie:
+        """A tip that is not held yet pushes."""
+        return Tie.PUSHING
+
+    @property
+    def closes_gripper(self) -> bool:
+        """Once the tip has met the leaf."""
+        return self.attempt.grips and self._touched_at is not None
+
+    @property
+    def guarded(self) -> bool:
+        """For a push only."""
+        return not self.attempt.grips
+
+    def holds(self, now: float) -> bool:
+        """Once the tug has turned the force round."""
+        return self._touched_at is not None and now - self._touched_at >= _PRESSING + _TURNING_ROUND
+
+    def searches(self, now: float) -> bool:
+        """Until the tip has met the leaf."""
+        return self._touched_at is None
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
+        """Move, press, tug; the opening follows."""
+        self._feel(estimate)
+        attempt, leaf = self.attempt, self.attempt.leaf
+        then: Then = None
+        if self._touched_at is not None:
+            spent = estimate.time - self._touched_at
+            if spent >= _PRESSING and attempt.grips and spent < _PRESSING + _TUGGING:
+                return leaf.push(estimate, -self._tug), None
+            if spent >= _PRESSING and (estimate.touching or attempt.grips):
+                attempt.unsure = self._beyond(estimate) > _MISSING
+                then = Next(Phase.OPEN)
+            elif spent >= _PRESSING:  # the leaf stands a little farther away than was believed
+                self._touched_at = None
+            if estimate.touching or attempt.grips:
+                return leaf.push(estimate, attempt.settings.touch_force), then
+        if attempt.model.travel.left(estimate.door_angle) <= -_OPENED_ALREADY:
+            stands = attempt.model.door.in_words(estimate.door_angle, 0)
+            return leaf.push(estimate, 0.0), GiveUp(f"the leaf has opened by itself: none before {stands}")
+        if self._beyond(estimate) > _MISSING:
+            return leaf.search(estimate, _SEARCH_SPEED), None
+        return leaf.move(estimate, attempt.settings.touch_speed), None
+
+    def _feel(self, estimate: Estimate) -> None:
+        """Notice that the tip has met the leaf, where it should be or before its place."""
+        leaf, estimator = self.attempt.leaf, self.attempt.estimator
+        if self._touched_at is None and (estimate.touching or leaf.blunted(estimate)):
+            self._touched_at = estimate.time
+            estimator.contact.declare(True)
+        if self._touched_at is None and leaf.blocked(estimate):
+            self._touched_at = estimate.time
+            estimator.meet_leaf(estimate.tip_angle, leaf.free_wind)
+
+    def _beyond(self, estimate: Estimate) -> float:
+        """How far the leaf is beyond its place at the start [rad]."""
+        return float(self.attempt.model.start_state[3]) - estimate.door_angle

@@ -1,0 +1,189 @@
+"""The mission as a state machine: hover → approach → touch → open → release → retreat → hover.
+
+Every phase is an object of `doorman.mission.phases`; docs/mission.md draws them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.position_controller import Setpoint
+from doorman.control.state_converter import StateConverter
+from doorman.mission.grip_watch import GripWatch
+from doorman.mission.motion import in_the_doorway
+from doorman.mission.phases.approach import Approach
+from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.done import Done
+from doorman.mission.phases.guard import Guard
+from doorman.mission.phases.hold import Hold
+from doorman.mission.phases.hover import Hover
+from doorman.mission.phases.open import Open
+from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase, Then
+from doorman.mission.phases.recover import Recover
+from doorman.mission.phases.release import Release
+from doorman.mission.phases.retreat import Retreat
+from doorman.mission.phases.touch import Touch
+from doorman.mission.schedule import PlanSchedule
+from doorman.mission.slam import SlamDetector
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_PHASES: dict[Phase, type[MissionPhase]] = {
+    kind.phase: kind for kind in (Hover, Approach, Touch, Open, Hold, Recover, Release, Retreat, Done)
+}
+
+
+@dataclass(frozen=True)
+class Action:
+    """What a phase asks for."""
+
+    setpoint: Setpoint
+    grip: bool
+
+
+class Sequence:
+    """Phases of one mission.
+
+    Args:
+        model: Model of the scenario.
+        converter: Its state converter.
+        schedule: Plans.
+        estimator: Takes what the phases know of the contact.
+        on_change: Called with every new phase and the reason for it.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        converter: StateConverter,
+        schedule: PlanSchedule,
+        estimator: Estimator,
+        on_change: Callable[[float, Phase, str], None],
+    ) -> None:
+        self.attempt = Attempt(model, converter, schedule, estimator)
+        """What the phases share, and what came of it."""
+        self._first = Phase.HOVER if model.scenario.mission.start == "hover" else Phase.OPEN
+        self._now: MissionPhase | None = None
+        self._on_change = on_change
+        self._guard = Guard(self.attempt)
+        self._slam = SlamDetector(model.vehicle.mass)
+        self._grip_watch = GripWatch(model)
+
+    @property
+    def phase(self) -> Phase:
+        """Where the mission is."""
+        return self._first if self._now is None else self._now.phase
+
+    @property
+    def at_the_leaf(self) -> bool:
+        """Whether the tip is to touch the leaf."""
+        return _PHASES[self.phase].at_the_leaf
+
+    @property
+    def tie(self) -> Tie:
+        """What is known of tip and leaf in this phase."""
+        if self._now is not None:
+            return self._now.tie
+        if self._first is Phase.HOVER:
+            return Tie.FREE
+        return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
+
+    def abort(self, estimate: Estimate, reason: str, at_once: bool = False) -> None:
+        """Give up for good: let go of the door, gently unless `at_once`, retreat and hover.
+
+        Args:
+            estimate: What is known now.
+            reason: Why, for the recording.
+            at_once: Whether the vehicle leaves without letting go gently.
+        """
+        self._follow(GiveUp(reason, at_once=at_once), estimate)
+
+    def enter(self, phase: Phase, estimate: Estimate, reason: str = "") -> None:
+        """Begin a phase.
+
+        Args:
+            phase: Which.
+            estimate: What is known now.
+            reason: Why, where it is not what the phase before was for.
+        """
+        self._now = _PHASES[phase](self.attempt, estimate, self._now)
+        if phase in (Phase.TOUCH, Phase.OPEN, Phase.HOLD):
+            self._guard.begin(estimate.time)
+        self._on_change(estimate.time, phase, reason)
+
+    def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> Action:
+        """What to do now.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,) [rad/s].
+            time_step: Since the last call [s].
+        """
+        now = self._current(estimate)
+        if now.expired(estimate.time):
+            self._follow(now.time_out(estimate), estimate)
+        self._yield_to_slam(estimate, time_step)
+        now = self._current(estimate)
+        if now.guarded:
+            self._follow(self._guard.judge(now, estimate), estimate)
+        now = self._current(estimate)
+        if self.attempt.grips and self._grip_watch.is_loose(estimate, now.holds(estimate.time), time_step):
+            self.abort(estimate, "the gripper does not hold the leaf", at_once=True)
+        setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
+        self._follow(then, estimate)
+        return Action(setpoint, self._current(estimate).closes_gripper)
+
+    def _current(self, estimate: Estimate) -> MissionPhase:
+        if self._now is None:
+            self.enter(self._first, estimate)
+        assert self._now is not None
+        return self._now
+
+    def _follow(self, then: Then, estimate: Estimate) -> None:
+        """Begin what follows."""
+        if isinstance(then, GiveUp):
+            self._give_up(then, estimate)
+        elif then is not None:
+            self.enter(then.phase, estimate, then.reason)
+
+    def _give_up(self, what: GiveUp, estimate: Estimate) -> None:
+        """Let go of the door, retreat and hover; another attempt may follow unless it is for good."""
+        attempt, now = self.attempt, self._current(estimate)
+        if not what.for_good:
+            attempt.allow_another()
+        else:
+            attempt.aborted = True
+            if attempt.again:
+                attempt.again, attempt.failure = False, what.reason
+        if now.leaves or now.phase is Phase.DONE:
+            return
+        attempt.failure = attempt.failure or what.reason
+        attempt.opened = attempt.opened and now.phase is not Phase.HOLD  # it would not stay by itself
+        touching = now.at_the_leaf and not what.at_once and (attempt.grips or estimate.touching)
+        self.enter(Phase.RELEASE if touching else Phase.RETREAT, estimate, what.reason)
+
+    def _yield_to_slam(self, estimate: Estimate, time_step: float) -> None:
+        """Let go of a door that is slammed, if need be, and go out before the leaf."""
+        if not self._is_slammed(estimate, time_step):
+            return
+        reason = f"the door is slammed at {self.attempt.model.door.in_words(estimate.door_angle, 0)}"
+        self.attempt.allow_another()
+        self.attempt.failure, self.attempt.opened = self.attempt.failure or reason, False
+        self.enter(Phase.RELEASE, estimate, reason)
+        assert isinstance(self._now, Release)
+        self._now.give_way(estimate)
+
+    def _is_slammed(self, estimate: Estimate, time_step: float) -> bool:
+        """Whether the leaf throws the tip back, and that is not given way to yet; once per tick."""
+        now = self._current(estimate)
+        outside = now.phase is Phase.RETREAT and not in_the_doorway(self.attempt.model, estimate.position)
+        if now.gives_way or outside or now.phase is Phase.DONE:
+            self._slam.reset()
+            return False
+        return self._slam.update(estimate, now.closes_gripper, now.leaves, now.speed_back(estimate), time_step)

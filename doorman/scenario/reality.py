@@ -1,0 +1,103 @@
+"""Reality: presets of what a simulated flight has that planner and estimators are not told of."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import tomllib
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, get_args
+
+from pydantic import BaseModel
+
+from doorman.resources import scenario_directory, shipped
+from doorman.scenario.values import Section
+
+Preset = Literal["mild", "rough", "hostile"]
+"""A careful laboratory, an ordinary hall, and what nobody should fly in."""
+_FOLDER = "presets"
+_VARY = "vary"
+
+
+class RealitySection(Section):
+    """Whether a preset sets and draws keys of `[simulation]`; what the scenario gives itself wins."""
+
+    preset: Preset | None = None
+    """A flight has the preset's values; a campaign draws them."""
+
+
+def under(tables: Any) -> Any:
+    """The tables of a scenario with those of its preset beneath them.
+
+    Args:
+        tables: As a scenario is made of them.
+
+    Returns:
+        Other tables; the same where they name no preset, or are none.
+    """
+    reality = _table(tables.get("reality")) if isinstance(tables, Mapping) else None
+    preset = None if reality is None else reality.get("preset")
+    if preset not in get_args(Preset):
+        return tables
+    base = copy.deepcopy(_read(str(preset)))
+    given = {name: _as_table(value) for name, value in tables.items()}
+    campaign = given.setdefault("campaign", {})
+    if not isinstance(campaign, dict):
+        return tables
+    named = {key for key, _ in _leaves(given)}
+    for key, value in _leaves(base["simulation"], "simulation."):
+        if key not in named:
+            _set(given, key, value)
+    vary = campaign.setdefault(_VARY, {})
+    if isinstance(vary, dict):
+        drawn = _distributions(vary)
+        for key, distribution in _distributions(base[_VARY]).items():
+            if key not in named and key not in drawn:
+                vary[key] = distribution
+    return given
+
+
+@functools.cache
+def _read(preset: str) -> dict[str, Any]:
+    path = shipped(scenario_directory() / _FOLDER, ".toml")[preset]
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+def _table(value: Any) -> Mapping[str, Any] | None:
+    table = _as_table(value)
+    return table if isinstance(table, Mapping) else None
+
+
+def _as_table(value: Any) -> Any:
+    """A section as the table of what was set in it; a table as a copy of its own."""
+    if isinstance(value, BaseModel):
+        value = value.model_dump(exclude_unset=True)
+    return {key: _as_table(item) for key, item in value.items()} if isinstance(value, Mapping) else value
+
+
+def _leaves(tables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Values by dotted key."""
+    for name, value in tables.items():
+        if isinstance(value, Mapping):
+            yield from _leaves(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def _distributions(vary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Distributions by dotted key, of tables however deep."""
+    drawn: dict[str, Any] = {}
+    for key, value in vary.items():
+        nested = isinstance(value, Mapping) and value and all(isinstance(item, Mapping) for item in value.values())
+        drawn |= _distributions(value, f"{prefix}{key}.") if nested else {prefix + key: value}
+    return drawn
+
+
+def _set(tables: dict[str, Any], key: str, value: Any) -> None:
+    """Set a dotted key; where a table is none, its own check says so."""
+    *sections, last = key.split(".")
+    for section in sections:
+        tables = tables.setdefault(section, {})
+        if not isinstance(tables, dict):
+            return
+    tables[last] = value

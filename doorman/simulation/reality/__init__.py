@@ -1,0 +1,1 @@
+"""What is truly otherwise than planner and estimators are told: vehicle, thrust, air, leaf, and the frame of the poses."""

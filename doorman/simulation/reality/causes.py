@@ -1,0 +1,83 @@
+"""What in truth may have kept a mission from its end: for whoever judges whether it told the right reason."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from doorman.model import GRAVITY, Model
+from doorman.recording import Recording
+
+SLIPPED, NEVER_CLOSED = "the gripper slipped", "the gripper never closed"
+LATCHED, SEALED, HELD = "the latch held the door", "the seal held the door", "a hand held the door"
+WIND, DRAUGHT = "strong wind", "a draught"
+ELSEWHERE, AJAR = "the door is elsewhere", "the door was ajar"
+FRAME, LATE = "the frame of the poses moved", "the poses were late"
+WEAK = "the thrust is not what it is told to be"
+
+_WIND_SHARE = 0.1
+"""Of the weight, from which on wind counts as strong: a tenth is a tilt of 6 degrees."""
+_FAR, _TURNED, _OPEN = 0.01, math.radians(1.0), math.radians(2.0)
+"""A door so far from where it is believed [m], [rad], or so far open [rad], counts as elsewhere, or ajar."""
+_MOVED = 0.01
+"""Distance over which a frame must move [m]."""
+_LATE = 0.03
+"""Age of poses from which on they are late [s]."""
+_OFF = 0.08
+"""Share by which thrust over weight must be off."""
+
+
+def true_causes(recording: Recording, model: Model) -> list[str]:
+    """What was true of a flight that may explain why it failed; the keys of `[simulation]` decide, and what happened.
+
+    Args:
+        recording: With the topic `truth`.
+        model: Model of the scenario that was flown.
+    """
+    truth = recording["truth"]
+    return [*_of_gripper(truth, model), *_of_door(truth, model), *_of_air(truth, model), *_of_poses(truth, model)]
+
+
+def _of_gripper(truth: Any, model: Model) -> list[str]:
+    if model.scenario.contact.kind != "grip":
+        return []
+    never = [] if model.scenario.simulation.gripper_closes else [NEVER_CLOSED]
+    return never + ([SLIPPED] if "grip_slips" in truth and truth["grip_slips"][-1] > 0 else [])
+
+
+def _of_door(truth: Any, model: Model) -> list[str]:
+    true, door = model.scenario.simulation, model.true_door
+    lowest, highest = float(truth["door_angle"].min()), float(truth["door_angle"].max())
+    farthest, found = max(door.opening_of(lowest), door.opening_of(highest)), []
+    if true.door_latch > 0.0 and farthest < true.door_latch_angle:
+        found.append(LATCHED)
+    if true.door_seal > 0.0 and farthest < true.door_seal_angle:
+        found.append(SEALED)
+    if true.hand.door_angle is not None and lowest <= true.hand.door_angle:
+        found.append(HELD)
+    if math.hypot(*true.door_offset) > _FAR or abs(true.door_yaw) > _TURNED:
+        found.append(ELSEWHERE)
+    return found + ([AJAR] if abs(true.door_ajar) > _OPEN else [])
+
+
+def _of_air(truth: Any, model: Model) -> list[str]:
+    true, found = model.scenario.simulation, []
+    weight = model.vehicle.mass * GRAVITY
+    if "outer_force" in truth and float(truth["outer_force"].max()) > _WIND_SHARE * weight:
+        found.append(WIND)
+    if max(abs(true.gust.draught_leaf), abs(true.gust.draught_vehicle)) > 0.5 * _WIND_SHARE * weight:
+        found.append(DRAUGHT)
+    mass = model.vehicle.mass if true.vehicle_mass is None else true.vehicle_mass
+    left = true.thrust_scale * math.exp(-true.thrust_fall * float(truth.time[-1])) * model.vehicle.mass / mass
+    return found + ([WEAK] if abs(left - 1.0) > _OFF else [])
+
+
+def _of_poses(truth: Any, model: Model) -> list[str]:
+    sensors, duration = model.scenario.simulation.sensors, float(truth.time[-1])
+    jumps = sensors.jump if sensors.jump_rate * duration > 0.5 else 0.0
+    turned = abs(sensors.turn_rate) * float(np.linalg.norm(truth["position"], axis=1).max())
+    found = [FRAME] if jumps + (sensors.drift + turned) * duration > _MOVED else []
+    age = sensors.latency + sensors.jitter + (0.0 if sensors.rate is None else 1.0 / sensors.rate)
+    return found + ([LATE] if age > _LATE else [])

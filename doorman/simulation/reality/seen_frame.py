@@ -1,0 +1,77 @@
+r"""The frame in which poses are seen: it jumps, slides away and turns against the world's.
+
+.. math::
+    P_{seen} = R_z(\omega t)\,P + J + v\,t\,u, \qquad \psi_{seen} = \psi + \omega t
+
+with J drawn anew at every jump, of deviation `jump` on every axis, the speed `drift` v in a horizontal direction u drawn by
+chance, and the `turn_rate` ω. A motion capture jumps so when it is recalibrated or takes one marker for another; odometry drifts
+and turns.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.scenario import SensorsSection
+from doorman.simulation.reality.jumps import Jumps
+
+Array = NDArray[np.float64]
+
+_FRAME = 3
+"""Of the random numbers of one seed, the stream that moves the frame."""
+
+
+class SeenFrame:
+    """Of one flight.
+
+    Args:
+        section: Rates and sizes.
+        seed: Of jumps and direction.
+    """
+
+    def __init__(self, section: SensorsSection, seed: int) -> None:
+        self._section = section
+        self._jumps = Jumps(section.jump_rate, (seed, _FRAME))
+        towards = self._jumps.generator.uniform(-math.pi, math.pi)
+        self._slides = section.drift * np.array([math.cos(towards), math.sin(towards), 0.0])
+        self._jumped = np.zeros(3)
+        self._turned, self._cosine, self._sine, self._moved = 0.0, 1.0, 0.0, np.zeros(3)
+
+    def advance(self, time: float) -> None:
+        """Move the frame.
+
+        Args:
+            time: Not before that of the last call [s].
+        """
+        for _ in range(self._jumps.since(time)):
+            self._jumped = self._section.jump * self._jumps.generator.standard_normal(3)
+        self._turned = self._section.turn_rate * time
+        self._cosine, self._sine = math.cos(self._turned), math.sin(self._turned)
+        self._moved = self._jumped + time * self._slides
+
+    def position(self, position: Array) -> Array:
+        """A position as it is seen, shape (3,) [m]."""
+        return self.velocity(position) + self._moved
+
+    def velocity(self, velocity: Array) -> Array:
+        """A velocity as it is seen, shape (3,) [m/s]."""
+        x, y, z = velocity
+        return np.array([self._cosine * x - self._sine * y, self._sine * x + self._cosine * y, z])
+
+    def attitude(self, attitude: Array) -> Array:
+        """Roll, pitch and yaw as they are seen, shape (3,) [rad]."""
+        return np.asarray(attitude + np.array([0.0, 0.0, self._turned]))
+
+
+def seen_frame(section: SensorsSection, seed: int) -> SeenFrame | None:
+    """The frame, or None where it is the world's.
+
+    Args:
+        section: Rates and sizes.
+        seed: Of jumps and direction.
+    """
+    moves = (section.jump_rate > 0.0 and section.jump > 0.0) or section.drift > 0.0 or section.turn_rate != 0.0
+    return SeenFrame(section, seed) if moves else None

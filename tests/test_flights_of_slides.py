@@ -1,0 +1,41 @@
+"""Drawers and other slides, flown from hover to hover."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from doorman import Scenario, simulate
+
+
+def flown(source: str, seed: int, **overrides: Any) -> dict[str, Any]:
+    """Within a centimetre, and nothing touched."""
+    scenario = Scenario.load(f"shipped:{source}", {key.replace("__", "."): value for key, value in overrides.items()})
+    summary = simulate(scenario, seed=seed).summary
+    assert summary is not None and summary["outcome"] == "completed", summary
+    assert abs(summary["final_error"]) < 0.01 and summary["unit"] == "m"
+    assert summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
+    assert summary["max_constraint_violation_m"] <= 0.01
+    return dict(summary)
+
+
+def test_a_drawer_is_pulled_open() -> None:
+    summary = flown("drawer", 1)
+    assert summary["final_opening"] == pytest.approx(0.3, abs=0.01) and summary["target_opening"] == pytest.approx(0.3)
+    found = summary["estimates"]
+    for name, true in (("friction", 2.0), ("damping", 5.0), ("inertia", 6.0)):
+        assert found[name]["true"] == pytest.approx(true)
+        assert abs(found[name]["value"] - true) < 2.0 * found[name]["deviation"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_the_shipped_drawer(seed: int) -> None:
+    flown("drawer", seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("friction", "mass"), [(1.2, 3.6), (2.8, 8.4)])
+def test_friction_and_mass_of_a_drawer_are_not_known(friction: float, mass: float) -> None:
+    flown("drawer", 3, simulation__door_friction=friction, simulation__door_mass=mass)
