@@ -19,6 +19,7 @@ from doorman.planning.quasi_static_planning import resistance, too_stiff
 from doorman.planning.whole_body_problem import (
     contact_forces,
     depth_of,
+    scale_of,
     whole_body_numbers,
     whole_body_problem,
     whole_body_state,
@@ -28,7 +29,7 @@ from doorman.planning.whole_body_references import at_the_leaf
 Array = NDArray[np.float64]
 
 _RESTING = 0.5
-"""Force of the tip in a state that is given by the door's angle, and not by the vehicle's position [N]."""
+"""Force of the tip in a state that is given by the door's angle, and not by the position, of the shipped vehicle [N]."""
 _TOLERANCE = 2e-3
 """Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
 _REDUCED = (3, 4, 5, 12, 13)
@@ -53,6 +54,7 @@ class WholeBodyPlanning:
             "thrust", "commanded roll", "commanded pitch", "yaw torque", *(f"rate of {j}" for j in joints)
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
+        self._resting = _RESTING * scale_of(model).force
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = model.hover_input
@@ -73,7 +75,7 @@ class WholeBodyPlanning:
         """References of a tip that opens the door, and the hinge as it is known, see `PlanningModel`."""
         numbers, joint = self.numbers, float(start[12])
         against = max(resistance(self.model, hinge, joint) - hinge.damping * float(start[13]), 0.0)
-        touching = float(contact_forces(numbers, self.model, start[None])[0]) > 0.5 * _RESTING
+        touching = float(contact_forces(numbers, self.model, start[None])[0]) > 0.5 * self._resting
         rate = numbers.one("reference.opening_speed")
         known = at_the_leaf(numbers, joint, touching, against, 1.0, hinge.inertia, rate)
         return numbers.replaced(
@@ -101,7 +103,7 @@ class WholeBodyPlanning:
         """The tip at the contact point, resting on the leaf and moving with it, see `PlanningModel`."""
         x, omega = np.asarray(reduced, dtype=np.float64), np.asarray(body_rates, dtype=np.float64)
         motion = self.model.coupling.vehicle_motion(x, omega, np.zeros(self.model.n_arm))
-        pressed = depth_of(_RESTING, self.numbers) * self.model.door.normal(float(x[3]))
+        pressed = depth_of(self._resting, self.numbers) * self.model.door.normal(float(x[3]))
         rates = euler_rate_matrix(x[:3]) @ omega
         return whole_body_state(motion.position + pressed, x[:3], motion.velocity, rates, x[3], x[4], x[5:])
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.exceptions import BackendError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
@@ -30,6 +31,8 @@ ARM_RATE = 1.5
 """Largest joint rate of a plan, of the shipped vehicle [rad/s]."""
 LEAST_THRUST = 0.17
 """As a share of the weight."""
+_SHIPPED_YAW_TORQUE = 0.25
+"""[N m]."""
 STATE_WEIGHT = 1e-6
 """Of every state: residuals do the rest."""
 INPUT_WEIGHTS = (0.3, 0.2, 0.2, 2.0)
@@ -107,12 +110,12 @@ def yaw_torque(model: Model) -> float:
         model: Model of the scenario, whose `control.yaw_share` that is.
 
     Returns:
-        [N m].
-
-    Raises:
-        BackendError: if the rotors cannot make thrust and all three torques.
+        [N m]; of rotors that cannot steer, which the check refuses, as many as the shipped ones make.
     """
-    layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+    try:
+        layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+    except BackendError:
+        return _SHIPPED_YAW_TORQUE * scale_of(model).torque
     return float(model.scenario.control.yaw_share * layout.torque_authority[2])
 
 
