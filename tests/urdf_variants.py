@@ -99,6 +99,29 @@ def write_massive(
     return path
 
 
+def write_scaled(path: Path, source: Path, scale: float) -> Path:
+    """Write a URDF with every length times a scale, mass by its cube; forces, torques and rates as gravity has them then."""
+    tree = ElementTree.parse(source)
+    powers = {"mass": {"value": 3.0}, "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 5.0),
+              "origin": {"xyz": 1.0}, "box": {"size": 1.0}, "cylinder": {"radius": 1.0, "length": 1.0},
+              "sphere": {"radius": 1.0}, "dynamics": {"damping": 4.5, "friction": 4.0}}  # fmt: skip
+    for element in tree.iter():
+        _scale(element, powers.get(element.tag, {}), scale)
+    for joint in tree.getroot().findall("joint"):
+        effort = 3.0 if joint.get("name", "").startswith("rotor") else 4.0
+        for limit in joint.findall("limit"):
+            _scale(limit, {"effort": effort, "velocity": -0.5}, scale)
+    tree.write(path)
+    return path
+
+
+def _scale(element: ElementTree.Element, powers: Mapping[str, float], scale: float) -> None:
+    for key, power in powers.items():
+        values = [float(word) * scale**power for word in element.get(key, "").split()]
+        if values:
+            element.set(key, _text(*values))
+
+
 def write_arm_of(path: Path, joints: int, *, odd_axes_seed: int | None = None, kinds: Mapping[int, str] = {}) -> Path:
     """Write the shipped vehicle with an arm of 0 to 7 joints, revolute where `kinds` does not say another of its index.
 

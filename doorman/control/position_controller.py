@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 _UP = np.array([0.0, 0.0, 1.0])
 _AVERAGED = 4.0
 """Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip pushes."""
-_MOST_LIFT = 0.7
-"""By which δ̂ of a tip on the leaf may differ up or down from that of free flight: without, one that has slipped hops, and a
-vehicle that grips hangs on the handle [N]."""
+_MOST_LIFT = 0.024
+"""By which δ̂ of a tip on the leaf may differ up or down from that of free flight, as a share of the weight: without, one that has
+slipped hops, and a vehicle that grips hangs on the handle."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,6 +91,7 @@ class PositionController:
             mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
         )
         self._weight = np.array([0.0, 0.0, mass * gravity])
+        self._most_lift = _MOST_LIFT * mass * gravity
         self._position_gain = np.array(settings.position_gain)
         self._velocity_gain = np.array(settings.velocity_gain)
         self._acting, self._free = np.zeros(3), np.zeros(3)
@@ -121,7 +122,7 @@ class PositionController:
             self._free = self._free + share * (disturbance - self._free)
         if setpoint.push is not None:
             lift = float(disturbance[2] - self._free[2])
-            disturbance = self._free + min(max(lift, -_MOST_LIFT), _MOST_LIFT) * _UP
+            disturbance = self._free + min(max(lift, -self._most_lift), self._most_lift) * _UP
         disturbance = disturbance - (setpoint.normal @ disturbance) * setpoint.normal
         correction = (
             setpoint.acceleration
@@ -159,8 +160,8 @@ class PositionController:
             normal = setpoint.normal
             self.observer.align(np.array([-normal[1], normal[0], 0.0]), self._free, velocity)
         lift = float(self.observer.estimate[2] - self._free[2])
-        if abs(lift) > _MOST_LIFT:
-            self.observer.align(_UP, self._free + math.copysign(_MOST_LIFT, lift) * _UP, velocity)
+        if abs(lift) > self._most_lift:
+            self.observer.align(_UP, self._free + math.copysign(self._most_lift, lift) * _UP, velocity)
 
 
 def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.leaf_estimator import LeafEstimate
-from doorman.model import Model
+from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Plan
 from doorman.planning.whole_body_problem import (
     depth_of,
+    scale_of,
     stick_place,
     tip_on_face,
     whole_body_numbers,
@@ -28,15 +29,15 @@ from doorman.signals import Command
 Array = NDArray[np.float64]
 
 _RAMP = 0.06
-"""Growth of the opening rate that is asked for [rad/s²]."""
-_FREE_AIR = -0.004
-"""Depth of a tip that does not touch, at most [m]."""
+"""Growth of the opening rate that is asked for, of the shipped vehicle [rad/s²]."""
+_FREE_AIR = -0.01
+"""Depth of a tip that does not touch, at most, as a share of R_A."""
+_LEAST_GRIP = 0.0034
+"""Normal force that friction is told of at least, as a share of the weight."""
 _AHEAD = 0.06
 """The onboard loop turns the vehicle at the rate that the plan has so much later [s]."""
 _MOST_TURN = 0.25
 """Largest lead of the commanded heading [rad]."""
-_YAW_LOOP = 4.0
-"""Of the onboard loop: rate by heading error [1/s]."""
 _ARM_TIME = 0.1
 """Low-pass of the joint rates [s]: they differ from plan to plan by noise, which would rattle the tip until friction lets go."""
 _YAW_RATE = 11
@@ -52,6 +53,9 @@ class WholeBodyController:
 
     def __init__(self, model: Model) -> None:
         self._model, self._numbers = model, whole_body_numbers(model)
+        self._ramp = _RAMP * scale_of(model).rate ** 2
+        self._free_air = _FREE_AIR * model.vehicle.radius
+        self._least_grip = _LEAST_GRIP * model.vehicle.mass * GRAVITY
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
         self._arm_rates = np.zeros(model.n_arm)
@@ -70,7 +74,7 @@ class WholeBodyController:
         """
         opening, most = -known.door_rate, self._numbers.one("reference.opening_speed")
         if known.touching:
-            self.opening_rate = min(max(self.opening_rate, opening) + _RAMP * time_step, most)
+            self.opening_rate = min(max(self.opening_rate, opening) + self._ramp * time_step, most)
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
 
@@ -86,13 +90,13 @@ class WholeBodyController:
         numbers, angle = self._numbers, known.door_angle
         depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
-        wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, _FREE_AIR)
+        wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, self._free_air)
         state = whole_body_state(
             known.position + (wanted - depth) * self._model.door.normal(angle), known.attitude, known.velocity,
             known.attitude_rates, angle, known.door_rate, known.arm_angles,
         )  # fmt: skip
         if known.touching:
-            place = stick_place(place, known.friction_force, max(known.normal_force, 0.1), numbers)
+            place = stick_place(place, known.friction_force, max(known.normal_force, self._least_grip), numbers)
         aims = at_the_leaf(
             numbers, angle, known.touching, known.resistance, known.friction_share, known.inertia, self.opening_rate
         )
@@ -111,7 +115,8 @@ class WholeBodyController:
         last = len(plan.inputs) - 1
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
-        lead = float(np.clip(plan.states[later + 1, _YAW_RATE] / _YAW_LOOP, -_MOST_TURN, _MOST_TURN))
+        turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
+        lead = float(np.clip(turning, -_MOST_TURN, _MOST_TURN))
         attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw
         share = 1.0 - math.exp(-time_step / _ARM_TIME)

@@ -15,6 +15,8 @@ from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.rotor_layout import rotor_layout
+from doorman.kinematics.scale import Scale
 from doorman.model import GRAVITY, Model
 from doorman.ocp.kernels.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
@@ -24,20 +26,18 @@ from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 
 Array = NDArray[np.float64]
 
-ATTITUDE_GAIN, RATE_GAIN = 10.0, 28.0
-"""κ_a of the attitude loop, and κ_r: its rate loop with the rotors' lag answers within 36 ms [1/s]."""
-YAW_TORQUE = 0.25
-"""Two thirds of what the default rotors make about the vertical at hover [N m]."""
 ARM_RATE = 1.5
-"""Largest joint rate of a plan [rad/s]."""
-LEAST_THRUST = 5.0
-"""[N]."""
+"""Largest joint rate of a plan, of the shipped vehicle [rad/s]."""
+LEAST_THRUST = 0.17
+"""As a share of the weight."""
 STATE_WEIGHT = 1e-6
 """Of every state: residuals do the rest."""
 INPUT_WEIGHTS = (0.3, 0.2, 0.2, 2.0)
-"""Of thrust, commanded roll and pitch, and yaw torque. Cheap thrust is used to push, faster than rotors follow."""
+"""Of thrust, commanded roll and pitch, and yaw torque, of the shipped vehicle. Cheap thrust is used to push, faster than rotors
+follow."""
 ARM_WEIGHT = 50.0
-"""Of every joint rate. Cheaper arms rattle the tip: with a tenth of this, pushes above 4.5 N grow to oscillations."""
+"""Of every joint rate, of the shipped vehicle. Cheaper arms rattle the tip: with a tenth of this, pushes above 4.5 N grow to
+oscillations."""
 
 
 def whole_body_numbers(model: Model) -> Numbers:
@@ -48,6 +48,7 @@ def whole_body_numbers(model: Model) -> Numbers:
     """
     vehicle, door, coupling, scenario = model.vehicle, model.door, model.coupling, model.scenario
     start, goal = model.start_state, model.goal_state
+    control, scale = scenario.control, scale_of(model)
     slope = (start - goal) / (start[3] - goal[3])
     balance = balance_numbers(vehicle)
     rows = len(vehicle.point_names) + 6 + len(balance.get("balance.reaches", ()))
@@ -56,30 +57,63 @@ def whole_body_numbers(model: Model) -> Numbers:
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
-        "vehicle.attitude_gain": ATTITUDE_GAIN, "vehicle.rate_gain": RATE_GAIN, "vehicle.wind": np.zeros(3),
+        "vehicle.attitude_gain": control.attitude_gain, "vehicle.rate_gain": control.attitude_rate_gain,
+        "vehicle.wind": np.zeros(3),
         "mechanism.origin": door.hinge_position, "mechanism.point": coupling.contact_point(0.0),
         "mechanism.normal": -door.normal(0.0), "mechanism.along": door.leaf_direction(0.0),
         "mechanism.hand": door.hand, "mechanism.across": door.along,
         "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
         "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
-        "mechanism.friction_rate": 0.02, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
+        "mechanism.friction_rate": 0.02 * scale.rate, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
         "mechanism.torque": 0.0,
-        "contact.stiffness": 1500.0, "contact.damping": 50.0, "contact.smoothing": 1e-3,
+        "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
+        "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.push.friction_coefficient,
-        "contact.stick": np.zeros(2), "contact.give": 0.004, "contact.slip_damping": 10.0,
-        "limits.margin": scenario.planner.margin, "limits.width": door.width, "limits.force": 15.0,
+        "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
+        "contact.slip_damping": 10.0 * scale.damping,
+        "limits.margin": scenario.planner.margin, "limits.width": door.width, "limits.force": 15.0 * scale.force,
         "limits.speed": scenario.push.max_rate, "limits.deceleration": 0.0, "limits.rounding": 0.01,
-        "limits.creep": 0.5 * 0.015**2, "limits.widened": np.zeros(rows),
+        "limits.creep": 0.5 * (0.015 * scale.rate) ** 2, "limits.widened": np.zeros(rows),
         "reference.joint": goal[3], "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
         "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
-        "reference.depth": 0.02, "reference.approach_speed": 0.08, "reference.approach_length": 0.08,
+        "reference.depth": 0.02 * scale.length, "reference.approach_speed": 0.08 * scale.speed,
+        "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
-        "reference.least_force": 0.5, "reference.largest_force": 12.0, "reference.room": 0.03, "weight.near": 300.0,
+        "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
+        "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
         "plan.time_step": scenario.planner.time_step,
-        "weight.place": 40.0, "weight.position": 0.0, "weight.heading": 16.0, "weight.arm": 30.0,
-        "weight.approach": 1000.0, "weight.opening": 100.0, "weight.force": 0.0, "weight.least_force": 0.0,
-        "weight.largest_force": 1.0, "weight.tilting": 300.0, "weight.velocity_in_world": 0.3, "weight.turning": 0.5,
+        "weight.place": 40.0 / scale.length**2, "weight.position": 0.0, "weight.heading": 16.0,
+        "weight.arm": 30.0,
+        "weight.approach": 1000.0 / scale.speed**2, "weight.opening": 100.0 / scale.rate**2,
+        "weight.force": 0.0, "weight.least_force": 0.0,
+        "weight.largest_force": 1.0 / scale.force**2, "weight.tilting": 300.0,
+        "weight.velocity_in_world": 0.3 / scale.speed**2, "weight.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
+
+
+def scale_of(model: Model) -> Scale:
+    """Scale of a scenario's vehicle.
+
+    Args:
+        model: Model of the scenario.
+    """
+    return Scale.of(model.vehicle.radius, model.vehicle.mass)
+
+
+def yaw_torque(model: Model) -> float:
+    """Largest torque about the vertical that a plan counts on: a share of what the rotors make around half thrust.
+
+    Args:
+        model: Model of the scenario, whose `control.yaw_share` that is.
+
+    Returns:
+        [N m].
+
+    Raises:
+        BackendError: if the rotors cannot make thrust and all three torques.
+    """
+    layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+    return float(model.scenario.control.yaw_share * layout.torque_authority[2])
 
 
 def yaw_inertia(model: Model) -> float:
@@ -234,12 +268,12 @@ _MOST_GRIP = 0.9
 def _bounds(model: Model) -> Bounds:
     """Of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
     vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
-    rates = np.minimum(vehicle.rate_limits, ARM_RATE)
-    largest, least = model.scenario.control.max_tilt, LEAST_THRUST
+    rates = np.minimum(vehicle.rate_limits, ARM_RATE * scale_of(model).rate)
+    largest, least = model.scenario.control.max_tilt, LEAST_THRUST * vehicle.mass * GRAVITY
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
         largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
-    tilt = [largest, largest, YAW_TORQUE]
+    tilt = [largest, largest, yaw_torque(model)]
     return Bounds(
         state_lower=np.concatenate([-free, vehicle.lower_limits]),
         state_upper=np.concatenate([free, vehicle.upper_limits]),
@@ -249,8 +283,9 @@ def _bounds(model: Model) -> Bounds:
 
 
 def _cost(model: Model) -> QuadraticCost:
-    n = model.n_arm
+    n, scale = model.n_arm, scale_of(model)
     none: Any = np.zeros(14 + n)
     hover = np.concatenate([[model.vehicle.mass * GRAVITY], np.zeros(3 + n)])
     weights = np.full(14 + n, STATE_WEIGHT)
-    return QuadraticCost(weights, weights, np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n]), none, hover)
+    units = np.array([scale.force, 1.0, 1.0, scale.torque, *[scale.rate] * n])
+    return QuadraticCost(weights, weights, np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n]) / units**2, none, hover)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.scale import Scale
 
 Array = NDArray[np.float64]
 
@@ -21,15 +22,15 @@ _BRAKED, _LONGEST = 0.77, 0.5
 """The way in which a leaf slows down before the goal is this times ω²I/τ, as half of what resists must do, and at most the second
 [rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
 _LEAST_RESISTANCE = 0.05
-"""Of a hinge [N m]."""
+"""Of a hinge, for the shipped vehicle [N m]."""
 _ROOM = (0.03, 0.03, 0.03, 1e3, 1.0, 1.0)
-"""By which rows are widened: three planes, force, speed and stopping. Noise moves a start across rows that are tight, and plans
-of one iteration do not converge there; residuals keep the distance instead."""
+"""By which rows are widened for the shipped vehicle: three planes, force, speed and stopping. Noise moves a start across tight
+rows, and plans of one iteration do not converge there; residuals keep the distance instead."""
 
 _JAMBS, _NOWHERE = slice(-5, -3), 1e3
 """Their rows, and what takes them away [m]."""
 _PLACE, _UNHURRIED = 30.0, 20.0
-"""Weights of place and velocity of a vehicle in free flight: it covers the way to a place in about two seconds."""
+"""Weights of place and velocity of the shipped vehicle in free flight: it covers the way to a place in about two seconds."""
 
 
 def at_the_leaf(
@@ -50,28 +51,29 @@ def at_the_leaf(
     Returns:
         By the names of the task's numbers.
     """
+    scale = _scale(numbers)
     left = door_angle - numbers.one("reference.joint")
     holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
     lever = float(np.hypot(*(numbers["mechanism.point"] - numbers["mechanism.origin"])[:2]))
     steady = resistance / lever
     least, depth = min(numbers.one("reference.least_force"), 0.5 * steady), numbers.one("reference.depth")
     fastest, length = numbers.one("reference.opening_speed"), numbers.one("reference.opening_length")
-    braked = _BRAKED * fastest**2 * inertia / max(resistance, _LEAST_RESISTANCE)
+    braked = _BRAKED * fastest**2 * inertia / max(resistance, _LEAST_RESISTANCE * scale.torque)
     touch = float(touching)
     return {
         "mechanism.friction": sliding_share * resistance,
         "mechanism.torque": -(1.0 - sliding_share) * resistance,
         "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": inertia,
-        "limits.widened": [*np.zeros(numbers.sizes["limits.widened"] - len(_ROOM)), *_ROOM],
+        "limits.widened": _widened(numbers),
         "reference.depth": depth * (1.0 - holds),
         "reference.opening_speed": opening_rate,
         "reference.opening_length": min(max(braked, length), _LONGEST),
         "reference.force": steady * (1.0 - holds * _HOLD_SLACK * sliding_share),
         "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
-        "weight.approach": 1000.0 - 400.0 * touch,
-        "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)),
-        "weight.force": 0.2 * touch,
-        "weight.least_force": 2.0 * touch,
+        "weight.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
+        "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / scale.rate**2,
+        "weight.force": 0.2 * touch / scale.force**2,
+        "weight.least_force": 2.0 * touch / scale.force**2,
     }  # fmt: skip
 
 
@@ -88,12 +90,24 @@ def at_a_place(numbers: Numbers, position: Array, heading: float, arm: Array, be
     Returns:
         By the names of the task's numbers.
     """
-    widened = np.array([*np.zeros(numbers.sizes["limits.widened"] - len(_ROOM)), *_ROOM])
+    scale, widened = _scale(numbers), _widened(numbers)
     if not between_jambs:
         widened[_JAMBS] = _NOWHERE
     nothing = ("place", "approach", "opening", "force", "least_force", "largest_force", "near")
     return {
         "reference.position": position, "reference.heading": [heading, 0.0],
         "reference.arm": arm, "reference.arm_slope": np.zeros(len(arm)), "limits.widened": widened,
-        "weight.position": _PLACE, "weight.velocity_in_world": _UNHURRIED, **{f"weight.{name}": 0.0 for name in nothing},
+        "weight.position": _PLACE / scale.length**2, "weight.velocity_in_world": _UNHURRIED / scale.speed**2,
+        **{f"weight.{name}": 0.0 for name in nothing},
     }  # fmt: skip
+
+
+def _scale(numbers: Numbers) -> Scale:
+    return Scale.of(numbers.one("vehicle.radius"), numbers.one("vehicle.mass"))
+
+
+def _widened(numbers: Numbers) -> Array:
+    """All rows' room: the first rows have none."""
+    scale = _scale(numbers)
+    room = np.array(_ROOM) * [*[scale.length] * 3, scale.force, scale.rate, scale.rate**2]
+    return np.concatenate([np.zeros(numbers.sizes["limits.widened"] - len(room)), room])

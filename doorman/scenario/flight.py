@@ -25,6 +25,15 @@ class ControlSection(Section):
     """At the start, the commanded pitch may differ from the measured one by this much [rad], and"""
     engage_rate: NonNegative = 0.2
     """by this much more for every second flown [rad/s]: with the tip tied, a jump would overload the arm's servos."""
+    attitude_gain: Positive = 10.0
+    """κ_a of the vehicle's attitude loop: rate of roll and pitch by their error [1/s],"""
+    attitude_rate_gain: Positive = 28.0
+    """and κ_r of its rate loop with the rotors' lag: angular acceleration by the rate's error [1/s]. Plans of the whole body
+    follow a command with this lag."""
+    yaw_gain: Positive = 4.0
+    """Rate of the heading by its error in that loop [1/s]."""
+    yaw_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.65
+    """Share of the rotors' torque about the vertical, around half thrust, that these plans count on."""
     attitude_stiffness: Positive = 700.0
     """Angular acceleration with which the vehicle's attitude loop answers an error, per radian [1/s²]: its gains of attitude and
     rate multiplied. With an arm that has mass, `engage_pitch` and `engage_rate` are cut to what the rotors can answer."""

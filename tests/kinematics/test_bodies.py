@@ -65,3 +65,17 @@ def test_what_counts_as_an_arm_without_mass(tmp_path: Path) -> None:
             f'<origin xyz="{offset} 0 0" rpy="0 0 0"/>\n      <mass',
         )
         assert Vehicle(write_edited(tmp_path / "v.urdf", VEHICLE, beside)).bodies.balanced is balanced
+
+
+def test_the_shipped_arm_with_mass_is_the_shipped_arm() -> None:
+    plain, massive = Vehicle(VEHICLE), Vehicle(VEHICLE.with_name("hexarotor_arm_with_mass.urdf"))
+    assert massive.mass == pytest.approx(plain.mass, abs=1e-6) and massive.bodies.masses[1:].sum() == pytest.approx(
+        0.356
+    )
+    for name in ("axes", "links", "point_offsets"):
+        np.testing.assert_array_equal(getattr(massive.arm, name), getattr(plain.arm, name))
+    np.testing.assert_array_equal(massive.torque_limits, plain.torque_limits)
+    assert (massive.radius, massive.max_thrust) == (plain.radius, plain.max_thrust)
+    for inertia in massive.bodies.inertias:
+        smallest, middle, largest = np.linalg.eigvalsh(inertia)
+        assert smallest > 0.0 and smallest + middle >= largest * (1.0 - 1e-3)

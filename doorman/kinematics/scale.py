@@ -1,0 +1,66 @@
+r"""Numbers of the shipped vehicle carried to one of another size, by Froude's law: gravity is the same for both.
+
+With L times its lengths and M times its mass, a vehicle has M times its forces, and all that falls or tilts takes
+:math:`\sqrt L` times as long. A number that is tuned for the shipped vehicle is multiplied by the scale of its unit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_SHIPPED_RADIUS, _SHIPPED_MASS = 0.40, 3.0
+"""R_A and m_A of the vehicle for which the numbers are tuned [m], [kg]."""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Ratios of a vehicle's units to those of the shipped one."""
+
+    length: float
+    mass: float
+
+    @classmethod
+    def of(cls, radius: float, mass: float) -> Scale:
+        """Scale of a vehicle.
+
+        Args:
+            radius: R_A [m].
+            mass: m_A, arm included [kg].
+        """
+        return cls(radius / _SHIPPED_RADIUS, mass / _SHIPPED_MASS)
+
+    @property
+    def force(self) -> float:
+        """Of forces, as of the weight."""
+        return self.mass
+
+    @property
+    def time(self) -> float:
+        """Of times."""
+        return math.sqrt(self.length)
+
+    @property
+    def speed(self) -> float:
+        """Of speeds."""
+        return self.length / self.time
+
+    @property
+    def rate(self) -> float:
+        """Of angular rates."""
+        return 1.0 / self.time
+
+    @property
+    def torque(self) -> float:
+        """Of torques."""
+        return self.force * self.length
+
+    @property
+    def stiffness(self) -> float:
+        """Of forces per length."""
+        return self.force / self.length
+
+    @property
+    def damping(self) -> float:
+        """Of forces per speed."""
+        return self.force / self.speed
