@@ -1,4 +1,4 @@
-"""`doorman vehicle …`: the commands that write a vehicle file, their arguments and their help."""
+"""`doorman vehicle`: the commands that write a vehicle file, their arguments and their help."""
 
 from __future__ import annotations
 

@@ -29,6 +29,8 @@ PIXHAWK, SERVOS, MOCAP = "pixhawk.connection", "servos.port", "mocap.connection"
 OPTIONS = {PIXHAWK: "--pixhawk", SERVOS: "--servos"}
 """That give what a file must say otherwise."""
 _PER_SERVO = ("servos.ids", "servos.directions", "servos.zero_positions", "servos.homing_offsets")
+_ARGUMENTS = {"servo_ids": "servos.ids", "mocap_rate": "mocap.rate"}
+"""Key of an argument of `vehicle_config`."""
 _ANYWHERE = MappingProxyType({PIXHAWK: "udp:14540", SERVOS: "/dev/servos"})
 
 
@@ -136,9 +138,11 @@ class VehicleFile:
         for key, option in OPTIONS.items():
             if key not in values:
                 raise BackendError("the link is not named", field=key, allowed=f"in the vehicle file, or by {option}")
+        usual = cameras is not None and "mocap.stale_after" not in values
+        rate = {"mocap_rate": values.pop("mocap.rate")} if usual and "mocap.rate" in values else {}
         return vehicle_config(
             model, values.pop(PIXHAWK), values.pop(SERVOS), cameras, servo_ids=values.pop("servos.ids", None),
-            on_mocap_loss="report", links=values,
+            on_mocap_loss="report", links=values, **rate,
         )  # fmt: skip
 
     def _cut_to(self, model: Model, own: dict[str, Any]) -> dict[str, Any]:
@@ -180,8 +184,8 @@ def _covers(key: str, other: str) -> bool:
 def _whole_name(name: str | None) -> str:
     """Dotted key of the vehicle file for a field as the links name it in their errors."""
     first = (name or "").partition(".")[0]
-    if name == "servo_ids":
-        return "servos.ids"
+    if name in _ARGUMENTS:
+        return _ARGUMENTS[name]
     if first == VEHICLE and name is not None:
         return name.partition(".")[2]
     ours = {one.name for one in fields(PixhawkConfig)} - set(LINKS)

@@ -110,6 +110,13 @@ def test_the_command_line_wins_over_the_file(written, pushing):
     assert (alone.pixhawk.connection, alone.servos.ids, alone.mocap) == ("udp:1", (1, 2, 3, 4), None)
 
 
+def test_slow_cameras_need_a_longer_time_until_a_pose_is_stale(written, pushing):
+    config = written(
+        f"{LINKS}[mocap]\nconnection = 'udp:51001'\nrate = 25\nstale_after = 0.1\nvelocity_window = 0.1\n"
+    ).links(pushing)
+    assert config.mocap is not None and (config.mocap.rate, config.mocap.stale_after) == (25.0, 0.1)
+
+
 def test_a_signing_key_is_relative_to_the_file(written, pushing, tmp_path, monkeypatch):
     file = written('[pixhawk]\nconnection = "udp:14600"\nsigning_key = "secret.key"\n[servos]\nport = "arm"\n')
     monkeypatch.chdir("/")
@@ -168,7 +175,8 @@ def test_a_key_that_cannot_be_is_named_with_file_and_what_is_allowed(text, field
         ("[mocap]\nobject_name = 'x'", "mocap.connection"),
         ("[mocap]\nconnection = 'pigeon:1'", "mocap.connection"),
         ("[mocap]\nconnection = 'udp:51001'\nobject_position = [0, 0]", "mocap.object_position"),
-        ("[mocap]\nconnection = 'udp:51001'\nrate = 5", "mocap.rate"),
+        ("[mocap]\nconnection = 'udp:51001'\nrate = 25", "mocap.rate"),
+        ("[mocap]\nconnection = 'udp:51001'\nrate = 5\nstale_after = 0.5", "mocap.rate"),
     ],
 )
 def test_a_value_out_of_range_is_named_with_file_and_key(text, field, written, pushing, tmp_path):
