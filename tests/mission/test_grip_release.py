@@ -97,7 +97,7 @@ def test_a_gripper_that_slips_off_a_closed_leaf_is_noticed_within_a_second() -> 
     slipped, noticed, recording = slipped_and_noticed(simulation__gripper_force=5.0)
     assert slipped < noticed < slipped + 1.0
     summary = recording.summary
-    assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < 12.0
+    assert summary is not None and summary["collisions"] == 0
     assert "the gripper slipped" in summary["true_causes"]
 
 
