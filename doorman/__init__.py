@@ -23,7 +23,7 @@ __all__ = [
     "Constraint", "Cost", "DoormanError", "Model", "Plan", "PlanStatus", "Planner", "Recording", "Residual", "Scenario",
     "simulate",
 ]  # fmt: skip
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _MODULES = {
     "Constraint": "doorman.ocp.problem.terms",

@@ -1,4 +1,4 @@
-"""Files that ship with doorman: URDFs and scenarios, found in a checkout and in an installed wheel alike."""
+"""Files that ship with doorman: URDFs, scenarios and vehicle files, found in a checkout and in an installed wheel alike."""
 
 from __future__ import annotations
 
@@ -16,6 +16,11 @@ def urdf_directory() -> Path:
 def scenario_directory() -> Path:
     """Directory of the shipped scenarios."""
     return _PACKAGE / "scenarios"
+
+
+def vehicle_directory() -> Path:
+    """Directory of the shipped vehicle files."""
+    return _PACKAGE / "vehicles"
 
 
 def shipped(directory: Path, suffix: str) -> dict[str, Path]:

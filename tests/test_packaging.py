@@ -58,6 +58,7 @@ def run_python(code: str, folder: Path, **environment: str) -> str:
     [
         ("doorman", "doorman", ""),
         ("doorman/scenarios", "doorman/scenarios", ".toml"),
+        ("doorman/vehicles", "doorman/vehicles", ".toml"),
         ("urdf", "doorman/urdf", ".urdf"),
     ],
 )

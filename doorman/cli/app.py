@@ -13,12 +13,13 @@ from typing import Annotated
 import typer
 
 from doorman.cli import panels
-from doorman.cli.arguments import FeedPort, Settings, Source, Sources
+from doorman.cli.arguments import FeedPort, Settings, Source, Sources, Vehicle
 from doorman.cli.campaign_command import add_campaign_command
 from doorman.cli.run_commands import add_run_commands
 from doorman.cli.setup_commands import add_setup_commands
 from doorman.cli.streams import lost_stream, steady_streams
 from doorman.cli.vehicle_commands import add_vehicle_commands
+from doorman.cli.vehicle_file_commands import add_vehicle_file_commands
 from doorman.exceptions import DoormanError, how_to_install
 
 BAD_INPUT = 2
@@ -31,7 +32,7 @@ INTERRUPTED = 130
 _EXTRAS = {
     "mujoco": "sim", "matplotlib": "viz", "meshcat": "viz", "pymavlink": "hardware", "serial": "hardware",
     "dynamixel_sdk": "hardware", "distributed": "campaign", "dask": "campaign", "pyarrow": "campaign",
-    "pyulog": "logs", "motioncapture": "mocap", "packaging": "hardware",
+    "pyulog": "logs", "tomlkit": "hardware", "motioncapture": "mocap", "packaging": "hardware",
     "cyclonedds": "ros2", "gymnasium": "gym",
 }  # fmt: skip
 """Extra of the package that brings a module in."""
@@ -102,6 +103,7 @@ def _doorman(
 def check_command(
     scenario: Source = "paper",
     settings: Settings = None,
+    vehicle: Vehicle = None,
     audit: Annotated[
         bool,
         typer.Option("--audit", help="Also search for collisions that the planner's constraints allow; some seconds."),
@@ -122,7 +124,7 @@ def check_command(
     def command() -> int:
         from doorman.cli.check import check_scenario
 
-        return check_scenario(scenario, settings or [], as_json, audit)
+        return check_scenario(scenario, settings or [], as_json, audit, vehicle)
 
     _leave(command, interrupted=INTERRUPTED)
 
@@ -131,6 +133,7 @@ def check_command(
 def warmup_command(
     scenarios: Sources = None,
     settings: Settings = None,
+    vehicle: Vehicle = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress bar.")] = False,
 ) -> None:
     """Compile everything ahead, so that no planner, check or flight waits for it.
@@ -147,7 +150,7 @@ def warmup_command(
     def command() -> int:
         from doorman.cli.warmup import warm_up
 
-        return warm_up(scenarios or [], settings or [], as_json)
+        return warm_up(scenarios or [], settings or [], as_json, vehicle)
 
     _leave(command)
 
@@ -156,6 +159,7 @@ def warmup_command(
 def open_command(
     scenario: Source = "paper",
     settings: Settings = None,
+    vehicle: Vehicle = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Folder for the results.", show_default="a new one under runs"),
@@ -196,7 +200,17 @@ def open_command(
         from doorman.cli.open_door import open_door
 
         return open_door(
-            scenario, settings or [], out, duration, seed, realtime, port if view else None, as_json, force, feed
+            scenario,
+            settings or [],
+            out,
+            duration,
+            seed,
+            realtime,
+            port if view else None,
+            as_json,
+            force,
+            feed,
+            vehicle,
         )
 
     _leave(command)
@@ -254,3 +268,4 @@ add_campaign_command(app, _leave)
 add_run_commands(app, _leave)
 add_vehicle_commands(app, _leave)
 add_setup_commands(app, _leave)
+add_vehicle_file_commands(app, _leave)

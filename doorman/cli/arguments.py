@@ -17,7 +17,13 @@ def complete_scenario(incomplete: str) -> list[str]:
     Returns:
         Names and paths.
     """
-    from doorman.resources import scenario_directory, shipped
+    from doorman.resources import scenario_directory
+
+    return _names_and_files(incomplete, scenario_directory())
+
+
+def _names_and_files(incomplete: str, directory: Path) -> list[str]:
+    from doorman.resources import shipped
 
     folder, slash, _ = incomplete.rpartition("/")
     beside = Path(folder + slash or ".")
@@ -26,8 +32,22 @@ def complete_scenario(incomplete: str) -> list[str]:
     folders = [
         f"{folder}{slash}{entry.name}/" for entry in entries if entry.is_dir() and not entry.name.startswith(".")
     ]
-    names = [*shipped(scenario_directory(), ".toml"), *files, *folders]
+    names = [*shipped(directory, ".toml"), *files, *folders]
     return [name for name in names if name.startswith(incomplete)]
+
+
+def complete_vehicle(incomplete: str) -> list[str]:
+    """Shipped vehicle files and TOML files that begin so.
+
+    Args:
+        incomplete: What was typed so far.
+
+    Returns:
+        Names and paths.
+    """
+    from doorman.resources import vehicle_directory
+
+    return _names_and_files(incomplete, vehicle_directory())
 
 
 def complete_setting(incomplete: str) -> list[str]:
@@ -79,6 +99,16 @@ Settings = Annotated[
         metavar="KEY=VALUE",
         help="Override a key of the scenario: planner.margin=0.01. The value is TOML, a bare word is a string. Repeatable.",
         autocompletion=complete_setting,
+    ),
+]
+Vehicle = Annotated[
+    str | None,
+    typer.Option(
+        "--vehicle",
+        metavar="FILE",
+        help="Vehicle file: what belongs to the vehicle and not to the task; `doorman vehicle new` writes one.",
+        show_default="the scenario's vehicle",
+        autocompletion=complete_vehicle,
     ),
 ]
 FeedPort = Annotated[

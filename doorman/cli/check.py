@@ -10,14 +10,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.task import check_links, load_task
 from doorman.feasibility import Finding, Severity, check
-from doorman.scenario import Scenario
+from doorman.model import Model
 
 _COLORS = {Severity.OK: "green", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
 
 
-def check_scenario(source: str, settings: Sequence[str], as_json: bool, with_audit: bool = False) -> int:
+def check_scenario(
+    source: str, settings: Sequence[str], as_json: bool, with_audit: bool = False, vehicle: str | None = None
+) -> int:
     """Check a scenario and print what was found.
 
     Args:
@@ -25,6 +27,7 @@ def check_scenario(source: str, settings: Sequence[str], as_json: bool, with_aud
         settings: Overrides, `key=value`.
         as_json: Print the findings as JSON and nothing else.
         with_audit: Whether the constraints are audited against FCL, too.
+        vehicle: Name or path of a vehicle file, if any.
 
     Returns:
         Exit status: 0 if the scenario is possible, else 1.
@@ -32,8 +35,9 @@ def check_scenario(source: str, settings: Sequence[str], as_json: bool, with_aud
     Raises:
         DoormanError: if the input cannot be used.
     """
-    scenario = Scenario.load(source, parse_overrides(settings))
-    report = check(scenario, with_audit=True) if with_audit else check(scenario)
+    model = Model(load_task(source, settings, vehicle))
+    check_links(model, vehicle)
+    report = check(model, with_audit=True) if with_audit else check(model)
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
     else:

@@ -12,21 +12,30 @@ from rich.text import Text
 
 from doorman.hardware.computer.doctor import Complaint, examine
 from doorman.hardware.computer.host import Host
+from doorman.hardware.vehicle_file import VehicleFile
+from doorman.hardware.vehicle_file.devices import devices
 
 _COLORS = {Complaint.NONE: "green", Complaint.WORSE: "yellow", Complaint.MISSING: "bold red"}
 
 
-def examine_computer(folder: Path, as_json: bool) -> int:
+def examine_computer(folder: Path, as_json: bool, vehicle: str | None = None) -> int:
     """Look at everything and print it.
 
     Args:
         folder: Where recordings go.
         as_json: Print the rows as JSON and nothing else.
+        vehicle: Name or path of a vehicle file, whose devices are looked at, too.
 
     Returns:
         Exit status: 0, or 1 if something is missing.
+
+    Raises:
+        DoormanError: if the vehicle file cannot be used.
     """
-    rows = examine(Host(), folder)
+    host = Host()
+    rows = examine(host, folder)
+    if vehicle is not None:
+        rows += devices(host, VehicleFile.load(vehicle))
     missing = any(row.complaint is Complaint.MISSING for row in rows)
     if as_json:
         typer.echo(json.dumps([{**vars(row), "complaint": row.complaint.value} for row in rows], indent=2))

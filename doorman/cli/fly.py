@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -26,16 +26,16 @@ from doorman.cli.run_folder import new_folder
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
-from doorman.flight.attitude_lag import LARGE_LAG, attitude_lag
+from doorman.flight.attitude_lag import LARGE_LAG, recorded_lag
 from doorman.flight.guarded import STOPPING
 from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
+from doorman.hardware.vehicle import VehicleConfig, VehicleLinks
 from doorman.hardware.vehicle.waiting import await_links
+from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder, Recording
-from doorman.scenario import Scenario
 
 _COLORS = {Verdict.GOOD: "green", Verdict.WARNING: "yellow", Verdict.BAD: "bold red"}
 _STATUS_PERIOD = 0.5
@@ -46,51 +46,31 @@ Output = Literal["words", "json", "quiet"]
 """What goes to stdout."""
 
 
-@dataclass(frozen=True)
-class Wiring:
-    """Links as they are given on the command line."""
-
-    pixhawk: str
-    servos: str
-    mocap: str | None
-    setpoints: Literal["attitude", "position"] = "attitude"
-    object_name: str = "vehicle"
-    mocap_rate: float = 100.0
-    servo_ids: tuple[int, ...] | None = None
-    directions: tuple[int, ...] | None = None
-    zero_positions: tuple[int, ...] | None = None
-    signing_key: Path | None = None
-    write_parameters: bool = False
-    write_eeprom: bool = False
-    links: Mapping[str, object] = field(default_factory=dict)
-    """Any other setting of the links, by dotted name."""
-    local_frame: tuple[float, ...] | None = None
-    """Origin and yaw of the autopilot's local frame in the world, shape (4,) [m, rad]."""
-    feed: int | None = None
-    """UDP port on loopback of `doorman ros2`, which is sent what is recorded."""
-
-
 def fly_mission(
     source: str,
     settings: Sequence[str],
-    wiring: Wiring,
+    vehicle: str | None,
+    links: Mapping[str, object],
     out: Path | None,
     duration: float | None,
     dry_run: bool,
     yes: bool,
     output: Output = "words",
+    feed: int | None = None,
 ) -> int:
     """Go through the checklist, ask, fly, and say how it ended.
 
     Args:
         source: Name or path of the scenario.
         settings: Overrides, `key=value`.
-        wiring: The vehicle's links.
+        vehicle: Name or path of the vehicle file; None: the scenario's vehicle, and `links` alone.
+        links: Values by dotted key of the vehicle file; they win over it.
         out: MCAP file to record to; a new one under `runs` by default.
         duration: Longest time of the mission, which then counts as flown to its end [s].
-        dry_run: Listen only, send nothing, and say what that tells.
+        dry_run: Listen only, send nothing, and run the checks that this allows.
         yes: Do not ask.
         output: Words to stdout; words to stderr and the result as JSON to stdout; or words to stderr only.
+        feed: UDP port on loopback of `doorman ros2`, to which what is recorded is sent.
 
     Returns:
         Exit status: 0 if the mission was flown to its end and the vehicle has landed (of a dry run: if it may fly), else 1.
@@ -100,14 +80,9 @@ def fly_mission(
     """
     if duration is not None and not 0.0 < duration < math.inf:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed="a number of seconds > 0")
-    model = Model(Scenario.load(source, parse_overrides(settings)))
-    config = vehicle_config(
-        model, wiring.pixhawk, wiring.servos, wiring.mocap, setpoints=wiring.setpoints,
-        object_name=wiring.object_name, mocap_rate=wiring.mocap_rate, servo_ids=wiring.servo_ids,
-        directions=wiring.directions, zero_positions=wiring.zero_positions, on_mocap_loss="report",
-        signing_key=wiring.signing_key, write_parameters=wiring.write_parameters,
-        write_eeprom=wiring.write_eeprom, local_frame=wiring.local_frame, links=wiring.links,
-    )  # fmt: skip
+    file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
+    model = Model(file.scenario(source, parse_overrides(settings)))
+    config = file.links(model, links)
     console = Console(stderr=True, highlight=False)
     if dry_run:
         return _dry_run(model, config, output)
@@ -115,18 +90,18 @@ def fly_mission(
     planner, findings = Planner(model), check(model)
     rehearse(model, planner)
     console.print("Opening the links")
-    with real_time(), VehicleLinks(config) as links:
-        await_links(links, console.print)
-        checks = preflight(model, links, findings)
+    with real_time(), VehicleLinks(config) as opened:
+        await_links(opened, console.print)
+        checks = preflight(model, opened, findings)
         _print_checks(checks, output)
-        result = _written(links, output) or _refusal(checks, yes, output)
+        result = _written(opened, output) or _refusal(checks, yes, output)
         if result is None and not yes:  # the answer may have taken its time
-            checks = preflight(model, links, findings)
+            checks = preflight(model, opened, findings)
             if not ready(checks):
                 _print_checks(checks, output)
                 result = _refusal(checks, yes, output)
         if result is None:
-            result = _fly(model, links, planner, checks, _file(out, model), duration, output, wiring.feed)
+            result = _fly(model, opened, planner, checks, _file(out, model), duration, output, feed)
     _print_result(checks, result, output)
     return 0 if result["completed"] and result["end"] == End.LANDED.value else 1
 
@@ -141,7 +116,7 @@ def _as_data(checks: list[Check]) -> list[dict[str, str]]:
 
 
 def _written(links: VehicleLinks, output: Output) -> dict[str, Any] | None:
-    """Result of a flight that was asked to write parameters, and has found some that are wrong; None if there are none."""
+    """Result of a flight that may write parameters and has found wrong ones; None if there are none."""
     autopilot = links.autopilot
     if not autopilot.config.write_parameters or autopilot.state().armed or not autopilot.check_parameters():
         return None
@@ -217,7 +192,7 @@ def _fly(
         finally:
             try:
                 recorder.close()
-            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is told
+            except RecordingError as error:  # the disk is full: the flight has ended as it would have, and is reported
                 unwritten = str(error)
                 printer.print(f"The recording is not whole: {unwritten}")
     lag = _attitude_lag(path) if links.config.pixhawk.setpoints == "attitude" and not unwritten else math.nan
@@ -236,15 +211,11 @@ def _fly(
 
 
 def _attitude_lag(path: Path) -> float:
-    """Of a flight that was recorded [s]; NaN if it tells none."""
+    """Of a flight that was recorded [s]; NaN if the recording shows none."""
     try:
-        recording = Recording.load(path)
+        return recorded_lag(Recording.load(path))
     except DoormanError:
         return math.nan
-    if not {"command", "measurement"} <= set(recording):
-        return math.nan
-    asked, seen = recording["command"], recording["measurement"]
-    return attitude_lag(asked.time, asked["attitude"], seen.time, seen["attitude"])
 
 
 class _StatusLine:

@@ -16,15 +16,14 @@ from doorman.cli.display import flight_progress, print_run
 from doorman.cli.effective import effective_toml
 from doorman.cli.feeding import fed
 from doorman.cli.live import live_view
-from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import run_folder
+from doorman.cli.task import check_links, load_task
 from doorman.exceptions import DoormanError
 from doorman.feasibility import Report, check
 from doorman.feasibility.postures import unusual_postures
 from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.scenario import Scenario
 from doorman.simulation.engine import engine
 from doorman.summary import verdict
 from doorman.visualization import PicturesMissing, write_pictures
@@ -62,6 +61,7 @@ def open_door(
     as_json: bool,
     force: bool = False,
     feed: int | None = None,
+    vehicle: str | None = None,
 ) -> int:
     """Check a scenario, fly it in simulation if it is possible, and write the folder of the run.
 
@@ -76,6 +76,7 @@ def open_door(
         as_json: Print the summary as JSON and nothing else.
         force: Fly what the check refuses, too.
         feed: UDP port on loopback of `doorman ros2`; None sends nothing.
+        vehicle: Name or path of a vehicle file, if any.
 
     Returns:
         Exit status: 0 if the flight went to its end, the door was opened and nothing was touched, else 1; nothing is flown or
@@ -86,7 +87,7 @@ def open_door(
         OSError: if the folder cannot be written.
     """
     with ExitStack() as claims:
-        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json, force, feed)
+        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json, force, feed, vehicle)
 
 
 def _open_door(
@@ -101,14 +102,16 @@ def _open_door(
     as_json: bool,
     force: bool,
     feed: int | None,
+    vehicle: str | None,
 ) -> int:
     """`open_door`; the folder is claimed until the end of `claims`."""
     if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
-    scenario = Scenario.load(source, parse_overrides(settings))
+    scenario = load_task(source, settings, vehicle)
     engine()  # what is missing is said before anything is checked
     with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
         model = Model(scenario)
+        check_links(model, vehicle)
         report = check(model)
         _print_complaints(report, force)
         if not report.possible and not force:

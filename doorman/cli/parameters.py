@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import typer
 
@@ -13,8 +14,8 @@ from doorman.exceptions import DoormanError
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.pixhawk.parameter_file import AutopilotName, OnLoss, VehicleFigures, as_text, parameter_lines
 from doorman.hardware.vehicle import Places
+from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import GRAVITY, Model
-from doorman.scenario import Scenario
 
 LONGEST_DELAY = 0.25
 """That ArduPilot takes [s]."""
@@ -24,9 +25,10 @@ def print_parameters(
     autopilot: AutopilotName,
     source: str,
     settings: Sequence[str],
-    mocap: bool,
+    mocap: bool | None,
     on_loss: OnLoss,
     mocap_delay: float | None,
+    vehicle: str | None = None,
 ) -> int:
     """Print the file.
 
@@ -34,9 +36,10 @@ def print_parameters(
         autopilot: Who flies.
         source: Name or path of the scenario.
         settings: Overrides, `key=value`.
-        mocap: Whether poses come from cameras.
+        mocap: Whether poses come from cameras; None: as the vehicle file says, or yes without one.
         on_loss: What the vehicle does without this computer.
         mocap_delay: From exposure to sending [s]; None leaves its parameter out.
+        vehicle: Name or path of a vehicle file, if any.
 
     Returns:
         Exit status: 0.
@@ -48,13 +51,17 @@ def print_parameters(
         raise DoormanError(
             "out of range", field="--mocap-delay", given=mocap_delay, allowed=f"0 to {LONGEST_DELAY:g} s"
         )
-    model = Model(Scenario.load(source, parse_overrides(settings)))
+    file = VehicleFile() if vehicle is None else VehicleFile.load(vehicle)
+    model = Model(file.scenario(source, parse_overrides(settings)))
     places = Places.of(model)
     figures = VehicleFigures(
         model.vehicle.mass * GRAVITY, model.vehicle.max_thrust, model.scenario.safety.low_battery,
         float(places.hover[2] - places.pad[2]),
     )  # fmt: skip
-    config = PixhawkConfig("udp:14540", mocap=mocap, hover_force=figures.weight)
+    config = PixhawkConfig("udp:14540", mocap=True, hover_force=figures.weight)
+    if vehicle is not None:
+        config = file.links_anywhere(model).pixhawk
+    config = config if mocap is None else replace(config, mocap=mocap)
     lines = parameter_lines(autopilot, config, figures, on_loss, mocap_delay)
     title = f"doorman {__version__}: {autopilot} for scenario {model.scenario.name}, {model.vehicle.mass:.2f} kg"
     typer.echo(as_text(autopilot, lines, title), nl=False)

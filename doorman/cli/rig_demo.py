@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import signal
 import socket
 import subprocess
@@ -16,22 +15,29 @@ from pathlib import Path
 import typer
 
 from doorman.cli.display import print_run
-from doorman.cli.fly import Wiring, fly_mission
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.fly import fly_mission
+from doorman.cli.rig import OPTIONS
+from doorman.cli.task import load_task
 from doorman.exceptions import BackendError
+from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.rig import judge
-from doorman.scenario import Scenario
 from doorman.summary import verdict
 
 _ENTRY = "from doorman.cli import main; main()"
 _STOP = 20.0
-"""For the rig to end, after it was asked to [s]."""
+"""Longest time for the rig to end, after SIGTERM [s]."""
 
 
 def fly_the_rig(
-    source: str, settings: Sequence[str], autopilot: str, out: Path | None, seed: int, as_json: bool
+    source: str,
+    settings: Sequence[str],
+    autopilot: str,
+    out: Path | None,
+    seed: int,
+    as_json: bool,
+    vehicle: str | None = None,
 ) -> int:
     """Start the rig, fly the mission against it over its real links, stop it, and judge.
 
@@ -42,6 +48,7 @@ def fly_the_rig(
         out: Of the truth; the flight is recorded beside it. A temporary folder by default.
         seed: Of noise.
         as_json: Print the summary as JSON and nothing else to stdout.
+        vehicle: Name or path of a vehicle file, if any.
 
     Returns:
         Exit status: 0 if the mission was flown to its end, the door was opened and nothing was touched, else 1.
@@ -49,16 +56,21 @@ def fly_the_rig(
     Raises:
         DoormanError: if the input cannot be used, or the rig does not start.
     """
-    model = Model(Scenario.load(source, parse_overrides(settings)))
+    model = Model(load_task(source, settings, vehicle))
     truth = out or Path(tempfile.mkdtemp(prefix="doorman-rig-")) / "truth.mcap"
     flight = truth.with_name("flight.mcap")
     overrides = [word for setting in settings for word in ("--set", setting)]
     options = ["--autopilot", autopilot, "--out", str(truth), "--seed", str(seed), *overrides]
-    with _rig([source, *options, "--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]) as wiring:
+    if vehicle is None:  # else the ports are the file's
+        options += ["--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]
+    else:
+        options += ["--vehicle", vehicle]
+    with _rig([source, *options]) as links:
         flight.unlink(missing_ok=True)  # of an earlier one
         status = fly_mission(
-            source, settings, wiring, flight, None, dry_run=False, yes=True, output="quiet" if as_json else "words"
-        )
+            source, settings, vehicle, links, flight, None, dry_run=False, yes=True,
+            output="quiet" if as_json else "words",
+        )  # fmt: skip
     if not flight.exists():
         return 1  # refused on the ground
     recording = Recording.load(flight)
@@ -82,13 +94,13 @@ def free_port() -> int:
 
 
 @contextmanager
-def _rig(arguments: Sequence[str]) -> Iterator[Wiring]:
-    """The rig in a process of its own; yields how to fly it."""
-    command = [sys.executable, "-c", _ENTRY, "rig", *arguments]
+def _rig(arguments: Sequence[str]) -> Iterator[dict[str, object]]:
+    """The rig in a process of its own; yields its links by key of the vehicle file."""
+    command = [sys.executable, "-c", _ENTRY, "rig", "--json", *arguments]
     # not in our group: Ctrl-C is the operator's word to the flight, which needs its vehicle until it has landed
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, process_group=0) as process:
         try:
-            yield _wiring(process)
+            yield _links(process)
         finally:
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
@@ -99,11 +111,10 @@ def _rig(arguments: Sequence[str]) -> Iterator[Wiring]:
                     raise BackendError("the rig does not end", given=f"{_STOP:g} s") from None
 
 
-def _wiring(process: subprocess.Popen[str]) -> Wiring:
+def _links(process: subprocess.Popen[str]) -> dict[str, object]:
     assert process.stdout is not None
     for line in process.stdout:
-        if line.startswith("doorman fly "):
-            words = shlex.split(line)
-            given = dict(zip(words, words[1:], strict=False))
-            return Wiring(given["--pixhawk"], given["--servos"], given.get("--mocap"))
+        if line.startswith("{"):
+            links = {OPTIONS[f"--{name}"]: link for name, link in json.loads(line)["links"].items()}
+            return {MOCAP: NO_CAMERAS, **links}
     raise BackendError("the rig did not start: see its words above")

@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import typer
 
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.task import load_task
 from doorman.model import Model
 from doorman.ros2.bridge import FlightPublisher, PoseSubscriber
-from doorman.scenario import Scenario
 
 
 class PoseLink(NamedTuple):
@@ -29,7 +28,13 @@ class PoseLink(NamedTuple):
 
 
 def run_bridge(
-    source: str, settings: Sequence[str], feed: int, domain: int, prefix: str, poses: PoseLink | None
+    source: str,
+    settings: Sequence[str],
+    feed: int,
+    domain: int,
+    prefix: str,
+    poses: PoseLink | None,
+    vehicle: str | None = None,
 ) -> int:
     """Publish and take poses until Ctrl-C.
 
@@ -40,6 +45,7 @@ def run_bridge(
         domain: ROS_DOMAIN_ID.
         prefix: Of the published topics.
         poses: What to take, if anything.
+        vehicle: Name or path of a vehicle file, if any.
 
     Returns:
         Exit status: 0.
@@ -47,7 +53,7 @@ def run_bridge(
     Raises:
         DoormanError: if the input cannot be used or the port is taken.
     """
-    model = Model(Scenario.load(source, parse_overrides(settings)))
+    model = Model(load_task(source, settings, vehicle))
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())

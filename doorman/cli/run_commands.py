@@ -166,7 +166,7 @@ def _merge_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
 
         The clocks are aligned by TIMESYNC where the run or the log has recorded it, else by the cross-correlation of the body
         rates. The offset and its standard deviation are printed. The log's topics are named px4/… or ardupilot/…, in the log's
-        own units and axes; what it tells of the time before the run began is left out. The recording itself stays as it is.
+        own units and axes; messages from before the run are left out. The recording itself stays as it is.
         """
 
         def command() -> int:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from doorman.cli import panels
-from doorman.cli.arguments import Settings, Source
+from doorman.cli.arguments import Settings, Source, Vehicle
 
 
 class Firmware(StrEnum):
@@ -53,7 +53,15 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
         autopilot: Annotated[Firmware, typer.Argument(help="Firmware of the autopilot.")],
         scenario: Source = "paper",
         settings: Settings = None,
-        mocap: Annotated[bool, typer.Option(help="Whether poses come from cameras.")] = True,
+        vehicle: Vehicle = None,
+        mocap: Annotated[
+            bool | None,
+            typer.Option(
+                "--mocap/--no-mocap",
+                help="Whether poses come from cameras.",
+                show_default="as the vehicle file says; yes without one",
+            ),
+        ] = None,
         on_loss: Annotated[
             Reaction, typer.Option(help="What it does without this computer: land where it is, or on its pad.")
         ] = Reaction.LAND,
@@ -71,7 +79,9 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
         def command() -> int:
             from doorman.cli.parameters import print_parameters
 
-            return print_parameters(autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay)
+            return print_parameters(
+                autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay, vehicle
+            )
 
         leave(command)
 
@@ -101,18 +111,20 @@ def _doctor_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         folder: Annotated[
             Path, typer.Option("--runs", metavar="DIR", help="Where recordings go.", show_default="runs")
         ] = Path("runs"),
+        vehicle: Vehicle = None,
         as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     ) -> None:
         """Say what is missing on this computer before it can fly, each with the command that mends it.
 
         Looks at versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor, clock,
-        network buffers, disk and compiled kernels. Nothing is changed. The exit status is 1 if something is marked no.
+        network buffers, disk and compiled kernels. With --vehicle it looks at the devices of that file, too. Nothing is changed.
+        The exit status is 1 if something is marked no.
         """
 
         def command() -> int:
             from doorman.cli.doctor import examine_computer
 
-            return examine_computer(folder, as_json)
+            return examine_computer(folder, as_json, vehicle)
 
         leave(command)
 
@@ -123,6 +135,7 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
     def ros2(
         scenario: Source = "paper",
         settings: Settings = None,
+        vehicle: Vehicle = None,
         feed: Annotated[
             int, typer.Option(min=0, max=65535, help="UDP port on loopback that the flight sends to.")
         ] = 51100,
@@ -151,7 +164,7 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
             from doorman.cli.ros2 import PoseLink, run_bridge
 
             link = None if poses is None else PoseLink(poses, object_name, to, rate)
-            return run_bridge(scenario, settings or [], feed, domain, prefix, link)
+            return run_bridge(scenario, settings or [], feed, domain, prefix, link, vehicle)
 
         leave(command)
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from doorman.cli import panels
-from doorman.cli.arguments import FeedPort, Settings, Source
+from doorman.cli.arguments import FeedPort, Settings, Source, Vehicle
 
 
 class AutopilotKind(StrEnum):
@@ -29,11 +29,16 @@ class SetpointKind(StrEnum):
     POSITION = "position"
 
 
-_Ids = Annotated[str | None, typer.Option(metavar="1,2,3", help="Servos from base to tip, then the gripper's.")]
-_Signs = Annotated[str | None, typer.Option(metavar="1,-1", help="Directions of the servos.", show_default="all 1")]
-_Zeros = Annotated[
-    str | None, typer.Option(metavar="2048", help="Ticks of the servos at the joints' zeros.", show_default="all 2048")
-]
+_KEYS = "Instead of keys of the vehicle file"
+"""Heading of the options that a vehicle file makes needless."""
+_SERVOS = "from base to tip, then the gripper's"
+
+
+def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | None) -> str | None:
+    """A link that the command line names, or leaves to a vehicle file."""
+    if value is None and context.params.get("vehicle") is None and not context.resilient_parsing:
+        raise typer.BadParameter("Nothing names the link: give this option or --vehicle.", param_hint=parameter.opts[0])
+    return value
 
 
 def add_vehicle_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
@@ -51,12 +56,23 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
     def rig(
         scenario: Source = "paper",
         settings: Settings = None,
+        vehicle: Vehicle = None,
         autopilot: Annotated[
             AutopilotKind,
             typer.Option(help="Whose rules it follows; px4-sitl, ardupilot-sitl: their own code, which you start."),
         ] = AutopilotKind.PX4,
-        pixhawk_port: Annotated[int, typer.Option(help="UDP port on loopback that the autopilot sends to.")] = 14540,
-        mocap_port: Annotated[int, typer.Option(help="UDP port that the cameras send to; 0: no cameras.")] = 51001,
+        pixhawk_port: Annotated[
+            int | None,
+            typer.Option(
+                help="UDP port on loopback that the autopilot sends to.", show_default="the vehicle file's, or 14540"
+            ),
+        ] = None,
+        mocap_port: Annotated[
+            int | None,
+            typer.Option(
+                help="UDP port that the cameras send to; 0: no cameras.", show_default="the vehicle file's, or 51001"
+            ),
+        ] = None,
         out: Annotated[Path | None, typer.Option(metavar="FILE", help="Record the truth, as MCAP.")] = None,
         seed: Annotated[int, typer.Option(min=0, help="Of noise.")] = 0,
         fly: Annotated[
@@ -71,6 +87,9 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         They speak the protocols of the real ones, on loopback and on a pseudo-terminal. The command prints what to type into
         another terminal to fly the mission against it, and runs until Ctrl-C. With --fly it does both; the exit status is then
         0 only if the door was opened, nothing was touched and the vehicle has landed.
+
+        With --vehicle, servos and object are mounted as the vehicle file says, so that a dry run shows whether it fits together.
+        Links that the file has on loopback, or as a path outside of /dev, are served there; others are printed as options.
         """
 
         def command() -> int:
@@ -81,12 +100,13 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                     )
                 from doorman.cli.rig_demo import fly_the_rig
 
-                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json)
+                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json, vehicle)
             from doorman.cli.rig import run_rig
 
             return run_rig(
-                scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed, as_json=as_json
-            )
+                scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed, as_json=as_json,
+                vehicle=vehicle,
+            )  # fmt: skip
 
         leave(command)
 
@@ -95,39 +115,9 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
 
 def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def fly(
-        pixhawk: Annotated[str, typer.Option(metavar="LINK", help="Autopilot: udp:14540, serial:/dev/ttyACM0:921600.")],
-        servos: Annotated[str, typer.Option(metavar="DEVICE", help="Serial device of the arm's servos.")],
         scenario: Source = "paper",
         settings: Settings = None,
-        mocap: Annotated[
-            str | None,
-            typer.Option(
-                metavar="LINK",
-                help="Cameras: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, vrpn:HOST.",
-                show_default="the autopilot's estimate",
-            ),
-        ] = None,
-        local_frame: Annotated[
-            str | None,
-            typer.Option(
-                metavar="X,Y,Z,YAW",
-                help="Origin [m] of the autopilot's local frame, and where its north points [rad], in the scenario's world.",
-                show_default="0,0,0,0",
-            ),
-        ] = None,
-        setpoints: Annotated[SetpointKind, typer.Option(help="What the autopilot gets.")] = SetpointKind.ATTITUDE,
-        object_name: Annotated[str, typer.Option(metavar="NAME", help="Of the vehicle in the stream.")] = "vehicle",
-        mocap_rate: Annotated[float, typer.Option(metavar="HZ", help="Frames per second of the cameras.")] = 100.0,
-        servo_ids: _Ids = None,
-        servo_directions: _Signs = None,
-        servo_zeros: _Zeros = None,
-        link: Annotated[
-            list[str] | None,
-            typer.Option(
-                metavar="KEY=VALUE",
-                help="Any other setting of a link, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
-            ),
-        ] = None,
+        vehicle: Vehicle = None,
         out: Annotated[
             Path | None, typer.Option(metavar="FILE", help="Recording, as MCAP.", show_default="a new one under runs")
         ] = None,
@@ -136,7 +126,10 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             typer.Option(metavar="SECONDS", help="End the mission then, as flown.", show_default="its own"),
         ] = None,
         dry_run: Annotated[
-            bool, typer.Option("--dry-run", help="Listen to the links, send nothing at all, and check what that tells.")
+            bool,
+            typer.Option(
+                "--dry-run", help="Listen to the links, send nothing at all, and run the checks that this allows."
+            ),
         ] = False,
         write_parameters: Annotated[
             bool,
@@ -148,21 +141,94 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         write_eeprom: Annotated[
             bool, typer.Option("--write-eeprom", help="Change settings of the servos that are not as they should be.")
         ] = False,
-        signing_key: Annotated[
-            Path | None,
-            typer.Option(
-                metavar="FILE",
-                help="MAVLink signing key: 32 bytes or 64 hexadecimal digits.",
-                show_default="no signing",
-            ),
-        ] = None,
         feed: FeedPort = None,
         yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
         as_json: Annotated[
             bool, typer.Option("--json", help="Print checklist and result as JSON; words to stderr.")
         ] = False,
+        pixhawk: Annotated[
+            str | None,
+            typer.Option(
+                metavar="LINK",
+                help="pixhawk.connection: udp:14540, serial:/dev/ttyACM0:921600.",
+                callback=_named,
+                show_default="the vehicle file's",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        servos: Annotated[
+            str | None,
+            typer.Option(
+                metavar="DEVICE",
+                help="servos.port: serial device of the arm's servos.",
+                callback=_named,
+                show_default="the vehicle file's",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        mocap: Annotated[
+            str | None,
+            typer.Option(
+                metavar="LINK",
+                help="mocap.connection: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, "
+                "vrpn:HOST; none for the autopilot's own estimate.",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        link: Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="KEY=VALUE",
+                help="Any key of the links, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        setpoints: Annotated[
+            SetpointKind | None,
+            typer.Option(help="pixhawk.setpoints: what the autopilot gets.", rich_help_panel=_KEYS),
+        ] = None,
+        local_frame: Annotated[
+            str | None,
+            typer.Option(
+                metavar="X,Y,Z,YAW",
+                help="pixhawk.local_frame: origin [m] of the autopilot's local frame, and where its north points [rad].",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        signing_key: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE",
+                help="pixhawk.signing_key: MAVLink signing key, 32 bytes or 64 hexadecimal digits.",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        servo_ids: Annotated[
+            str | None,
+            typer.Option(metavar="1,2,3", help=f"servos.ids: servos {_SERVOS}.", rich_help_panel=_KEYS),
+        ] = None,
+        servo_directions: Annotated[
+            str | None,
+            typer.Option(metavar="1,-1", help="servos.directions: which way they turn.", rich_help_panel=_KEYS),
+        ] = None,
+        servo_zeros: Annotated[
+            str | None,
+            typer.Option(
+                metavar="2048", help="servos.zero_positions: their ticks at the joints' zeros.", rich_help_panel=_KEYS
+            ),
+        ] = None,
+        object_name: Annotated[
+            str | None,
+            typer.Option(metavar="NAME", help="mocap.object_name: the vehicle's in the stream.", rich_help_panel=_KEYS),
+        ] = None,
+        mocap_rate: Annotated[
+            float | None,
+            typer.Option(metavar="HZ", help="mocap.rate: frames per second of the cameras.", rich_help_panel=_KEYS),
+        ] = None,
     ) -> None:
         """Fly the mission on the vehicle: checklist, take-off, door, landing.
+
+        The vehicle file names the links and what was calibrated. Options below its heading win over its keys.
 
         Ctrl-C once gives the mission up and flies back to the hover point, twice lands at once. SIGTERM flies back and lands. The
         radio's mode switch always wins. The exit status is 0 if the mission was flown to its end and the vehicle has landed, 1
@@ -170,19 +236,34 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         """
 
         def command() -> int:
-            from doorman.cli.fly import Wiring, fly_mission
+            from doorman.cli.fly import fly_mission
             from doorman.cli.numbers import real_numbers, whole_numbers
             from doorman.cli.overrides import parse_overrides
 
-            wiring = Wiring(
-                pixhawk, servos, mocap, setpoints.value, object_name, mocap_rate,
-                whole_numbers(servo_ids, "--servo-ids"), whole_numbers(servo_directions, "--servo-directions"),
-                whole_numbers(servo_zeros, "--servo-zeros"), signing_key, write_parameters,
-                write_eeprom, parse_overrides(link or (), "--link"), real_numbers(local_frame, "--local-frame", 4),
-                feed,
-            )  # fmt: skip
+            frame = real_numbers(local_frame, "--local-frame", 4)
+            given = {
+                "pixhawk.connection": pixhawk, "servos.port": servos, "mocap.connection": mocap,
+                "pixhawk.setpoints": setpoints and setpoints.value, "pixhawk.signing_key": signing_key,
+                "pixhawk.local_frame": frame and {"origin": frame[:3], "yaw": frame[3]},
+                "servos.ids": whole_numbers(servo_ids, "--servo-ids"),
+                "servos.directions": whole_numbers(servo_directions, "--servo-directions"),
+                "servos.zero_positions": whole_numbers(servo_zeros, "--servo-zeros"),
+                "mocap.object_name": object_name, "mocap.rate": mocap_rate,
+                "pixhawk.write_parameters": write_parameters or None, "servos.write_eeprom": write_eeprom or None,
+            }  # fmt: skip
+            links = {key: value for key, value in given.items() if value is not None}
+            links |= parse_overrides(link or (), "--link")
             return fly_mission(
-                scenario, settings or [], wiring, out, duration, dry_run, yes, "json" if as_json else "words"
+                scenario,
+                settings or [],
+                vehicle,
+                links,
+                out,
+                duration,
+                dry_run,
+                yes,
+                "json" if as_json else "words",
+                feed,
             )
 
         leave(command)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import typer
 
 from doorman.cli.display import warmup_progress
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.task import load_task
 from doorman.compilation import CacheContent, KernelCounts, cache_content, kernel_counts
 from doorman.exceptions import BackendError
 from doorman.feasibility.rehearsal import rehearse
@@ -18,14 +18,13 @@ from doorman.model import Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.resources import scenario_directory, shipped
-from doorman.scenario import Scenario
 from doorman.simulation import SimulatedBackend
 
 _FLIGHT_PERIODS = 3
 """Planner periods to fly: a cold plan and warm ones."""
 
 
-def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool) -> int:
+def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehicle: str | None = None) -> int:
     """Compile everything that planning, checking and flying some scenarios runs, and say what was done.
 
     Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
@@ -35,6 +34,7 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool) -> i
         sources: Names or paths of the scenarios; none: all that ship with doorman.
         settings: Overrides for all of them, `key=value`.
         as_json: Print the figures as JSON and nothing else.
+        vehicle: Name or path of a vehicle file for all of them, if any.
 
     Returns:
         Exit status 0.
@@ -43,8 +43,8 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool) -> i
         DoormanError: if the input cannot be used.
     """
     started, before = time.perf_counter(), kernel_counts()
-    overrides = parse_overrides(settings)
-    scenarios = [Scenario.load(source, overrides) for source in sources or shipped(scenario_directory(), ".toml")]
+    names = sources or shipped(scenario_directory(), ".toml")
+    scenarios = [load_task(source, settings, vehicle) for source in names]
     models = [Model(scenario) for scenario in scenarios]
     with warmup_progress(len(models) * len(_STEPS), kernel_counts, shown=not as_json) as on_step:
         for model in models:

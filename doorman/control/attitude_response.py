@@ -29,10 +29,14 @@ _FORGETTING = 10.0
 
 
 class AttitudeResponse:
-    """Lag of roll and pitch, updated every tick."""
+    """Lag of roll and pitch, updated every tick.
 
-    def __init__(self) -> None:
-        self.lag = USUAL_LAG
+    Args:
+        usual_lag: τ before anything is known, `vehicle.attitude_lag` [s].
+    """
+
+    def __init__(self, usual_lag: float = USUAL_LAG) -> None:
+        self.lag = self._usual_lag = usual_lag
         """τ [s]."""
         self._moved = self._behind = 0.0
 
@@ -55,5 +59,5 @@ class AttitudeResponse:
         kept = math.exp(-time_step / _FORGETTING)
         self._moved = kept * self._moved + time_step * moved
         self._behind = kept * self._behind + time_step * behind
-        lag = (self._behind + _WEIGHT * USUAL_LAG) / (self._moved + _WEIGHT)
+        lag = (self._behind + _WEIGHT * self._usual_lag) / (self._moved + _WEIGHT)
         self.lag = min(max(lag, 0.0), LONGEST_LAG)

@@ -119,7 +119,7 @@ class Estimator:
         self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
         self._free_time = 0.0
         self._yaw = float(model.start_state[2])  # that the measured one is nearest to, whole turns apart
-        self._response = AttitudeResponse()
+        self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
         self._told: Array | None = None
 
     def tell(self, attitude: Array) -> None:

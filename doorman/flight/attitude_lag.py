@@ -1,4 +1,4 @@
-"""How far the autopilot's attitude lags behind what it is told: the price of a rate loop that is not tuned."""
+"""How far the attitude lags behind its setpoints: the price of a rate loop that is not tuned."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from doorman.recording import Recording
 
 Array = NDArray[np.float64]
 
@@ -49,6 +51,18 @@ def attitude_lag(asked_at: ArrayLike, asked: ArrayLike, seen_at: ArrayLike, seen
     likeness = [_alike(wanted[: len(wanted) - step], flown[step:]) for step in range(last + 1)]
     best = int(np.argmax(likeness))
     return _PERIOD * best if best < last and likeness[best] > _LEAST_LIKENESS else math.nan
+
+
+def recorded_lag(recording: Recording) -> float:
+    """Lag in a flight by attitude setpoints that was recorded [s]; NaN if it shows none.
+
+    Args:
+        recording: Of the flight.
+    """
+    if not {"command", "measurement"} <= set(recording):
+        return math.nan
+    asked, seen = recording["command"], recording["measurement"]
+    return attitude_lag(asked.time, asked["attitude"], seen.time, seen["attitude"])
 
 
 def _finite(times: ArrayLike, values: ArrayLike) -> tuple[Array, Array]:

@@ -20,7 +20,7 @@ from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import Fault
 from doorman.hardware.scheduling import real_time
-from doorman.hardware.vehicle import VehicleLinks, vehicle_config
+from doorman.hardware.vehicle import VehicleConfig, VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.waiting import await_links
 from doorman.model import Model
 from doorman.planning.planner import Planner
@@ -38,7 +38,7 @@ class FlyingBackend(Backend):
 
     Args:
         model: Model of the scenario.
-        pixhawk: Connection to the autopilot, such as `udp:14540`.
+        pixhawk: Connection to the autopilot, such as `udp:14540`; or all links, as `VehicleFile.links` configures them.
         servos: Serial device of the arm.
         mocap: Where the cameras' stream is received, such as `udp:51001`; None flies on the autopilot's own estimate.
         recorder: Gets what the links and the supervisor tell; written by the thread that flies, as a mission's is.
@@ -54,8 +54,8 @@ class FlyingBackend(Backend):
     def __init__(
         self,
         model: Model,
-        pixhawk: str,
-        servos: str,
+        pixhawk: str | VehicleConfig,
+        servos: str = "",
         mocap: str | None = None,
         *,
         recorder: Recorder | None = None,
@@ -64,7 +64,9 @@ class FlyingBackend(Backend):
         **settings: Any,
     ) -> None:
         self._model = model
-        self.links = VehicleLinks(vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings))
+        if isinstance(pixhawk, str):
+            pixhawk = vehicle_config(model, pixhawk, servos, mocap, on_mocap_loss="report", **settings)
+        self.links = VehicleLinks(pixhawk)
         self._closing, self._stopping = ExitStack(), False
         self._recorder, self._say, self._confirm = recorder or Recorder(None, {}), say, confirm
         self._abort: Callable[[str], None] | None = None

@@ -83,7 +83,7 @@ class GuardedFlight(Uncopied):
         recorder: Recorder,
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
-        self.model, self.links, self._listener = model, links, say
+        self.model, self.links, self._listener, self._recorder = model, links, say, recorder
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer, self._fall = Observer(model, self.backend), FallWatch()
@@ -191,6 +191,10 @@ class GuardedFlight(Uncopied):
         except BackendError as error:
             return f"measure the thrust in hover: {error}"
         self.say(f"{config.hover_force:.1f} N are {curve.hover_thrust:.2f} of full thrust")
+        voltage = self.links.autopilot.state().battery.voltage
+        self._recorder.write(
+            "hover", 0.0, {"thrust": curve.hover_thrust, "force": curve.hover_force, "voltage": voltage}
+        )
         if self.supervisor.action is not None:
             return f"measure the thrust in hover: {self.supervisor.reason}"
         return "" if self.links.engaged else "measure the thrust in hover: the vehicle is not ours any more"

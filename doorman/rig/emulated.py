@@ -9,16 +9,21 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Literal, cast
+from typing import Any, Literal, cast
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel import ServoConfig
+from doorman.hardware.dynamixel.registers import BAUD_CODES
 from doorman.hardware.emulators.autopilot import EmulatedAutopilot
 from doorman.hardware.emulators.autopilot_onboard import Flavour
 from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 from doorman.hardware.emulators.mocap import MocapEmulator, TrackerSetup
 from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_unit import READY_TO_GRIP, ServoSetup
+from doorman.hardware.emulators.servos_unit import READY, READY_TO_GRIP, ServoSetup
+from doorman.hardware.mocap import MocapConfig
+from doorman.hardware.pixhawk.signing import load_key
+from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
@@ -48,15 +53,40 @@ SPRING = 0.25
 """Current that balances the gripper's spring [A]."""
 
 
-def servo_setups(n_arm: int, gripper: bool) -> list[ServoSetup]:
-    """Emulated servos of an arm, ready for the adapter: ids 1, 2, 3 … from base to tip, then of the gripper.
+def servo_setups(n_arm: int, gripper: bool, mounted: ServoConfig | None = None) -> list[ServoSetup]:
+    """Emulated servos of an arm, ready for the adapter.
 
     Args:
         n_arm: Number of the arm's joints.
         gripper: Whether one more closes a gripper.
+        mounted: Ids, directions, zeros and rate of the bus; None: ids 1, 2, 3 … from base to tip, then of the gripper.
     """
-    setups = [ServoSetup(number) for number in range(1, n_arm + 1)]
-    return [*setups, ServoSetup(n_arm + 1, dict(READY_TO_GRIP), spring=SPRING)] if gripper else setups
+    n = n_arm + gripper
+    setups = [ServoSetup(number) for number in range(1, n + 1)]
+    if mounted is not None:
+        rows = zip(mounted.ids, mounted.zeros, mounted.signs, mounted.offsets, strict=True)
+        speed = {"baud rate": BAUD_CODES[mounted.baud_rate]}
+        setups = [
+            ServoSetup(number, {**READY, **speed, "homing offset": offset}, zero - offset, sign)
+            for number, zero, sign, offset in rows
+        ]
+    if gripper:
+        last = setups[-1]
+        last.eeprom, last.spring = {**last.eeprom, "operating mode": READY_TO_GRIP["operating mode"]}, SPRING
+    return setups
+
+
+def tracker_setup(cameras: MocapConfig) -> TrackerSetup:
+    """Cameras and object as a vehicle's configuration says where they are.
+
+    Args:
+        cameras: The configuration.
+    """
+    return TrackerSetup(
+        cameras.object_name, cameras.rate, cameras.latency,
+        origin_position=cameras.origin_position, origin_attitude=cameras.origin_attitude,
+        object_position=cameras.object_position, object_attitude=cameras.object_attitude,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -81,6 +111,10 @@ class RigSetup:
     """Of the autopilot [1/s]."""
     seed: int = 0
     """Of noise and faults."""
+    vehicle: VehicleConfig | None = None
+    """How servos, object and autopilot are mounted and set up; None: as the adapters expect it."""
+    servos: Path | None = None
+    """Link to the servos' pseudo-terminal; None: `servos` in `folder`."""
     sitl_port: int | None = None
     """Port on loopback that the autopilot's own code calls; None: the one that it calls by itself."""
 
@@ -92,6 +126,18 @@ class RigSetup:
         if self.mocap_port == 0 and self.autopilot not in _SAFE:
             raise BackendError("the autopilot's own code has no satellites here", field="mocap_port", given=0,
                                allowed="1 to 65535")  # fmt: skip
+
+
+def _autopilot_settings(vehicle: VehicleConfig | None) -> dict[str, Any]:
+    """Of the emulated autopilot, from the configuration of the link to it."""
+    if vehicle is None:
+        return {}
+    link, settings = vehicle.pixhawk, dict[str, Any]()
+    if link.vehicle_system is not None:
+        settings["system_id"] = link.vehicle_system
+    if link.signing_key is not None:
+        settings["signing_key"] = load_key(link.signing_key)
+    return settings
 
 
 class Rig(Uncopied):
@@ -111,7 +157,12 @@ class Rig(Uncopied):
         self.plant = RigPlant(model, recorder, self.pilot)
         self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or self._temporary_folder()
-        with_mocap = self.setup.mocap_port > 0
+        self._servos = self.setup.servos or self._folder / SERVOS
+        if self._servos.exists() and not self._servos.is_symlink():
+            raise BackendError(
+                "there is a file where the servos' link goes", field="servos.port", given=str(self._servos)
+            )
+        with_mocap, mounted = self.setup.mocap_port > 0, self.setup.vehicle
         self.autopilot: EmulatedAutopilot | None = None
         """None where its own code flies."""
         if self.setup.autopilot in _SAFE:
@@ -125,16 +176,17 @@ class Rig(Uncopied):
                 heartbeat_rate=self.setup.heartbeat_rate,
                 hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
                 seed=self.setup.seed,
+                **_autopilot_settings(self.setup.vehicle),
             )
             for name, value in self._parameters(flavour).items():
                 self.autopilot.parameters[name] = value
         self.servos = ServoEmulator(
-            servo_setups(model.n_arm, self.gripper), RigArm(self.plant, self.gripper), link=self._folder / SERVOS
-        )
-        self.mocap = MocapEmulator(
-            RigBody(self.plant), TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate),
-            (LOOPBACK, self.setup.mocap_port or 51001),
+            servo_setups(model.n_arm, self.gripper, None if mounted is None else mounted.servos),
+            RigArm(self.plant, self.gripper), link=self._servos,
         )  # fmt: skip
+        cameras = None if mounted is None else mounted.mocap
+        tracker = TrackerSetup(OBJECT_NAME, rate=self.setup.mocap_rate) if cameras is None else tracker_setup(cameras)
+        self.mocap = MocapEmulator(RigBody(self.plant), tracker, (LOOPBACK, self.setup.mocap_port or 51001))
         self._with_mocap = with_mocap
         self._running: ExitStack | None = None
 
@@ -146,7 +198,7 @@ class Rig(Uncopied):
     @property
     def arguments(self) -> tuple[str, ...]:
         """Options of `doorman fly` that fly against this rig."""
-        links = ["--pixhawk", f"udp:{self.setup.pixhawk_port}", "--servos", str(self._folder / SERVOS)]
+        links = ["--pixhawk", f"udp:{self.setup.pixhawk_port}", "--servos", str(self._servos)]
         return (*links, "--mocap", f"udp:{self.setup.mocap_port}") if self._with_mocap else tuple(links)
 
     @property

@@ -34,9 +34,12 @@ def explain(root: type[BaseModel], error: ValidationError, path: Path | None = N
     Returns:
         The error.
     """
-    first = error.errors(include_url=False)[0]
+    found = error.errors(include_url=False)
+    first = next((one for one in found if one["type"] == "extra_forbidden"), found[0])  # a slip may leave a key missing
     field = ".".join(str(part) for part in first["loc"])
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if first["type"] == "missing" and isinstance(first["loc"][-1], str):
+        return ScenarioError(f"missing key{more}", file=path, field=field, given=first["input"], allowed="a value")
     if first["type"] != "extra_forbidden":
         said = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
         words = _ALLOWED.get(first["type"]) or said

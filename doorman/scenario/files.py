@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import difflib
 import os
+import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from doorman.exceptions import ScenarioError
-from doorman.resources import scenario_directory, shipped, urdf_directory
+from doorman.resources import scenario_directory, shipped, urdf_directory, vehicle_directory
 
 SHIPPED = "shipped:"
 """Before a name: the shipped file, whatever own files there are."""
@@ -30,6 +32,24 @@ class Kind:
 
 URDF = Kind("URDF", ".urdf", urdf_directory)
 SCENARIO = Kind("scenario", ".toml", scenario_directory)
+VEHICLE_FILE = Kind("vehicle", ".toml", vehicle_directory)
+
+
+def read_tables(path: Path) -> dict[str, Any]:
+    """Tables of a TOML file.
+
+    Args:
+        path: The file.
+
+    Raises:
+        ScenarioError: if it cannot be read or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (ValueError, RecursionError) as error:  # syntax, encoding, integers or nesting beyond Python's limits
+        raise ScenarioError(f"not valid TOML: {error}", file=path, allowed="TOML 1.0 in UTF-8") from error
+    except OSError as error:
+        raise ScenarioError(f"cannot be read: {error.strerror}", file=path) from error
 
 
 def is_path(text: str) -> bool:

@@ -31,7 +31,7 @@ class SafetySection(Section):
     divergence: Positive = 0.15
     """Largest distance between the cameras' and the autopilot's position [m]."""
     disobedience: Positive = 0.2
-    """Largest angle by which the autopilot may steer elsewhere than it is told, a slow one on its way there [rad]."""
+    """Largest angle between the attitude that the autopilot steers by and the commanded one, or one on the way to it [rad]."""
     missed_ticks: Positive = 0.5
     """Largest share of the controller's ticks that may be missed within a second."""
     command_age: Positive = 0.25

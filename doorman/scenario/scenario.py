@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from pydantic import PrivateAttr, ValidationError, model_validator
 from doorman.exceptions import ScenarioError
 from doorman.scenario.campaign import CampaignSection, Distribution
 from doorman.scenario.errors import explain
-from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate
+from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
 from doorman.scenario.flight import ControlSection, EstimationSection, MissionSection
 from doorman.scenario.plain import plain
 from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection
@@ -77,13 +76,7 @@ class Scenario(Section):
             ScenarioError: if the file is missing or malformed, or a key is unknown, of wrong type or out of range.
         """
         path = _find_scenario(source)
-        try:
-            tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        except (ValueError, RecursionError) as error:  # syntax, encoding, integers or nesting beyond Python's limits
-            raise ScenarioError(f"not valid TOML: {error}", file=path, allowed="TOML 1.0 in UTF-8") from error
-        except OSError as error:
-            raise ScenarioError(f"cannot be read: {error.strerror}", file=path) from error
-        return cls._of(tables, overrides or {}, path)
+        return cls._of(read_tables(path), overrides or {}, path)
 
     @classmethod
     def of(cls, source: Scenario | str | os.PathLike[str]) -> Scenario:

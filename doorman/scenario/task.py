@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Pitch, Positive, Section, Switch
 
@@ -22,6 +22,8 @@ class VehicleSection(Section):
     """R_A [m]; by default the disc that holds the collision shapes of the base link, or the propellers (`kinematics.disc`)."""
     max_thrust: Positive | None = None
     """[N]; by default the sum over the URDF's rotors, or twice the weight where it names none."""
+    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.05
+    """Of the autopilot's attitude loop behind its setpoints [s]; the flight's own estimate starts from it."""
 
 
 _NAMES = {"joint": "hinge", "link": "leaf"}

@@ -25,7 +25,7 @@ def toml_text(tables: dict[str, Any]) -> str:
 def _lines(table: dict[str, Any], name: str) -> list[str]:
     values = {key: value for key, value in table.items() if not isinstance(value, dict)}
     lines = ["", f"[{name}]"] if values and name else []
-    lines += [f"{_key(key)} = {_value(value)}" for key, value in values.items()]
+    lines += [f"{_key(key)} = {value_text(value)}" for key, value in values.items()]
     for key, value in table.items():
         if isinstance(value, dict):
             lines += _lines(value, f"{name}.{_key(key)}" if name else _key(key))
@@ -36,11 +36,12 @@ def _key(key: str) -> str:
     return key if _BARE.fullmatch(key) else _text(key)
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """A number, text, list or table as TOML has it within a line."""
     if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(_value, value))}]"
+        return f"[{', '.join(map(value_text, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{_key(key)} = {_value(item)}' for key, item in value.items())}}}"
+        return f"{{{', '.join(f'{_key(key)} = {value_text(item)}' for key, item in value.items())}}}"
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):

@@ -44,7 +44,7 @@ class Gust:
 
     def __init__(self, section: GustSection, door: Door, seed: int) -> None:
         self._section = section
-        self._door, self._lever = door, door.width / 2
+        self._door, self._lever = door, door.lever_length(door.width / 2)
         self._generator = np.random.default_rng([seed, _GUSTS])
         self._variation = self._generator.standard_normal(2)
         self._time = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from doorman.exceptions import ScenarioError
 from doorman.model import GRAVITY, Model
 from doorman.simulation.plant import Plant
 from doorman.simulation.reality.door_catches import DoorCatches, has_catches
@@ -51,6 +52,11 @@ class HingeTorques:
     def _plant_catches(self, model: Model, plant: Plant) -> DoorCatches:
         """Seal, latch, lean and play; where there is play, the joint's own friction acts through it."""
         engine_model, door = plant.engine_model, model.true_door
+        if any(model.scenario.simulation.door_lean) and not door.vertical:
+            raise ScenarioError(
+                "only a hinge on a plumb axis can lean", file=model.scenario.source, field="simulation.door_lean",
+                given=list(model.scenario.simulation.door_lean), allowed="[0.0, 0.0]",
+            )  # fmt: skip
         leaf = int(engine_model.dof_bodyid[self._index])
         center = plant.data.subtree_com[leaf] - door.hinge_position
         lever = float(center @ door.leaf_direction(plant.door_angle))

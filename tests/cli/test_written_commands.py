@@ -3,7 +3,7 @@
 All are parsed by the real application: options exist, values are of their type, scenarios and keys of `--set` too. A command
 alone on a line of a shell block, or in the help, is whole; one within a sentence may leave out what is required. Those that
 need seconds are run, on a short flight made once: `check`, `view`, `plot`, `export`, `replay`, `merge`, `layout`,
-`parameters`, `system`, and `--help`, `--version`.
+`parameters`, `system`, `vehicle new`, `vehicle origin`, and `--help`, `--version`.
 Parsed only are `doctor`, whose answer is this machine's, and `open`, `campaign`, `warmup`, `rig` and `fly`: they take minutes,
 or hardware; tests of their own run them.
 """
@@ -24,9 +24,10 @@ from command_line import ROOT, run
 from made_logs import tumbling, write_dataflash, write_run, write_ulog
 
 from doorman.cli import app
-from doorman.cli.overrides import parse_overrides
+from doorman.cli.task import load_task
+from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import Model
-from doorman.scenario import Scenario
+from doorman.resources import urdf_directory
 
 PAGES = [ROOT / "README.md", ROOT / "urdf" / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 COMMANDS: Any = typer.main.get_command(app)
@@ -51,7 +52,14 @@ def in_sentences(text: str) -> Iterator[str]:
 
 
 def helps() -> dict[str, str]:
-    return {"doorman": COMMANDS.help} | {f"doorman {name}": command.help for name, command in COMMANDS.commands.items()}
+    return {"doorman": COMMANDS.help} | dict(_helps("doorman", COMMANDS))
+
+
+def _helps(prefix: str, group: Any) -> Iterator[tuple[str, str]]:
+    for name, command in group.commands.items():
+        yield f"{prefix} {name}", command.help
+        if hasattr(command, "commands"):
+            yield from _helps(f"{prefix} {name}", command)
 
 
 def words(command: str) -> list[str]:
@@ -73,6 +81,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / f"{name}.toml").write_text(
             "[contact]\nheight = 0.7\n[campaign.vary]\ncontact.height = { min = 0.6, max = 0.9 }\n"
         )
+    shutil.copy(urdf_directory() / "hexarotor_arm.urdf", folder / "my_vehicle.urdf")
+    made = run("vehicle", "new", str(folder / "my.toml"), "--urdf", str(folder / "my_vehicle.urdf"))
+    assert made.exit_code == 0, made.output
     at_the_door = ("--set", "mission.start=contact", "--duration", "0.3")
     flown = run("open", "paper", *at_the_door, "--out", str(folder / "runs" / "paper"))
     assert flown.exit_code == 1, flown.output  # not opened in so short a time
@@ -98,14 +109,24 @@ def parsed(arguments: list[str], whole: bool) -> dict[str, Any]:
         known = {name for parameter in COMMANDS.params for name in parameter.opts} | {"--help"}
         assert set(arguments) <= known, arguments
         return {}
-    assert arguments[0] in COMMANDS.commands, arguments
-    command = COMMANDS.commands[arguments[0]]
+    command = COMMANDS
+    while hasattr(command, "commands"):
+        if arguments[0] == "--help":
+            return {}
+        assert arguments[0] in command.commands, arguments
+        command, (name, *arguments) = command.commands[arguments[0]], arguments
+        if not arguments and hasattr(command, "commands"):
+            assert not whole
+            return {}
+    arguments = [name, *arguments]
     with COMMANDS.make_context("doorman", [], resilient_parsing=True) as parent:
         if "--help" in arguments:
             return {}
         if not whole:
             required = [one for one in command.params if one.required and one.opts[0] not in arguments]
             needed = [one.opts[0] for one in required if one.param_type_name == "option"]
+            if arguments[0] == "fly" and "--vehicle" not in arguments:
+                needed += [name for name in ("--pixhawk", "--servos") if name not in arguments]
             given = any(not word.startswith("-") for word in arguments[1:])
             places = (
                 []
@@ -124,7 +145,9 @@ def parsed(arguments: list[str], whole: bool) -> dict[str, Any]:
 def check_values(values: dict[str, Any]) -> None:
     sources = values.get("scenario") or values.get("scenarios") or []
     for source in [sources] if isinstance(sources, str) else sources:
-        Model(Scenario.load(source, parse_overrides(values.get("settings") or [])))
+        Model(load_task(source, values.get("settings") or [], values.get("vehicle")))
+    if values.get("vehicle"):
+        VehicleFile.load(values["vehicle"])
 
 
 def test_the_pages_show_commands():
@@ -160,6 +183,21 @@ def quick() -> list[str]:
 def test_a_quick_command_runs(line, here):
     ran = run(*shlex.split(line))
     assert ran.exit_code == 0, ran.output
+
+
+def test_the_way_from_a_urdf_to_a_flight_runs_as_far_as_it_needs_no_hardware(folder, tmp_path, monkeypatch):
+    """In the order of the page; the emulated vehicle is flown by `tests/rig`."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(folder / "my_vehicle.urdf", tmp_path)
+    page = (ROOT / "docs" / "how-to" / "your_vehicle.md").read_text(encoding="utf-8")
+    lines = [words(line) for line in in_shell_blocks(page)]
+    ground = ("check", "parameters", "vehicle new", "vehicle origin")
+    quick = [line for line in lines if line[0] in ground or " ".join(line[:2]) in ground]
+    assert len(quick) == 4 and lines[0][:2] == ["vehicle", "new"]
+    for line in quick:
+        ran = run(*line)
+        assert ran.exit_code == 0, ran.output
+    assert VehicleFile.load("my.toml").values["mocap.origin_attitude"] == (0.0, 0.0, -0.02)
 
 
 @pytest.mark.parametrize("line", ["--help", "--version", *(f"{name} --help" for name in sorted(COMMANDS.commands))])

@@ -16,11 +16,11 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import ContactSection, DoorSection, Scenario, VehicleSection
 
-FURTHER = [pytest.param(name, marks=pytest.mark.slow) for name in ("hextilt_flying_arm_5", 3, 5)]
+FURTHER = [pytest.param(name, marks=pytest.mark.slow) for name in ("hextilt_flying_arm_5", 3, 5, 7)]
 """Their kernels take long to compile."""
 
 
-@pytest.fixture(scope="module", params=["paper", "borinot_flying_arm_2", 2, 7, *FURTHER])
+@pytest.fixture(scope="module", params=["paper", "borinot_flying_arm_2", 2, *FURTHER])
 def any_model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
     """Models of arms with 2 to 7 joints, on another door than the paper's but for the first."""
     kind = request.param

@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from doorman.control.attitude_response import USUAL_LAG, AttitudeResponse
+from doorman.control.estimator import Estimator
+from doorman.control.state_converter import StateConverter
+from doorman.model import Model
+from doorman.scenario import Scenario
 
 TICK = 0.005
 
@@ -47,3 +51,11 @@ def test_a_delay_counts_as_lag() -> None:
 
 def test_a_calm_flight_says_nothing() -> None:
     assert flown(0.4, 8.0, size=0.001).lag == pytest.approx(USUAL_LAG, abs=0.01)
+
+
+def test_a_flight_begins_with_the_lag_of_the_vehicle() -> None:
+    model = Model(Scenario.load("push", {"vehicle.attitude_lag": 0.2}))
+    estimator = Estimator(model, StateConverter(model))
+    assert estimator._response.lag == 0.2
+    estimator._response.update(np.zeros(3), np.zeros(3), np.zeros(3), TICK)
+    assert estimator._response.lag == pytest.approx(0.2), "it is the prior, too"

@@ -19,7 +19,9 @@ from doorman.scenario import DoorSection, Scenario, VehicleSection
 RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.3, stiffness=1.5, rest_angle=1.2)
 
 
-@pytest.fixture(scope="module", params=[4, 1, 2, 7])
+@pytest.fixture(
+    scope="module", params=[4, 1, pytest.param(2, marks=pytest.mark.slow), pytest.param(7, marks=pytest.mark.slow)]
+)
 def any_model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
     """A door that resists, arms of several lengths."""
     path: Path = tmp_path_factory.mktemp("arm") / "vehicle.urdf"

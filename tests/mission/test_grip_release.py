@@ -84,6 +84,34 @@ def test_a_gripper_that_never_closes_is_noticed(start: str) -> None:
         assert np.degrees(recording["truth"]["door_angle"]).min() > 85.0
 
 
+def slipped_and_noticed(**keys: float) -> tuple[float, float, Recording]:
+    """When the gripper slipped, and when the vehicle left [s]."""
+    recording, mission = flown(scenario="paper", **keys)
+    assert mission.outcome == (False, "the gripper does not hold the leaf")
+    truth = recording["truth"]
+    slipped = float(truth.time[int(np.argmax(truth["grip_slips"] > 0))])
+    return slipped, float(recording["mission"].time[phases(recording).index("retreat")]), recording
+
+
+def test_a_gripper_that_slips_off_a_closed_leaf_is_noticed_within_a_second() -> None:
+    slipped, noticed, recording = slipped_and_noticed(simulation__gripper_force=5.0)
+    assert slipped < noticed < slipped + 1.0
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0 and summary["max_push_force_n"] < 12.0
+    assert "the gripper slipped" in summary["true_causes"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("force", "friction", "wind"), [(4.0, 0.0, 1.0), (6.0, 0.3, 0.0), (5.0, 0.5, 0.0)])
+def test_a_gripper_that_slips_is_noticed_on_any_door(force: float, friction: float, wind: float) -> None:
+    slipped, noticed, recording = slipped_and_noticed(
+        simulation__gripper_force=force, simulation__door_friction=friction, simulation__gust__vehicle=wind,
+        simulation__gust__direction=2.0,
+    )  # fmt: skip
+    assert slipped < noticed < slipped + 3.0
+    assert recording.summary is not None and recording.summary["collisions"] == 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("wind", [0.0, 1.0])
 @pytest.mark.parametrize(("friction", "damping"), [(0.0, 0.0), (2.0, 2.0)])

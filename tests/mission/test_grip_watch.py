@@ -12,6 +12,7 @@ import pytest
 from doorman import Model
 from doorman.mission.grip_watch import TUG, GripWatch
 from doorman.model import GRAVITY
+from doorman.scenario import Scenario
 
 TICK = 0.004
 
@@ -32,7 +33,7 @@ def first_alarm(
             poles[pole] += (1.0 - math.exp(-15.0 * TICK)) * (before - poles[pole])
             before = poles[pole]
         force = before + bias + noise * rng.standard_normal()
-        known = SimpleNamespace(push=push(k * TICK), normal_force=force)
+        known = SimpleNamespace(push=push(k * TICK), normal_force=force, tip_angle=math.pi / 2)
         if watch.is_loose(known, True, TICK):  # type: ignore[arg-type]
             return k * TICK
     return None
@@ -67,5 +68,46 @@ def test_who_neither_pushes_nor_pulls_learns_nothing(model: Model) -> None:
 
 def test_an_open_gripper_is_not_looked_at(model: Model) -> None:
     watch = GripWatch(model)
-    known = SimpleNamespace(push=-3.0, normal_force=0.0)
+    known = SimpleNamespace(push=-3.0, normal_force=0.0, tip_angle=math.pi / 2)
     assert not any(watch.is_loose(known, False, TICK) for _ in range(1000))  # type: ignore[arg-type]
+
+
+def test_what_was_felt_before_a_slip_is_forgotten(model: Model) -> None:
+    """A leaf that was pushed hard and outran the tip: from then on a loose tip brakes and is not felt."""
+    watch, slipped, rng, poles = GripWatch(model), 2.0, np.random.default_rng(2), [0.0] * 3
+    for k in range(1000):
+        time = k * TICK
+        since = max(time - slipped, 0.0)
+        push = 5.0 * math.sin(min(time, 1.5)) * math.exp(-since / 0.2) - 1.5 * math.sin(5.0 * since)
+        felt = 0.8 * push if time < slipped else 0.0
+        for pole in range(3):
+            poles[pole] += (1.0 - math.exp(-15.0 * TICK)) * (felt - poles[pole])
+            felt = poles[pole]
+        known = SimpleNamespace(push=push, normal_force=felt + 0.05 * rng.standard_normal(), tip_angle=1.2)
+        if watch.is_loose(known, True, TICK):  # type: ignore[arg-type]
+            assert slipped < time < slipped + 1.2
+            return
+    pytest.fail("it was not noticed")
+
+
+@pytest.mark.parametrize(
+    ("gripped", "back", "loose"), [(0.0, 0.01, False), (0.0, 0.02, True), (0.02, 0.03, False), (0.02, 0.04, True)]
+)
+def test_a_closed_leaf_does_not_come_back_through_its_stop(
+    model: Model, gripped: float, back: float, loose: bool
+) -> None:
+    """In metres behind where the map has the closed leaf: at the grip, and later."""
+    watch, lever = GripWatch(model), model.coupling.distance_from_hinge
+    found = False
+    for k in range(100):
+        behind = gripped if k < 20 else back
+        known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + behind / lever)
+        found |= watch.is_loose(known, True, TICK)  # type: ignore[arg-type]
+    assert found is loose
+
+
+def test_a_leaf_that_begins_open_may_come_back() -> None:
+    ajar = Model(Scenario.load("paper", {"start.door_angle": math.pi / 2 - 0.3}))
+    watch = GripWatch(ajar)
+    known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + 0.1)
+    assert not any(watch.is_loose(known, True, TICK) for _ in range(200))  # type: ignore[arg-type]

@@ -70,6 +70,7 @@ def test_an_attempt_that_fails_is_followed_by_another_from_the_hover() -> None:
     assert np.linalg.norm(truth["velocity"][touched]) < 0.15, "it touches gently"
 
 
+@pytest.mark.slow
 def test_who_aborts_wants_no_other_attempt() -> None:
     def abort(mission: Mission, time: float, angle: float) -> None:
         if mission.phase is Phase.RETREAT:
@@ -102,10 +103,14 @@ def test_a_leaf_that_wind_has_opened_is_found_and_opened_from_there() -> None:
     assert verdict(summary)[0], verdict(summary)[1]
 
 
-ALREADY_OPEN = [pytest.param(19.8, True, marks=pytest.mark.slow), pytest.param(19.0, True, marks=pytest.mark.slow)]
+ALREADY_OPEN = [
+    pytest.param(19.8, True, marks=pytest.mark.slow),
+    pytest.param(19.0, True, marks=pytest.mark.slow),
+    pytest.param(16.0, False, marks=pytest.mark.slow),
+]
 
 
-@pytest.mark.parametrize(("angle", "found"), [*ALREADY_OPEN, (16.0, False)])
+@pytest.mark.parametrize(("angle", "found"), ALREADY_OPEN)
 def test_a_leaf_that_stands_at_the_goal_already_is_found_there(angle: float, found: bool) -> None:
     """Wind, or an attempt before, may have opened it; farther beyond the goal it is not open as asked."""
     recording, mission = flown(

@@ -78,7 +78,7 @@ def test_a_slammed_door_does_not_throw_the_vehicle_onto_jambs_or_leaf(scenario: 
     assert mission.outcome == (True, ""), "at the second attempt"
 
 
-@pytest.mark.parametrize(("scenario", "angle"), [("push", 55.0), ("paper", 50.0)])
+@pytest.mark.parametrize(("scenario", "angle"), [("push", 55.0), pytest.param("paper", 50.0, marks=pytest.mark.slow)])
 def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle: float) -> None:
     """And a mission that somebody gave up is not begun anew."""
     slam = Slam(Phase.RELEASE)
@@ -99,7 +99,7 @@ def test_a_door_slammed_as_it_is_let_go_of_is_given_way_to(scenario: str, angle:
 
 GOING = [
     ("paper", Phase.RELEASE, 0.3),
-    ("push", Phase.RELEASE, 0.5),
+    pytest.param("push", Phase.RELEASE, 0.5, marks=pytest.mark.slow),
     pytest.param("paper", Phase.RETREAT, 0.3, marks=pytest.mark.slow),
     pytest.param("paper", Phase.RELEASE, 0.0, marks=pytest.mark.slow),
     pytest.param("paper", Phase.RETREAT, 0.8, marks=pytest.mark.slow),

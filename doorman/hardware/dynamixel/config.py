@@ -1,4 +1,4 @@
-"""What the adapter is told about servos, joints and limits."""
+"""Settings of the adapter: servos, joints and limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the adapter is told about cameras, object, frames and the vehicle's motion."""
+"""Settings of the adapter: cameras, object, frames and the vehicle's motion."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class MocapConfig:
     """
 
     object_name: str
-    """As in Tracker."""
+    """Of the tracked object, as in Tracker."""
     connection: str = "udp:51001"
     """`udp:[HOST:]PORT`: where Tracker's stream is received; loopback unless a host is written. `KIND:HOST[:PORT]`: cameras that
     the extra `mocap` speaks to, see `parse_cameras`."""
     sender: str | None = None
-    """IPv4 address of the computer with Tracker; None takes the first that sends the object."""
+    """IPv4 address of the computer with Tracker; by default the first that sends the object."""
     rate: float = 100.0
     """Frames per second, as Tracker numbers them [1/s]."""
     latency: float = 0.005
-    """Between exposure and arrival of the quickest packets, which the stream does not tell [s]."""
+    """Between exposure and arrival of the quickest packets, which the stream does not contain [s]."""
     origin_position: ArrayLike = (0.0, 0.0, 0.0)
     """Vicon's origin, shape (3,), world frame [m]."""
     origin_attitude: ArrayLike = (0.0, 0.0, 0.0)
@@ -106,11 +106,11 @@ class MocapConfig:
         return 1.0 / self.rate
 
     def alignment(self) -> Alignment:
-        """Frames as told."""
+        """Frames of these settings."""
         return Alignment(self.origin_position, self.origin_attitude, self.object_position, self.object_attitude)
 
     def gate(self) -> MotionGate:
-        """Limits as told."""
+        """Limits of these settings."""
         return MotionGate(self.max_speed, self.max_acceleration, self.max_rotation_rate, self.position_slack,
                           self.attitude_slack)  # fmt: skip
 

@@ -32,7 +32,7 @@ class Timeouts:
     mocap: float = 0.5
     """Without a fresh pose."""
     battery: float = 10.0
-    """Without a charge, from an autopilot that told one."""
+    """Without a charge, from an autopilot that has sent one."""
     answer: float = 0.7
     """For the acknowledgement of a command, before it is sent again."""
     stream_before_mode: float = 1.0
@@ -66,7 +66,7 @@ class PixhawkConfig:
     connection: str
     """`udp:14540`, `udpout:HOST:PORT`, `tcp:HOST:PORT`, `serial:/dev/ttyACM0:921600`; see `parse_connection`."""
     setpoints: Literal["attitude", "position"] = "attitude"
-    """What the controller is going to send; decides what is required before `engage`."""
+    """What the controller sends; decides what is required before `engage`."""
     mocap: bool = False
     """Whether poses are sent to the autopilot and their loss is watched."""
     hover_force: float | None = None
@@ -76,7 +76,7 @@ class PixhawkConfig:
     local_frame: LocalFrame = LocalFrame()
     """Of the autopilot in the world."""
     vehicle_system: int | None = None
-    """System id of the vehicle; None takes the first multirotor heard."""
+    """System id of the vehicle; by default that of the first multirotor heard."""
     system_id: int = 255
     """Ours; 255 is what autopilots expect of the station whose loss they act on."""
     component_id: int = 190
@@ -94,7 +94,7 @@ class PixhawkConfig:
     """Whether `fix_parameters` may write."""
     on_mocap_loss: Literal["land", "report"] = "land"
     on_stop: Literal["land", "leave"] = "land"
-    """What to tell a vehicle that is still flown by us when the link is closed."""
+    """What a vehicle that we still fly does when the link is closed."""
     min_battery: float = 0.2
     """Share of the charge below which it counts as low."""
     min_voltage: float | None = None

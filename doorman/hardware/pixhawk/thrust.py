@@ -32,11 +32,11 @@ class ThrustCurve:
     hover_force: float
     """Thrust in hover, the weight [N]."""
     shape: float = 0.0
-    """k, 0 … 1."""
+    """k, 0 where the autopilot linearises the motors, up to 1 where τ is their signal."""
     hover_voltage: float | None = None
-    """Battery voltage at the calibration [V]; None leaves the compensation to the autopilot."""
+    """Battery voltage at the calibration [V]; without it, the autopilot compensates the battery."""
     voltage_exponent: float = 2.0
-    """n."""
+    """n, 2 for a signal that sets the motors' voltage."""
     min_thrust: float = 0.02
     """Least τ that is sent: the motors go on turning."""
     max_thrust: float = 1.0

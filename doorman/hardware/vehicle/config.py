@@ -1,4 +1,4 @@
-"""What the backend is told about the vehicle's three links."""
+"""Settings of the vehicle's three links."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from doorman.exceptions import BackendError
 
-_GIVEN = frozenset(
+GIVEN = frozenset(
     {
         "pixhawk.mocap", "pixhawk.listen_only", "pixhawk.on_mocap_loss", "servos.gripper", "servos.lower_limits",
         "servos.upper_limits", "servos.rate_limits",
@@ -21,13 +21,14 @@ _GIVEN = frozenset(
 Config = TypeVar("Config")
 
 
-def with_settings(config: Config, settings: Mapping[str, object]) -> Config:
+def with_settings(config: Config, settings: Mapping[str, object], prefix: str = "") -> Config:
     """The same configuration with other values.
 
     Args:
-        config: A `VehicleConfig`.
+        config: A `VehicleConfig`, or with a prefix one of its links.
         settings: Values by dotted name: fields of `VehicleConfig`, and in it of `PixhawkConfig`, `ServoConfig` and
             `MocapConfig`. A field that is a configuration itself takes a mapping.
+        prefix: Of the names, which they are given without, such as `servos.`.
 
     Returns:
         Checked as if it had been made so.
@@ -44,7 +45,7 @@ def with_settings(config: Config, settings: Mapping[str, object]) -> Config:
         for part in path:
             branch = branch.setdefault(part, {})
         branch[last] = value
-    return _changed(config, tree, "")
+    return _changed(config, tree, prefix)
 
 
 def _changed(config: Config, tree: Mapping[str, Any], prefix: str) -> Config:
@@ -54,7 +55,7 @@ def _changed(config: Config, tree: Mapping[str, Any], prefix: str) -> Config:
         field = f"{prefix}{name}"
         if name not in fields:
             raise BackendError("no such setting", field=field, allowed=", ".join(fields))
-        if field in _GIVEN:
+        if field in GIVEN:
             raise BackendError("follows from the scenario and the links", field=field, given=value)
         current = getattr(config, name)
         if current is None and not prefix:

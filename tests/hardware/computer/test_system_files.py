@@ -55,7 +55,7 @@ def test_the_flight_of_the_unit_parses():
     example = re.search(r"FLIGHT=(.*)", printed("service"))[1]
     command: Any = typer.main.get_command(app)
     flight = command.commands["fly"].make_context("fly", shlex.split(example)).params
-    assert flight["yes"] is True and flight["servos"] == "/dev/servos"
+    assert flight["yes"] is True and flight["vehicle"] == "/etc/doorman/vehicle.toml"
 
 
 def test_limits():

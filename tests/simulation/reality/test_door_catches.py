@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 
 from doorman.exceptions import ScenarioError
+from doorman.model import Model
+from doorman.scenario import Scenario
 from doorman.simulation import Disturbance, SimulatedBackend
 
 FREE = {"contact__kind": "push", "away": True, "simulation__door_friction": 0.0, "simulation__door_damping": 0.0}
@@ -77,3 +79,8 @@ def test_a_door_that_cannot_be_ajar_is_refused(model, start, opening):
     with pytest.raises(ScenarioError, match=r"simulation\.door_ajar") as caught:
         SimulatedBackend(model(mission__start=start, simulation__door_ajar=opening)).open()
     assert caught.value.allowed
+
+
+def test_a_slide_does_not_lean() -> None:
+    with pytest.raises(ScenarioError, match=r"simulation\.door_lean"):
+        SimulatedBackend(Model(Scenario.load("drawer", {"simulation.door_lean": (0.01, 0.0)}))).open()

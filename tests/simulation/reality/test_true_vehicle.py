@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from urdf_variants import VEHICLE
 
 from doorman.exceptions import ScenarioError
 from doorman.scenario import SimulationSection
@@ -46,11 +48,24 @@ def test_inertia_goes_with_the_mass_and_by_its_own_scale(flight):
     assert rate(simulation__vehicle_inertia_scale=1.3) == pytest.approx(told / 1.3, rel=0.03)
 
 
-def test_the_centre_of_mass_is_elsewhere(flight):
-    offset = (0.02, -0.01, 0.03)
-    told, true = (
-        body(flight, simulation__vehicle_mass=3.3, **more) for more in ({}, {"simulation__vehicle_com": offset})
+def heavy_arm(folder: Path) -> str:
+    """The shipped vehicle, whose third servo weighs half a kilogram."""
+    inertial = (
+        '<inertial><mass value="0.5"/><inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/></inertial>'
     )
+    link = '<link name="servo_3">'
+    (folder / "arm.urdf").write_text(VEHICLE.read_text().replace(link, link + inertial))
+    return str(folder / "arm.urdf")
+
+
+@pytest.mark.parametrize("massive", [False, True])
+def test_the_centre_of_mass_is_elsewhere(flight, tmp_path, massive):
+    offset, urdf = (0.02, -0.01, 0.03), heavy_arm(tmp_path) if massive else str(VEHICLE)
+    told, true = (
+        body(flight, vehicle__urdf=urdf, simulation__vehicle_mass=3.9, **more)
+        for more in ({}, {"simulation__vehicle_com": offset})
+    )
+    assert told.plant.engine_model.body_subtreemass[1] == pytest.approx(3.9, abs=1e-4)
     places = [np.array(one.data.subtree_com[1]) for one in (told, true)]
     np.testing.assert_allclose(places[1] - places[0], offset, atol=1e-6)
     # a lift through O_B turns the vehicle towards its mass: nose down, and to the right

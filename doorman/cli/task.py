@@ -1,0 +1,47 @@
+"""The task of a command: a scenario with its overrides, flown by the vehicle of a vehicle file where one is given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from doorman.cli.overrides import parse_overrides
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+
+def load_task(source: str, settings: Sequence[str], vehicle: str | None) -> Scenario:
+    """The scenario as its vehicle flies it.
+
+    Args:
+        source: Name or path of the scenario.
+        settings: Overrides, `key=value`.
+        vehicle: Name or path of the vehicle file; None: the scenario's own vehicle.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        DoormanError: if the input cannot be used.
+    """
+    overrides = parse_overrides(settings)
+    if vehicle is None:
+        return Scenario.load(source, overrides)
+    from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
+
+    return VehicleFile.load(vehicle).scenario(source, overrides)
+
+
+def check_links(model: Model, vehicle: str | None) -> None:
+    """Check what a vehicle file says of its links, for a command that opens none of them.
+
+    Args:
+        model: Of the task.
+        vehicle: Name or path of the vehicle file, if any.
+
+    Raises:
+        DoormanError: if a value cannot be used.
+    """
+    if vehicle is not None:
+        from doorman.hardware.vehicle_file import VehicleFile
+
+        VehicleFile.load(vehicle).links_anywhere(model)

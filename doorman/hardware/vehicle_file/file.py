@@ -1,0 +1,192 @@
+"""`VehicleFile`: read, checked, and put over a scenario and into the links' configuration."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import ValidationError
+
+from doorman.exceptions import BackendError, DoormanError, ScenarioError
+from doorman.hardware.pixhawk import PixhawkConfig
+from doorman.hardware.vehicle import VehicleConfig, vehicle_config
+from doorman.hardware.vehicle_file.tables import GAINS, LINKS, TABLES, VEHICLE
+from doorman.model import Model
+from doorman.scenario import Scenario
+from doorman.scenario.errors import explain
+from doorman.scenario.files import URDF, VEHICLE_FILE, absolute, locate, read_tables
+from doorman.scenario.plain import plain
+from doorman.scenario.values import Section
+
+NO_CAMERAS = "none"
+"""`mocap.connection` of a vehicle that flies by the autopilot's own estimate."""
+PIXHAWK, SERVOS, MOCAP = "pixhawk.connection", "servos.port", "mocap.connection"
+"""Keys of the three links."""
+OPTIONS = {PIXHAWK: "--pixhawk", SERVOS: "--servos"}
+"""That give what a file must say otherwise."""
+_PER_SERVO = ("servos.ids", "servos.directions", "servos.zero_positions", "servos.homing_offsets")
+_ARGUMENTS = {"servo_ids": "servos.ids", "mocap_rate": "mocap.rate"}
+"""Key of an argument of `vehicle_config`."""
+_ANYWHERE = MappingProxyType({PIXHAWK: "udp:14540", SERVOS: "/dev/servos"})
+
+
+@dataclass(frozen=True)
+class VehicleFile:
+    """What a vehicle file says; without a file, nothing.
+
+    Make one with `VehicleFile.load`.
+    """
+
+    path: Path | None = None
+    """The file."""
+    values: Mapping[str, Any] = field(default_factory=dict)
+    """Every value that the file gives, by dotted key; paths are absolute."""
+
+    @classmethod
+    def load(cls, source: str | os.PathLike[str]) -> VehicleFile:
+        """Read a vehicle file and check it.
+
+        Args:
+            source: Path of a TOML file, with its suffix, or name of a shipped one (`rig`).
+
+        Returns:
+            What it says.
+
+        Raises:
+            ScenarioError: if the file is missing or malformed, or a key is unknown, of wrong type or out of range.
+        """
+        text = plain(source)
+        if not isinstance(text, str):
+            raise ScenarioError("not a vehicle file", given=source, allowed="a name, or the path of a TOML file")
+        path = locate(VEHICLE_FILE, text, [Path.cwd()]).resolve()
+        try:
+            tables = TABLES.model_validate(read_tables(path))
+        except ValidationError as error:
+            raise explain(TABLES, error, path) from None
+        return cls(path, MappingProxyType(dict(_with_whole_paths(_leaves(tables, ""), path))))
+
+    def scenario(
+        self, source: str | os.PathLike[str] = "paper", overrides: Mapping[str, Any] | None = None
+    ) -> Scenario:
+        """A task as this vehicle flies it.
+
+        A `[vehicle]` with a URDF takes the place of the scenario's. Any other value wins over the scenario's by itself.
+
+        Args:
+            source: As `Scenario.load`.
+            overrides: As `Scenario.load`; they win over both.
+
+        Returns:
+            The scenario.
+
+        Raises:
+            ScenarioError: as `Scenario.load`.
+        """
+        own = {key: value for key, value in self.values.items() if key.partition(".")[0] in (VEHICLE, *GAINS)}
+        return Scenario.load(source, {**own, **(overrides or {})})
+
+    def links(self, model: Model, overrides: Mapping[str, object] | None = None) -> VehicleConfig:
+        """Configuration of the links; a task without a gripper leaves the gripper's servo alone.
+
+        Args:
+            model: Of the scenario that this vehicle flies.
+            overrides: Values by dotted key of the links' tables, as the command line gives them; they win over the file.
+
+        Returns:
+            The configuration, with the loss of poses left to a supervisor.
+
+        Raises:
+            DoormanError: if a value is out of range, the links contradict each other, or a link is not named.
+        """
+        given = dict(overrides or {})
+        own = {
+            key: value for key, value in self.values.items()
+            if key.partition(".")[0] not in (VEHICLE, *GAINS) and not any(_covers(one, key) for one in given)
+        }  # fmt: skip
+        try:
+            return self._links(model, self._cut_to(model, own), dict(given))
+        except DoormanError as error:
+            name = _whole_name(error.field)
+            file = None if any(_covers(one, name) for one in given) else self.path
+            raise type(error)(
+                error.message, file=error.file or file, field=name or None, given=error.given, allowed=error.allowed
+            ) from error
+
+    def links_anywhere(self, model: Model) -> VehicleConfig:
+        """Configuration of the links for what opens none of them: those that the file does not name are made up.
+
+        Args:
+            model: Of the scenario that this vehicle flies.
+
+        Raises:
+            DoormanError: as `links`.
+        """
+        return self.links(model, {key: value for key, value in _ANYWHERE.items() if key not in self.values})
+
+    def _links(self, model: Model, own: dict[str, Any], given: dict[str, Any]) -> VehicleConfig:
+        cameras = given.pop(MOCAP, own.pop(MOCAP, None))
+        if cameras is None and (keys := [key for key in own if key.startswith("mocap.")]):
+            raise BackendError("cameras without a link", field=MOCAP, given=f"only {', '.join(keys)}",
+                               allowed=f'such as "udp:51001", or "{NO_CAMERAS}"')  # fmt: skip
+        if cameras in (None, NO_CAMERAS):
+            cameras, own = None, {key: value for key, value in own.items() if not key.startswith("mocap.")}
+        values = {**own, **given}
+        for key, option in OPTIONS.items():
+            if key not in values:
+                raise BackendError("the link is not named", field=key, allowed=f"in the vehicle file, or by {option}")
+        usual = cameras is not None and "mocap.stale_after" not in values
+        rate = {"mocap_rate": values.pop("mocap.rate")} if usual and "mocap.rate" in values else {}
+        return vehicle_config(
+            model, values.pop(PIXHAWK), values.pop(SERVOS), cameras, servo_ids=values.pop("servos.ids", None),
+            on_mocap_loss="report", links=values, **rate,
+        )  # fmt: skip
+
+    def _cut_to(self, model: Model, own: dict[str, Any]) -> dict[str, Any]:
+        """The values without those of a gripper's servo that the task has no use for."""
+        if model.scenario.contact.kind == "grip":
+            return own
+        n = model.n_arm
+        return {
+            key: value[:n] if key in _PER_SERVO and len(value) == n + 1 else value for key, value in own.items()
+        }  # fmt: skip
+
+
+def _leaves(section: Section, prefix: str) -> Iterator[tuple[str, Any]]:
+    """Values that were given, by dotted key; of a `[vehicle]` with a URDF all, since it replaces the scenario's."""
+    whole = prefix == f"{VEHICLE}." and "urdf" in section.model_fields_set
+    for name in type(section).model_fields if whole else sorted(section.model_fields_set):
+        value = getattr(section, name)
+        if isinstance(value, Section):
+            yield from _leaves(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _with_whole_paths(leaves: Iterator[tuple[str, Any]], path: Path) -> Iterator[tuple[str, Any]]:
+    """With paths that hold in any directory; a URDF that does not exist is an error of this file."""
+    for key, value in leaves:
+        if key == "vehicle.urdf":
+            locate(URDF, value, list(dict.fromkeys((path.parent, Path.cwd()))), path, key)
+            yield key, absolute(value, path.parent)
+        else:
+            yield key, path.parent / value if isinstance(value, Path) else value
+
+
+def _covers(key: str, other: str) -> bool:
+    """Whether a value of one key is, or holds, that of another, or the other way round."""
+    return key == other or other.startswith(f"{key}.") or key.startswith(f"{other}.")
+
+
+def _whole_name(name: str | None) -> str:
+    """Dotted key of the vehicle file for a field as the links name it in their errors."""
+    first = (name or "").partition(".")[0]
+    if name in _ARGUMENTS:
+        return _ARGUMENTS[name]
+    if first == VEHICLE and name is not None:
+        return name.partition(".")[2]
+    ours = {one.name for one in fields(PixhawkConfig)} - set(LINKS)
+    return f"pixhawk.{name}" if first in ours else name or ""
