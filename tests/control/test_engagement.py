@@ -34,9 +34,9 @@ def test_a_heavier_arm_is_led_less(tmp_path: Path) -> None:
 
 
 def test_a_softer_attitude_loop_may_be_led_farther(tmp_path: Path) -> None:
-    usual, soft = engagement(tmp_path, 0.6), engagement(tmp_path, 0.6, attitude_stiffness=350.0)
-    assert soft.lead(0.0) == pytest.approx(2.0 * usual.lead(0.0))
-    assert soft.lead(1.0) == pytest.approx(2.0 * usual.lead(1.0))
+    usual, soft = engagement(tmp_path, 0.9), engagement(tmp_path, 0.9, attitude_stiffness=500.0)
+    assert soft.lead(0.0) == pytest.approx(1.4 * usual.lead(0.0))
+    assert soft.lead(1.0) == pytest.approx(1.4 * usual.lead(1.0))
 
 
 def test_the_default_stiffness_is_the_simulated_loops() -> None:
