@@ -47,20 +47,13 @@ class VehicleObserver:
         self.rate = rate
         self._seen: float | None = None
         self._late = 0.0
-        self._position, self._velocity = np.zeros(3), np.zeros(3)
         self._center = AT_THE_ORIGIN
+        self.position = np.zeros(3)
+        """p̂ of O_B, shape (3,), world frame [m]."""
+        self.velocity = np.zeros(3)
+        """v̂ of O_B, shape (3,), world frame [m/s]."""
         self.outer_force = np.zeros(3)
         """F̂_out: wind, contact and whatever the model leaves out, shape (3,), world frame [N]."""
-
-    @property
-    def position(self) -> Array:
-        """p̂ of O_B, shape (3,), world frame [m]."""
-        return self._position - self._center[0]
-
-    @property
-    def velocity(self) -> Array:
-        """v̂ of O_B, shape (3,), world frame [m/s]."""
-        return self._velocity - self._center[1]
 
     def update(
         self, position: Array, measured_at: float, now: float, force: Array, time_step: float,
@@ -76,23 +69,29 @@ class VehicleObserver:
             time_step: Since the last call [s].
             center: Place and velocity of the centre of mass from O_B, both of shape (3,), world axes [m], [m/s].
         """
+        if self._seen is None:  # the centre of mass moves as it is believed to
+            self.position, self.velocity = position.copy(), self.velocity - center[1]
+            self._center, self._seen = center, measured_at
+            return
+        place, speed = self.position + self._center[0], self.velocity + self._center[1]
         self._center = center
-        position = position + center[0]
-        if self._seen is None:
-            self._position, self._seen = position, measured_at
-            return
         acceleration = (force + self.outer_force) / self.mass
-        self._position = self._position + time_step * (self._velocity + 0.5 * time_step * acceleration)
-        self._velocity = self._velocity + time_step * acceleration
-        if measured_at <= self._seen:
-            return
-        apart, self._seen = measured_at - self._seen, measured_at
+        place = place + time_step * (speed + 0.5 * time_step * acceleration)
+        speed = speed + time_step * acceleration
+        if measured_at > self._seen:
+            place, speed = self._corrected(place, speed, position + center[0], self._seen, measured_at, now)
+        self.position, self.velocity = place - center[0], speed - center[1]
+
+    def _corrected(
+        self, place: Array, speed: Array, measured: Array, seen: float, measured_at: float, now: float
+    ) -> tuple[Array, Array]:
+        """Place and speed of the centre of mass with a new position taken in, and the outer force."""
+        apart, self._seen = measured_at - seen, measured_at
         age = now - measured_at
-        innovation = position - (self._position - age * self._velocity)
+        innovation = measured - (place - age * speed)
         self._late = max(age, self._late - _FORGETS * apart)
         rate = min(self.rate, _LATEST / self._late) if self._late > 0.0 else self.rate
         kept = math.exp(-rate * apart)
         lost = 1.0 - kept
-        self._position = self._position + (1.0 - kept**3) * innovation
-        self._velocity = self._velocity + 1.5 * (1.0 - kept**2) * lost / apart * innovation
         self.outer_force = self.outer_force + self.mass * lost**3 / apart**2 * innovation
+        return place + (1.0 - kept**3) * innovation, speed + 1.5 * (1.0 - kept**2) * lost / apart * innovation

@@ -115,7 +115,7 @@ class Task(ABC):
 
     @cached_property
     def center_of_mass(self) -> Any:
-        """C of vehicle and arm in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        """Of vehicle and arm, c in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
         return ca.SX(3, 1) if self._bodies is None else self._bodies.center
 
     @cached_property

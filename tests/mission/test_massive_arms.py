@@ -1,4 +1,4 @@
-"""Whole missions with arms that weigh 0.3 to 0.9 kg: the door ends as with the paper's massless arm, and nothing is touched."""
+"""Whole missions with arms that weigh 0.3 and 0.6 kg: the door ends as with the paper's massless arm, and nothing is touched."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHARES = {"servo_1": 0.22, "servo_2": 0.23, "servo_3": 0.28, "servo_4": 0.27}
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("task", "mass", "seed"),
-    [("paper", 0.3, 0), ("paper", 0.6, 1), ("paper", 0.9, 2), ("push", 0.6, 0), ("push", 0.9, 1)],
+    [("paper", 0.3, 0), ("paper", 0.6, 1), ("push", 0.6, 0)],
 )
 def test_the_door_ends_as_without_the_mass(tmp_path: Path, task: str, mass: float, seed: int) -> None:
     urdf = write_massive(tmp_path / "arm.urdf", {link: mass * share for link, share in SHARES.items()})

@@ -50,7 +50,7 @@ def test_a_scaled_push_is_the_same_plan(tmp_path: Path, size: float) -> None:
     # not closer: forces of 0.2 N and gaps of 1 cm round corners of the cost, whatever the size
     np.testing.assert_allclose(plans[1].states / states, plans[0].states, atol=5e-3)
     np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=4e-3)
-    assert plans[1].cost / math.sqrt(size) == pytest.approx(plans[0].cost, rel=5e-3)
+    assert plans[1].cost / math.sqrt(size) == pytest.approx(plans[0].cost, rel=3e-2)
 
 
 @pytest.mark.parametrize("size", SIZES)
