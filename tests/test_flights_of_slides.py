@@ -1,4 +1,4 @@
-"""Drawers and other slides, flown from hover to hover."""
+"""Drawers, slides and hatches, flown from hover to hover."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def flown(source: str, seed: int, **overrides: Any) -> dict[str, Any]:
     scenario = Scenario.load(f"shipped:{source}", {key.replace("__", "."): value for key, value in overrides.items()})
     summary = simulate(scenario, seed=seed).summary
     assert summary is not None and summary["outcome"] == "completed", summary
-    assert abs(summary["final_error"]) < 0.01 and summary["unit"] == "m"
+    assert abs(summary["final_error"]) < {"m": 0.01, "deg": 1.5}[summary["unit"]]
     assert summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
     assert summary["max_constraint_violation_m"] <= 0.01
     return dict(summary)
@@ -22,6 +22,7 @@ def flown(source: str, seed: int, **overrides: Any) -> dict[str, Any]:
 
 def test_a_drawer_is_pulled_open() -> None:
     summary = flown("drawer", 1)
+    assert summary["unit"] == "m"
     assert summary["final_opening"] == pytest.approx(0.3, abs=0.01) and summary["target_opening"] == pytest.approx(0.3)
     found = summary["estimates"]
     for name, true in (("friction", 2.0), ("damping", 5.0), ("inertia", 6.0)):
@@ -29,10 +30,26 @@ def test_a_drawer_is_pulled_open() -> None:
         assert abs(found[name]["value"] - true) < 2.0 * found[name]["deviation"]
 
 
+def test_a_gate_is_slid_open() -> None:
+    assert flown("sliding", 1)["target_opening"] == pytest.approx(0.6)
+
+
+def test_a_hatch_is_lifted() -> None:
+    assert flown("hatch", 1)["unit"] == "deg"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
-def test_the_shipped_drawer(seed: int) -> None:
-    flown("drawer", seed)
+@pytest.mark.parametrize("source", ["drawer", "sliding", "hatch"])
+def test_the_shipped_slides(source: str, seed: int) -> None:
+    flown(source, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", ["drawer", "sliding"])
+def test_a_slide_is_shut(source: str) -> None:
+    summary = flown(source, 2, start__opening=0.3, goal__opening=0.02)
+    assert summary["target_opening"] == pytest.approx(0.02)
 
 
 @pytest.mark.slow
