@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
+from urdf_variants import write_edited
 
 from doorman import Scenario, simulate
+from doorman.resources import urdf_directory
+
+HANDLES = urdf_directory() / "door_with_handle.urdf"
 
 
 def flown(source: str, seed: int, **overrides: Any) -> dict[str, Any]:
@@ -56,3 +61,13 @@ def test_a_slide_is_shut(source: str) -> None:
 @pytest.mark.parametrize(("friction", "mass"), [(1.2, 3.6), (2.8, 8.4)])
 def test_friction_and_mass_of_a_drawer_are_not_known(friction: float, mass: float) -> None:
     flown("drawer", 3, simulation__door_friction=friction, simulation__door_mass=mass)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lean", [0.001, 0.0175, 0.03])
+def test_a_leaning_door_is_pulled_open(lean: float, tmp_path: Path) -> None:
+    """Its weight shuts it, and the estimators know by how much."""
+    plumb = '<origin xyz="0 0 0.01" rpy="0 0 1.5707963267948966"/>'
+    urdf = write_edited(tmp_path / "door.urdf", HANDLES, (plumb, plumb.replace("0 0 1.57", f"{-lean} 0 1.57")))
+    summary = flown("pull", 0, door__urdf=str(urdf))
+    assert summary["door_angle_estimate_error_deg_max"] < 1.0
