@@ -205,7 +205,11 @@ class Door:
 
     def in_words(self, door_angle: float, digits: int = 1) -> str:
         """α as people say it: in degrees with so many digits, or a slide's opening in metres."""
-        return f"{self.opening_of(door_angle):.3f} m" if self.slides else f"{math.degrees(door_angle):.{digits}f}°"
+        return (
+            f"{round(self.opening_of(door_angle), 3) + 0.0:.3f} m"
+            if self.slides
+            else f"{math.degrees(door_angle):.{digits}f}°"
+        )
 
     def torque_in_words(self, torque: float) -> str:
         """A torque in the hinge, or a slide's force."""
