@@ -24,7 +24,8 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     .. math::
         R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r + o, \qquad a^T r - D_w + R_A, \qquad R_A - a^T r ,
 
-    and those of `collision.constraints` for other surroundings than a doorway.
+    and those of `collision.constraints` for other surroundings than a doorway. Of a slide with a panel beside the vehicle, o is
+    that of its handle's face.
 
     Args:
         model: Model of the scenario; the doorway is the true one.
@@ -44,7 +45,8 @@ def flown_constraints(model: Model, position: Array, attitude: Array, door_angle
     normal = door.in_doorway(np.array([door.normal(angle) for angle in angles]).reshape(-1, 3))
     leaf_direction = door.in_doorway(np.array([door.leaf_direction(angle) for angle in angles]).reshape(-1, 3))
     way = np.array([door.way(angle) for angle in angles])
-    before_leaf = -(normal * away).sum(axis=1) - door.surface_offset - way
+    face = door.surface_offset if door.panel is None else door.contact_offset
+    before_leaf = -(normal * away).sum(axis=1) - face - way
     along_leaf, facing = (leaf_direction * away).sum(axis=1), (normal * upright).sum(axis=1)
     leaf = radius * np.sqrt(np.maximum(1.0 - facing**2, 0.0)) - before_leaf
     beside_leaf = (along_leaf > -radius) & (along_leaf < door.width + radius)

@@ -253,6 +253,8 @@ class Model:
     def _check_contact(self) -> None:
         door, contact = self.door, self.scenario.contact
         width, named = min(door.width, self.true_door.width), contact.frame is not None
+        if door.slides:
+            return  # in the middle of its face, or at a frame that it carries
         for field, given, limit, what in (
             ("contact.distance_from_hinge", self._place[0], width, "the leaf's width"),
             ("contact.height", self._place[1], door.height, "the leaf's height"),

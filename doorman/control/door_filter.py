@@ -227,8 +227,8 @@ class DoorFilter:
         return bool(self.state[FRICTION] > closer)
 
     def _stop(self) -> None:
-        """A door that its closer presses shut goes no farther than closed."""
-        if self._preload != 0.0 and self._door.opening_of(self.angle) < 0.0:
+        """A door that its closer or its weight presses shut goes no farther than closed."""
+        if self._known() != 0.0 and self._door.opening_of(self.angle) < 0.0:
             self.state[ANGLE], self.state[RATE] = self._door.angle_of_opening(0.0), 0.0
 
     def _track(self, tip_angle: float, age: float, time_step: float) -> None:

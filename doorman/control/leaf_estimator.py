@@ -141,7 +141,7 @@ class LeafEstimator:
         self._wind.predict(time_step)
         tip = self._tip(measured, velocity)
         normal = self._leaf.normal(self._door.angle)
-        push = float(normal @ rotors)
+        push = float(normal @ (rotors - weight))
         touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
         if touching and self._closed:
             touching, tip = self._first_touch(tip, time_step)

@@ -50,6 +50,7 @@ def mission_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
         _approach(model),
         _room_at_touch(model),
         *_room_to_level(model, rehearsal),
+        *_stays_at_the_start(model),
         _true_hinge(model),
     ]
 
@@ -143,6 +144,30 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
             gap, needed, "m",
             "" if severity is Severity.OK else "a goal.arm and a goal.attitude whose yaw keep the disc farther from the jambs at "
             "goal.door_angle, or a larger planner.margin",
+        )
+    ]  # fmt: skip
+
+
+def _stays_at_the_start(model: Model) -> list[Finding]:
+    """A leaf whose own weight moves it is not where the vehicle comes to it; nothing for a vertical hinge."""
+    door, true, angle = model.true_door, model.scenario.simulation, model.travel.start
+    if door.vertical:
+        return []
+    arm = door.per_angle
+    friction = door.friction if true.door_friction is None else arm * true.door_friction
+    friction += door.stiction if true.door_stiction is None else arm * true.door_stiction
+    preload = arm * (door.section.preload if true.door_preload is None else true.door_preload)
+    torque = door.weight_torque(angle) + door.torque_of_closer(preload)
+    shuts = door.opening_of(angle - math.copysign(_LEAST_WAY, torque)) < door.opening_of(angle)
+    rests = shuts and door.opening_of(angle) < door.per_angle * _LEAST_WAY
+    ok, words = rests or abs(torque) <= friction, door.torque_in_words
+    way = "presses it shut" if rests else "shuts it" if shuts else "opens it"
+    return [
+        Finding(
+            "leaf at the start", graded(ok),
+            f"the leaf's weight {way} with {words(abs(torque))}, against {words(friction)} of friction",
+            0.0 if rests else abs(torque), friction, "N m",
+            "" if ok else "a start where the leaf rests (start.opening), or a joint with more friction: it moves by itself",
         )
     ]  # fmt: skip
 

@@ -119,7 +119,7 @@ class Door:
         """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
         self.panel = self._panel(leaf_on_joint)
         """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
-        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, self.width, self.hinge_position)
+        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)
         """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
         hinge, arm = read_joints(urdf)[self.section.hinge], self.per_angle
         self.damping = arm**2 * float(hinge.damping if self.section.damping is None else self.section.damping)
@@ -205,7 +205,11 @@ class Door:
 
     def in_words(self, door_angle: float, digits: int = 1) -> str:
         """α as people say it: in degrees with so many digits, or a slide's opening in metres."""
-        return f"{self.opening_of(door_angle):.3f} m" if self.slides else f"{math.degrees(door_angle):.{digits}f}°"
+        return (
+            f"{round(self.opening_of(door_angle), 3) + 0.0:.3f} m"
+            if self.slides
+            else f"{math.degrees(door_angle):.{digits}f}°"
+        )
 
     def torque_in_words(self, torque: float) -> str:
         """A torque in the hinge, or a slide's force."""

@@ -27,6 +27,10 @@ LEANS = 0.5
 """Least upward component of an axis whose end above is `up`; one that leans more has it on the right of the vehicle."""
 
 
+_OVERLAP, _BORDER = 0.05, 0.3
+"""A box borders on a doorway that reaches over its edge by less than the first, and is farther by less than the second [m]."""
+
+
 @dataclass(frozen=True)
 class LeafSize:
     """The leaf's largest box, seen from its joint."""
@@ -61,6 +65,11 @@ class LeafOnJoint:
         """Of the joint [rad]."""
         self._box = self._largest_box()
         self._axis = self._axis_in_world()
+
+    @property
+    def _upright(self) -> bool:
+        """Whether the hinge stands rather than lies."""
+        return bool(abs(self._axis[2]) >= LEANS)
 
     def rotation(self, value: float) -> Array:
         """Rotation of the leaf's joint frame into the world at a joint value, (3, 3)."""
@@ -158,25 +167,38 @@ class LeafOnJoint:
         sides = float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
         return LeafSize(sides, self.origin + (middle[2] - reach[2]) * axes[2])
 
-    def frame_depth(self, axes: Array, width: float, corner: Array) -> tuple[float, float]:
+    def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m].
 
         Args:
             axes: From the world to the doorway, (3, 3).
-            width: Of the leaf [m].
-            corner: P_h, shape (3,), world frame [m].
+            leaf: Its size.
 
         Returns:
             Not negative; 0 without any.
         """
-        middle, nearest, farthest = 0.5 * width, [0.0], [0.0]
+        nearest, farthest = [0.0], [0.0]
         for placed, size in self._fixed_boxes():
-            center = axes @ (placed[:3, 3] - corner)
+            center = axes @ (placed[:3, 3] - leaf.corner)
             half = np.abs(axes @ placed[:3, :3]) @ size / 2
-            if abs(center[1] - middle) > half[1]:
+            if self._is_beside(center, half, leaf):
                 nearest.append(float(center[0] - half[0]))
                 farthest.append(float(center[0] + half[0]))
         return -min(nearest), max(farthest)
+
+    def _is_beside(self, center: Array, half: Array, leaf: LeafSize) -> bool:
+        """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it.
+
+        Args:
+            center: Of the box from P_h in the doorway, shape (3,) [m].
+            half: Half lengths of the box there, shape (3,) [m].
+            leaf: Size of the leaf.
+        """
+        if self._upright:
+            return bool(abs(center[1] - 0.5 * leaf.sides[0]) > half[1])
+        middle = 0.5 * np.array(leaf.sides[:2])
+        gap = float((np.abs(center[1:] - middle) - half[1:] - middle).max())
+        return -_OVERLAP < gap < _BORDER
 
     def frame(self, name: str, value: float) -> tuple[Array, Array]:
         """Origin and x axis of a frame on the leaf at a joint value, (3,) each, world frame [m].
@@ -244,7 +266,7 @@ class LeafOnJoint:
             along = self.direction(value)
             return meets(boxes, middle + width * along, along, width)
 
-        closed, clear = closed_value((lower, upper), at_a_jamb, bool(abs(self._axis[2]) >= LEANS))
+        closed, clear = closed_value((lower, upper), at_a_jamb, self._upright)
         if not clear:
             raise UrdfError(
                 "the leaf meets a jamb where it is not clear that the door is closed", file=self._urdf,

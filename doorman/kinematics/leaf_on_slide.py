@@ -32,6 +32,7 @@ class LeafOnSlide(LeafOnJoint):
     """
 
     unit = "m"
+    _upright = False
 
     def direction(self, value: float) -> Array:
         """Horizontal unit vector across the slide."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
@@ -17,6 +20,8 @@ from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
 from doorman.planning.limits import least_cosine, reduced_bounds
 from doorman.planning.weights import chosen_weights
+
+Array = NDArray[np.float64]
 
 _PAPER_STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 8.0)
 _PAPER_INPUT_WEIGHTS = (0.1, 5.0, 5.0, 13.5)
@@ -94,5 +99,15 @@ def door_cost(model: Model) -> QuadraticCost:
         terminal_weights=chosen_weights(model, "terminal", by_state),
         input_weights=chosen_weights(model, "input", [*_PAPER_INPUT_WEIGHTS, *[10.0] * n]),
         state_goal=model.goal_state,
-        input_goal=model.hover_input,
+        input_goal=_holding_input(model),
     )
+
+
+def _holding_input(model: Model) -> Array:
+    r"""Inputs at the goal: hover, with the thrust :math:`|m_A g e_3 - G n_D / J_n|` where the tip holds the leaf's weight."""
+    angle, door = float(model.goal_state[3]), model.door
+    holds = np.array(model.hover_input)
+    push = -door.weight_torque(angle) / model.coupling.lever_length
+    if push != 0.0:
+        holds[0] = np.linalg.norm(push * door.normal(angle) + [0.0, 0.0, holds[0]])
+    return holds

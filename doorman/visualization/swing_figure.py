@@ -26,7 +26,7 @@ _ROOM = 0.1
 
 
 def swing_figure(recording: Recording, model: Model) -> Figure:
-    """The swing from above, from the touch until the tip lets go.
+    """The swing from above, or a hatch's from the side, from the touch until the tip lets go.
 
     Leaf, rotor disc, arm and the middle of the vehicle are drawn wherever the door has moved on by 14°, from dark to bright;
     the paths of vehicle and tip are lines. The doorway is at x = 0, the wall grey.
@@ -62,11 +62,12 @@ def swing_figure(recording: Recording, model: Model) -> Figure:
     room = model.vehicle.radius + _ROOM
     axes.set_xlim(min(_BEFORE, vehicle[:, 0].min() - room), max(_BEHIND, vehicle[:, 0].max() + room))
     axes.set_xlabel("from the hinge through the doorway [m]")
-    axes.set_ylabel("from the hinge to the left of that, along the wall [m]")
+    lies = model.true_door.lies
+    axes.set_ylabel("above the hinge [m]" if lies else "from the hinge to the left of that, along the wall [m]")
     axes.grid(alpha=0.25)
     axes.legend(fontsize=8, loc="best", title=f"disc of {model.vehicle.radius:.2f} m, leaf of {model.true_door.width:.2f} m",
                 title_fontsize=8)  # fmt: skip
-    figure.suptitle(f"Swing from above: {flight_name(recording)}", fontsize=11)
+    figure.suptitle(f"Swing from {'the side' if lies else 'above'}: {flight_name(recording)}", fontsize=11)
     return figure
 
 
@@ -91,25 +92,40 @@ def _points(moment: Moment, model: Model) -> Array:
 
 def _from_above(door: Door, vectors: Array) -> Array:
     """Vectors with the way through the doorway to the right of the picture, (m, 3)."""
-    return door.in_doorway(vectors) * [1.0, door.hand, 1.0]
+    return door.in_doorway(vectors) * [1.0, _upwards(door), 1.0]
+
+
+def _upwards(door: Door) -> float:
+    """1 where the way along the closed leaf points up in the picture, else −1."""
+    return float(np.sign(door.along[2])) if door.lies else door.hand
 
 
 def _draw_moment(axes: Axes, moment: Moment, model: Model, color: tuple[float, ...]) -> None:
     door = model.true_door
     ends = [door.contact_point(moment.door_angle, at, 0.0) - door.hinge_position for at in (0.0, door.width)]
     leaf = _from_above(door, np.array(ends))
-    label = f"{np.degrees(moment.door_angle):.0f}° at {moment.time:.1f} s"
+    label = f"{door.in_words(moment.door_angle, 0)} at {moment.time:.1f} s"
     axes.plot(leaf[:, 0], leaf[:, 1], color=color, linewidth=3.0, solid_capstyle="butt", label=label, zorder=3)
     points = _points(moment, model)
-    axes.add_patch(Circle((points[0, 0], points[0, 1]), model.vehicle.radius, facecolor=color, alpha=0.13, zorder=2))
-    axes.add_patch(
-        Circle((points[0, 0], points[0, 1]), model.vehicle.radius, fill=False, edgecolor=color, linewidth=1.3, zorder=3)
-    )
+    _draw_disc(axes, moment, model, points[0], color)
     axes.plot(points[:, 0], points[:, 1], color=color, linewidth=1.2, marker="o", markersize=2.5, zorder=3)
 
 
+def _draw_disc(axes: Axes, moment: Moment, model: Model, center: Array, color: tuple[float, ...]) -> None:
+    """The rotor disc from above; from the side, its rim."""
+    radius = model.vehicle.radius
+    if model.true_door.lies:
+        turns = np.linspace(0.0, 2.0 * np.pi, 61)
+        rim = radius * np.column_stack([np.cos(turns), np.sin(turns), 0.0 * turns])
+        seen = center + _from_above(model.true_door, rim @ rotation_body_to_world(moment.attitude).T)
+        axes.plot(seen[:, 0], seen[:, 1], color=color, linewidth=1.3, zorder=3)
+        return
+    axes.add_patch(Circle((center[0], center[1]), radius, facecolor=color, alpha=0.13, zorder=2))
+    axes.add_patch(Circle((center[0], center[1]), radius, fill=False, edgecolor=color, linewidth=1.3, zorder=3))
+
+
 def _draw_doorway(axes: Axes, model: Model) -> None:
-    width = model.true_door.hand * model.true_door.width
+    width = _upwards(model.true_door) * model.true_door.width
     for low, high in ((-np.copysign(0.35, width), 0.0), (width, width + np.copysign(0.35, width))):
         axes.fill_between([-_JAMB, 0.0], low, high, color="0.55", linewidth=0, zorder=1)
     for jamb in (0.0, width):

@@ -13,6 +13,7 @@ from leaves import LEAVES, LIMITS, Leaf, write_leaf
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.door import Door
 from doorman.kinematics.leaf_motion import SLIDE_RADIUS
+from doorman.kinematics.read_door import read_door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
@@ -149,3 +150,10 @@ def _scenario(kind: Leaf, urdf: Path) -> Scenario:
             "contact.distance_from_hinge": 0.5, "contact.height": 0.3, "goal.door_angle": None, "goal.opening": 0.3,
         },
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(("source", "words"), [("drawer", "0.120 m"), ("sliding", "0.120 m"), ("hatch", "96.9°")])
+def test_places_are_said_in_the_unit_of_the_joint(source: str, words: str) -> None:
+    door = read_door(Scenario.load(f"shipped:{source}"))
+    assert door.in_words(door.angle_of_opening(0.12)) == words
+    assert door.in_words(door.angle_of_opening(-1e-12)) in ("0.000 m", "90.0°")

@@ -1,0 +1,49 @@
+"""Estimators of a door that leans: its weight is known from the URDF, and passes neither for friction nor for a closer."""
+
+from __future__ import annotations
+
+import pytest
+from urdf_variants import write_edited
+
+from doorman.control.door_filter import DoorFilter
+from doorman.control.door_observer import DoorObserver
+from doorman.model import Model
+from doorman.resources import urdf_directory
+from doorman.scenario import Scenario
+
+ORIGIN = '<origin xyz="0 0 0.01" rpy="0 0 1.5707963267948966"/>'
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """A room door that its weight shuts with about 2 N m."""
+    source = urdf_directory() / "door_with_handle.urdf"
+    path = tmp_path_factory.mktemp("door") / "door.urdf"
+    urdf = write_edited(path, source, (ORIGIN, ORIGIN.replace("0 0 1.57", "-0.02 0 1.57")))
+    return Model(Scenario.load("shipped:pull", {"door.urdf": str(urdf)}))
+
+
+def test_a_leaf_that_its_weight_shuts_stays_closed(model: Model) -> None:
+    estimate = DoorFilter(model, model.scenario.estimation)
+    for tick in range(1, 1000):
+        estimate.update(0.0, False, model.travel.start, 0.004 * tick, 0.004 * tick, 0.004)
+    assert model.door.opening_of(estimate.angle) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_leaf_that_its_weight_shuts_does_not_stay_open(model: Model) -> None:
+    estimate = DoorFilter(model, model.scenario.estimation)
+    estimate.meet(model.door.angle_of_opening(0.8))
+    assert estimate.hinge().spare == pytest.approx(
+        estimate.state[4] - abs(model.door.weight_torque(estimate.angle)) - estimate.state[5] * 0.8, abs=1e-9
+    )
+    for tick in range(1, 1500):
+        estimate.update(0.0, False, 0.0, 0.004 * tick, 0.004 * tick, 0.004)
+    assert model.door.opening_of(estimate.angle) < 0.1
+
+
+def test_the_observer_finds_what_the_weight_does_not_explain(model: Model) -> None:
+    angle, observer = model.door.angle_of_opening(0.6), DoorObserver(model, 2.0, 5.0)
+    push = -(model.door.weight_torque(angle) + 0.7) / model.coupling.lever_length
+    for _ in range(2000):
+        observer.update(angle, 0.0, push, model.door.inertia, 0.004)
+    assert observer.estimate == pytest.approx(0.7, abs=1e-3)
