@@ -281,7 +281,7 @@ WRONG_DOORS = {
     "infinite mass": (('<mass value="11"/>', '<mass value="inf"/>'), "not a finite number"),
     "mass that is no number": (('<mass value="11"/>', '<mass value="heavy"/>'), "not a finite number"),
     "hinge that slides": (('name="hinge" type="revolute"', 'name="hinge" type="prismatic"'), "hinge"),
-    "hinge lying": (('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>'), "hinge"),
+    "hinge askew": (('<axis xyz="0 0 1"/>', '<axis xyz="0.6 0.5 0.6"/>'), "hinge"),
 }
 
 

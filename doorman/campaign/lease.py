@@ -1,4 +1,4 @@
-"""Leases: how a worker of a cluster notices that a campaign's client is gone, and lets its pilots go.
+"""Leases: how a worker of a cluster notices that a campaign's client is gone, and lets its flight processes go.
 
 The client holds a small result on the cluster. When the client dies, the scheduler forgets the result; workers ask for it.
 """

@@ -34,7 +34,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
 
     Args:
         flight: The run.
-        answer: Summary or error, as a pilot gives it.
+        answer: Summary or error, as a flight process gives it.
 
     Returns:
         Values by column.

@@ -16,7 +16,7 @@ from typing import Any
 import dask
 from distributed import Client, Future, LocalCluster, get_worker, wait
 
-from doorman.campaign.cockpit import Cockpit, failed, lost
+from doorman.campaign.flight_process import FlightProcess, failed, lost
 from doorman.campaign.folder import RESULTS, claimed, write_not_flown
 from doorman.campaign.lease import Lease
 from doorman.campaign.orders import order_of, packed
@@ -46,11 +46,11 @@ _NEVER_LOST = {"distributed.scheduler.worker-ttl": None}
 _STATUS_PAGE = "127.0.0.1:0"
 """Of a local cluster and its workers: without an address Dask listens on port 8787 of every interface, or on another one."""
 
-_cockpits: dict[tuple[str, int], Cockpit] = {}
+_processes: dict[tuple[str, int], FlightProcess] = {}
 """Of this process, by campaign and thread."""
 _leases: dict[str, Lease] = {}
 """Of this process, by campaign."""
-_cockpits_lock = threading.Lock()
+_processes_lock = threading.Lock()
 
 
 def run_campaign(
@@ -181,10 +181,10 @@ class _Orders:
         self.futures[future] = flight, tried
 
     def close(self) -> None:
-        """Take back what is ordered, and let the pilots go."""
+        """Take back what is ordered, and let the flight processes go."""
         self._client.cancel(list(self.futures))  # type: ignore[no-untyped-call]
         with suppress(Exception):  # a cluster that is gone has closed them
-            self._client.run(close_cockpits, self._name)
+            self._client.run(close_processes, self._name)
 
     def _read(self, scenario: Scenario) -> dict[str, bytes]:
         """URDFs and meshes of a scenario, read once."""
@@ -227,7 +227,7 @@ def _done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
 
 
 def _answer(future: Future[Any]) -> dict[str, Any]:
-    """The pilot's answer, or that its worker was lost."""
+    """The flight process's answer, or that its worker was lost."""
     if future.status == "finished":
         answer: dict[str, Any] = future.result()
         return answer
@@ -245,33 +245,33 @@ def fly(order: dict[str, Any], files: dict[str, str], time_out: float, campaign:
         lease: Key of a result that the campaign's client holds as long as it lives.
 
     Returns:
-        The pilot's answer.
+        The flight process's answer.
     """
-    with _cockpits_lock:
-        cockpit = _cockpits.setdefault((campaign, threading.get_ident()), Cockpit())
+    with _processes_lock:
+        flight_process = _processes.setdefault((campaign, threading.get_ident()), FlightProcess())
         if campaign not in _leases:
-            _leases[campaign] = Lease(get_worker(), lease, lambda: close_cockpits(campaign))
-    return cockpit.fly(order, files, time_out)
+            _leases[campaign] = Lease(get_worker(), lease, lambda: close_processes(campaign))
+    return flight_process.fly(order, files, time_out)
 
 
-def close_cockpits(campaign: str) -> None:
-    """Let the pilots of a campaign go, on this worker.
+def close_processes(campaign: str) -> None:
+    """Let the flight processes of a campaign go, on this worker.
 
     Args:
         campaign: The campaign.
     """
-    with _cockpits_lock:
-        cockpits = [_cockpits.pop(key) for key in list(_cockpits) if key[0] == campaign]
+    with _processes_lock:
+        processes = [_processes.pop(key) for key in list(_processes) if key[0] == campaign]
         watched = _leases.pop(campaign, None)
     if watched is not None:
         watched.end()
-    for cockpit in cockpits:
-        cockpit.close()
+    for flight_process in processes:
+        flight_process.close()
 
 
 @contextmanager
 def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
-    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for their pilots."""
+    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for flight processes."""
     logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is None:
         with (

@@ -18,7 +18,7 @@ from distributed import LocalCluster
 from typer.testing import CliRunner
 
 import doorman
-from doorman.campaign import Campaign, cockpit, pilot, running
+from doorman.campaign import Campaign, flight_process, flight_program, running
 from doorman.campaign.folder import read_not_flown
 from doorman.campaign.orders import digests, order_of, packed
 from doorman.campaign.results import known_runs, read_parts, row_of, write_part
@@ -42,22 +42,22 @@ Answers = Callable[[dict[str, Any]], dict[str, Any]]
 
 
 def flown_by(monkeypatch, answers: Answers) -> list[int]:
-    """Let a function answer orders instead of pilots; the runs that were ordered, in their order."""
+    """Let a function answer orders instead of flight processes; the runs that were ordered, in their order."""
     ordered: list[int] = []
 
     def fly(self: object, order: dict[str, Any], files: object, time_out: float) -> dict[str, Any]:
         ordered.append(order["run"])
         return answers(order)
 
-    monkeypatch.setattr(cockpit.Cockpit, "fly", fly)
+    monkeypatch.setattr(flight_process.FlightProcess, "fly", fly)
     return ordered
 
 
 def test_what_is_lost_is_tried_again_and_never_a_row(task: Path, tmp_path: Path, monkeypatch) -> None:
     def answers(order: dict[str, Any]) -> dict[str, Any]:
         if order["run"] == 2 or (order["run"] == 0 and ordered.count(0) == 1):
-            return cockpit.lost("the disk is full")
-        return cockpit.failed("the door fell out")
+            return flight_process.lost("the disk is full")
+        return flight_process.failed("the door fell out")
 
     ordered = flown_by(monkeypatch, answers)
     rows = running.run_campaign(Campaign(str(task)), tmp_path, workers=1)
@@ -65,24 +65,28 @@ def test_what_is_lost_is_tried_again_and_never_a_row(task: Path, tmp_path: Path,
     assert (ordered.count(0), ordered.count(1), ordered.count(2)) == (2, 1, 3)
     assert read_not_flown(tmp_path) == {2: "the disk is full"}
     ordered.clear()
-    monkeypatch.setattr(cockpit.Cockpit, "fly", lambda self, order, files, time_out: cockpit.failed("flown"))
+    monkeypatch.setattr(
+        flight_process.FlightProcess, "fly", lambda self, order, files, time_out: flight_process.failed("flown")
+    )
     assert len(running.run_campaign(Campaign(str(task)), tmp_path, workers=1)) == 5
     assert read_not_flown(tmp_path) == {}
 
 
 def test_missing_runs_are_a_failure_of_the_command(task: Path, tmp_path: Path, monkeypatch) -> None:
-    flown_by(monkeypatch, lambda order: cockpit.lost("gone") if order["run"] == 1 else cockpit.failed("flown"))
+    flown_by(
+        monkeypatch, lambda order: flight_process.lost("gone") if order["run"] == 1 else flight_process.failed("flown")
+    )
     done = CliRunner().invoke(app, ["campaign", str(task), "--workers", "1", "--out", str(tmp_path)])
     assert done.exit_code == 1 and "Not flown: 1 of 5 runs" in done.output
     assert "## Not flown" in (tmp_path / "report.md").read_text()
     assert json.loads((tmp_path / "report.json").read_text())["not_flown"] == {"1": "gone"}
-    flown_by(monkeypatch, lambda order: cockpit.failed("flown"))
+    flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     done = CliRunner().invoke(app, ["campaign", str(task), "--workers", "1", "--out", str(tmp_path)])
     assert done.exit_code == 0 and "Not flown" not in done.output
 
 
 def test_a_cluster_that_flies_nothing_ends_the_campaign(task: Path, tmp_path: Path, monkeypatch) -> None:
-    ordered = flown_by(monkeypatch, lambda order: cockpit.lost("no memory"))
+    ordered = flown_by(monkeypatch, lambda order: flight_process.lost("no memory"))
     with pytest.raises(DoormanError, match="20 flights in a row .* no memory"):
         running.run_campaign(Campaign(str(task)), tmp_path, runs=100, workers=1)
     assert len(ordered) < 30
@@ -98,7 +102,7 @@ def test_an_order_for_other_software_is_refused_before_the_flight(task: Path, tm
     monkeypatch.chdir(tmp_path)
     given, contents = order(task)
     given["software"] = software() | {"numba": "0.1"}
-    answer = pilot.answer(given | {"prepare": True, "contents": contents})
+    answer = flight_program.answer(given | {"prepare": True, "contents": contents})
     assert answer["lost"] and "numba" in answer["error"] and "0.1" in answer["error"]
 
 
@@ -106,7 +110,7 @@ def test_other_files_than_the_campaigns_are_refused_before_the_flight(task: Path
     monkeypatch.chdir(tmp_path)
     given, contents = order(task)
     contents["door.urdf"] = packed({"door.urdf": b"<robot/>"})["door.urdf"]
-    answer = pilot.answer(given | {"prepare": True, "contents": contents})
+    answer = flight_program.answer(given | {"prepare": True, "contents": contents})
     assert answer["lost"] and "other files" in answer["error"]
 
 
@@ -118,10 +122,10 @@ def test_faults_of_the_machine_are_not_the_flights(task: Path, tmp_path: Path, m
     def broken(*_: object, **__: object) -> None:
         raise fault
 
-    monkeypatch.setattr(pilot, "simulate", broken)
-    assert pilot.answer(given | {"prepare": True, "contents": contents})["lost"]
-    monkeypatch.setattr(pilot, "simulate", lambda *_, **__: 1 / 0)
-    assert not pilot.answer(given)["lost"]
+    monkeypatch.setattr(flight_program, "simulate", broken)
+    assert flight_program.answer(given | {"prepare": True, "contents": contents})["lost"]
+    monkeypatch.setattr(flight_program, "simulate", lambda *_, **__: 1 / 0)
+    assert not flight_program.answer(given)["lost"]
 
 
 def test_a_campaign_flies_with_the_clients_own_files(task: Path, tmp_path: Path) -> None:
@@ -145,18 +149,18 @@ def test_a_campaign_flies_with_the_clients_own_files(task: Path, tmp_path: Path)
 
 @pytest.mark.parametrize("content", [b"", b"PAR1", b"PAR1 not really PAR1"])
 def test_a_damaged_row_is_flown_again(task: Path, tmp_path: Path, monkeypatch, caplog, content: bytes) -> None:
-    flown_by(monkeypatch, lambda order: cockpit.failed("flown"))
+    flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     campaign = Campaign(str(task))
     running.run_campaign(campaign, tmp_path, runs=3, workers=1)
     (tmp_path / "runs" / "run-0000001.parquet").write_bytes(content)
-    ordered = flown_by(monkeypatch, lambda order: cockpit.failed("flown again"))
+    ordered = flown_by(monkeypatch, lambda order: flight_process.failed("flown again"))
     rows = running.run_campaign(campaign, tmp_path, runs=3, workers=1)
     assert ordered == [1] and [row["error"] for row in rows] == ["flown", "flown again", "flown"]
     assert sum("damaged" in record.message for record in caplog.records) == 1
 
 
 def test_parts_and_identity_are_synced(task: Path, tmp_path: Path, monkeypatch) -> None:
-    flown_by(monkeypatch, lambda order: cockpit.failed("flown"))
+    flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     synced: list[int] = []
     sync = os.fsync
 
@@ -190,7 +194,7 @@ def test_a_million_runs_begin_at_once(task: Path, tmp_path: Path, monkeypatch) -
         assert total == 1_000_000 and time.monotonic() - begun < 60.0
         raise Enough
 
-    ordered = flown_by(monkeypatch, lambda order: cockpit.failed("flown"))
+    ordered = flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     with pytest.raises(Enough):
         running.run_campaign(Campaign(str(task)), tmp_path, runs=1_000_000, workers=2, on_row=stop)
     assert len(ordered) < 100
@@ -198,7 +202,7 @@ def test_a_million_runs_begin_at_once(task: Path, tmp_path: Path, monkeypatch) -
 
 
 def test_a_draw_that_is_out_of_range_is_a_row(tmp_path: Path, monkeypatch) -> None:
-    flown_by(monkeypatch, lambda order: cockpit.failed("flown"))
+    flown_by(monkeypatch, lambda order: flight_process.failed("flown"))
     path = tmp_path / "task.toml"
     path.write_text("[campaign]\nruns = 40\n[campaign.vary]\nsimulation.door_mass = { mean = 1.0, std = 2.0 }\n")
     rows = running.run_campaign(Campaign(str(path)), tmp_path / "out", workers=1)
@@ -215,11 +219,11 @@ run_campaign(Campaign(sys.argv[1], {"campaign.duration": 20.0}), Path(sys.argv[2
 """
 
 
-def pilots_of(process: psutil.Process) -> list[psutil.Process]:
+def flight_processes_of(process: psutil.Process) -> list[psutil.Process]:
     found = []
     for child in process.children(recursive=True):
         try:
-            if "doorman.campaign.pilot" in child.cmdline():
+            if "doorman.campaign.flight_program" in child.cmdline():
                 found.append(child)
         except psutil.Error:
             continue
@@ -232,15 +236,15 @@ def test_a_killed_client_leaves_no_process_on_the_cluster(task: Path, tmp_path: 
         command = [sys.executable, "-c", CLIENT, str(task), str(tmp_path / "out"), cluster.scheduler_address]
         client = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         deadline = time.monotonic() + 120.0
-        while not (pilots := pilots_of(psutil.Process())):
+        while not (processes := flight_processes_of(psutil.Process())):
             assert client.poll() is None and time.monotonic() < deadline
             time.sleep(0.05)
         client.send_signal(signal.SIGKILL)
         client.wait()
-        _, left = psutil.wait_procs(pilots, timeout=10.0)
+        _, left = psutil.wait_procs(processes, timeout=10.0)
         assert not left
 
 
 def test_a_row_that_was_judged_before_stays(campaign: Campaign, tmp_path: Path) -> None:
-    write_part(row_of(campaign.flight(0), cockpit.failed("x")), tmp_path)
+    write_part(row_of(campaign.flight(0), flight_process.failed("x")), tmp_path)
     assert known_runs(tmp_path) == {0}

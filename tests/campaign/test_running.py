@@ -100,7 +100,7 @@ def test_a_campaign_that_was_killed_goes_on_to_the_same_table(campaign, task, fl
     while len(list(tmp_path.glob("runs/*.parquet"))) < 2:
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.01)
-    pilots = psutil.Process(process.pid).children(recursive=True)
+    processes = psutil.Process(process.pid).children(recursive=True)
     process.send_signal(signal.SIGKILL)
     process.wait()
     first = {path: path.stat().st_mtime_ns for path in tmp_path.glob("runs/*.parquet")}
@@ -109,8 +109,8 @@ def test_a_campaign_that_was_killed_goes_on_to_the_same_table(campaign, task, fl
     rows = run_campaign(campaign, tmp_path, workers=1)
     assert timeless(rows) == timeless(flown[1])
     assert all(path.stat().st_mtime_ns == mtime for path, mtime in first.items())
-    _, left = psutil.wait_procs(pilots, timeout=60.0)
-    assert pilots and not left
+    _, left = psutil.wait_procs(processes, timeout=60.0)
+    assert processes and not left
 
 
 def test_a_run_that_takes_too_long_is_given_up(task, tmp_path):

@@ -1,7 +1,7 @@
-"""Pilot: a process of its own that flies one order after the other, and dies with whoever started it.
+"""Flight program: a process of its own that flies one order after the other, and dies with whoever started it.
 
 Orders and answers are lines of JSON on stdin and stdout. The first order only prepares; its answer comes when every kernel is
-compiled or loaded. Of all pilots of a machine one at a time prepares: what one compiles, the others load.
+compiled or loaded. Of all flight processes of a machine one at a time prepares: what one compiles, the others load.
 """
 
 from __future__ import annotations

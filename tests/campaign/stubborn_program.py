@@ -1,4 +1,4 @@
-"""A pilot that does what its order says: answers, chatters, hangs, or dies."""
+"""A flight process that does what its order says: answers, chatters, hangs, or dies."""
 
 from __future__ import annotations
 

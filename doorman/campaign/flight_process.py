@@ -1,4 +1,4 @@
-"""Cockpit: starts a pilot, hands it orders, waits for no longer than allowed, and tells how a pilot died."""
+"""Starts the process that flies, hands it orders, waits for no longer than allowed, and tells how it died."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ _ONE_THREAD = (
     "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS",
     "NUMEXPR_NUM_THREADS",
 )  # fmt: skip
-"""Every pilot has one thread: as many pilots as cores share the machine without getting into each other's way."""
+"""Every flight process has one thread: as many as cores share the machine without getting into each other's way."""
 _PREPARATION_TIME = 3600.0
-"""Longest time for compiling everything, and for waiting while another pilot does [s]."""
+"""Longest time for compiling everything, and for waiting while another flight process does [s]."""
 _NOTHING = object()
 _LAST_LINES = 5
-"""Of what a pilot printed before it died."""
+"""Of what a flight process printed before it died."""
 
 
-class Cockpit:
-    """One pilot at a time; another one is started after the last has died.
+class FlightProcess:
+    """One flight process at a time; another one is started after the last has died.
 
     Args:
-        module: What the pilot runs.
+        module: What the flight process runs.
     """
 
-    def __init__(self, module: str = "doorman.campaign.pilot") -> None:
+    def __init__(self, module: str = "doorman.campaign.flight_program") -> None:
         self._module = module
         self._process: subprocess.Popen[str] | None = None
         self._prepared_for: object = _NOTHING
@@ -47,11 +47,11 @@ class Cockpit:
 
         Args:
             order: As `orders.order_of` makes it.
-            files: As `orders.packed` makes them; sent when the pilot does not have them yet.
+            files: As `orders.packed` makes them; sent when the flight process does not have them yet.
             time_out: Wall-clock time for the flight alone [s].
 
         Returns:
-            The pilot's answer, or one with an error if it died or took too long.
+            The flight process's answer, or one with an error if it died or took too long.
         """
         if self._process is None:
             try:
@@ -68,7 +68,7 @@ class Cockpit:
         return self._ask(order, time_out)
 
     def close(self) -> None:
-        """Let the pilot go, whatever it does; may be called twice."""
+        """Let the flight process go, whatever it does; may be called twice."""
         process, self._process = self._process, None
         if process is not None:
             process.kill()
@@ -85,7 +85,7 @@ class Cockpit:
         paths = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
         # not the user's folder: a file of the name of a module there would be imported instead
         environment = {**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1", **dict.fromkeys(_ONE_THREAD, "1")}
-        self._folder = tempfile.TemporaryDirectory(prefix="doorman-pilot-", ignore_cleanup_errors=True)
+        self._folder = tempfile.TemporaryDirectory(prefix="doorman-flights-", ignore_cleanup_errors=True)
         self._printed = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
         self._process = subprocess.Popen(
             [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
@@ -98,7 +98,7 @@ class Cockpit:
     def _ask(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
         process = self._process
         if process is None or process.stdin is None:
-            raise AssertionError("there is a pilot to ask")
+            raise AssertionError("there is a flight process to ask")
         try:
             process.stdin.write(json.dumps(order) + "\n")
             process.stdin.flush()
@@ -125,12 +125,12 @@ class Cockpit:
 
 
 def failed(error: str) -> dict[str, Any]:
-    """An answer in place of a pilot's."""
+    """An answer in place of a flight process's."""
     return {"summary": None, "error": error, "wall_time_s": None, "kernels_compiled": 0}
 
 
 def lost(error: str) -> dict[str, Any]:
-    """An answer in place of a pilot's: the flight did not come about, which says nothing about it."""
+    """An answer in place of a flight process's: the flight did not come about, which says nothing about it."""
     return {**failed(error), "lost": True}
 
 
