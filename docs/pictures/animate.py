@@ -1,6 +1,7 @@
-"""Make an animated picture of a recorded flight: its replay page, drawn by a browser without a window.
+"""Make an animated picture or a still of a recorded flight: its replay page, drawn by a browser without a window.
 
 Usage: python docs/pictures/animate.py RUN OUT.gif [--width 640] [--height 400] [--speed 4] [--frames-per-second 12]
+       python docs/pictures/animate.py RUN OUT.png [--width 640] [--height 400] [--at 0.6]
 
 RUN is a folder that `doorman open` wrote. The browser is chromium, or what DOORMAN_BROWSER names.
 """
@@ -33,8 +34,11 @@ def main() -> None:
             pictures = frames(browser, arguments)
         finally:
             browser.close()
-    write(pictures, arguments.out, arguments.frames_per_second)
-    print(f"{arguments.out}: {len(pictures)} frames, {arguments.out.stat().st_size / 1e6:.1f} MB")
+    if arguments.out.suffix == ".gif":
+        write(pictures, arguments.out, arguments.frames_per_second)
+    else:
+        pictures[0].quantize(COLORS).save(arguments.out, optimize=True)
+    print(f"{arguments.out}: {len(pictures)} frames, {arguments.out.stat().st_size / 1e6:.2f} MB")
 
 
 def frames(browser: Browser, arguments: argparse.Namespace) -> list[Image.Image]:
@@ -45,9 +49,11 @@ def frames(browser: Browser, arguments: argparse.Namespace) -> list[Image.Image]
     browser.click("#toggle")
     browser.evaluate(PLAIN)
     first, last = (float(browser.evaluate(f"slider.{end}")) for end in ("min", "max"))
-    step = arguments.speed / arguments.frames_per_second
+    times = np.arange(first, last, arguments.speed / arguments.frames_per_second)
+    if arguments.out.suffix != ".gif":
+        times = np.array([first + arguments.at * (last - first)])
     found = []
-    for time in np.arange(first, last, step):
+    for time in times:
         browser.evaluate(f"show({time})")
         browser.settle()
         found.append(Image.fromarray(browser.picture().astype(np.uint8)))
@@ -68,11 +74,12 @@ def parse() -> argparse.Namespace:
     """What was asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("run", type=Path, help="folder of a run")
-    parser.add_argument("out", type=Path, help="GIF to write")
+    parser.add_argument("out", type=Path, help="GIF, or PNG of one moment, to write")
     parser.add_argument("--width", type=int, default=720, help="[pixels]")
     parser.add_argument("--height", type=int, default=450, help="[pixels]")
     parser.add_argument("--speed", type=float, default=4.0, help="times real time")
     parser.add_argument("--frames-per-second", type=float, default=12.0)
+    parser.add_argument("--at", type=float, default=0.6, help="moment of a still, as a share of the flight")
     return parser.parse_args()
 
 

@@ -25,6 +25,12 @@ _RIBBON_NODES = 18
 _RIBBON_HALF_WIDTH = 0.025
 """Along the planned thrust [m]."""
 _ZOOM = 2.4
+_LEAST_SIZE = 1.1
+"""Of what the camera sees, whatever the size of the leaf [m]."""
+_IN_DOORWAY, _BEFORE_WALL = 0.2, 0.3
+"""Where it looks at: behind the wall, or before it where the vehicle pulls [m],"""
+_BELOW_CONTACT = 0.95
+"""at this share of the contact's height."""
 _SKY = [0.93, 0.95, 0.97]
 
 
@@ -181,10 +187,12 @@ def _surroundings() -> list[Command]:
 
 
 def _camera(model: Model) -> dict[str, list[float]]:
-    """Eye and target of the camera: from the vehicle's side, a little above, on the doorway."""
-    door, width = model.door, model.door.width
-    middle = np.array([0.2, 0.5 * width, 0.95 * model.scenario.contact.height])
-    target = door.hinge_position + door.from_doorway(middle)
-    eye = target + width * door.from_doorway(np.array([-2.45, 1.5, 0.4]))
+    """Eye and target of the camera: from the vehicle's side, a little above, on the doorway, or on what moves before the wall."""
+    door, size = model.door, max(model.door.width, _LEAST_SIZE)
+    contact = model.coupling.contact_point(float(model.start_state[3]))
+    into = _IN_DOORWAY if door.side == "push" else -_BEFORE_WALL
+    target = door.hinge_position + door.from_doorway(np.array([into, 0.5 * door.width, 0.0]))
+    target[2] = _BELOW_CONTACT * contact[2]
+    eye = target + size * door.from_doorway(np.array([-2.45, 1.5, 0.4]))
     y_up = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # the camera's own frame
     return {"eye": (y_up @ eye).round(3).tolist(), "target": (y_up @ target).round(3).tolist()}
