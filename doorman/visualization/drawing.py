@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -188,11 +189,15 @@ def _surroundings() -> list[Command]:
 
 def _camera(model: Model) -> dict[str, list[float]]:
     """Eye and target of the camera: from the vehicle's side, a little above, on the doorway, or on what moves before the wall."""
-    door, size = model.door, max(model.door.width, _LEAST_SIZE)
-    contact = model.coupling.contact_point(float(model.start_state[3]))
-    into = _IN_DOORWAY if door.side == "push" else -_BEFORE_WALL
-    target = door.hinge_position + door.from_doorway(np.array([into, 0.5 * door.width, 0.0]))
-    target[2] = _BELOW_CONTACT * contact[2]
-    eye = target + size * door.from_doorway(np.array([-2.45, 1.5, 0.4]))
+    door, start = model.door, model.start_state
+    contact = model.coupling.contact_point(float(start[3]))
+    vehicle = model.coupling.vehicle_position(start[:3], float(start[3]), start[5:])
+    ahead = np.array([*(contact - vehicle)[:2], 0.0])
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
+    aside = np.array([-ahead[1], ahead[0], 0.0])
+    aside *= math.copysign(1.0, float(aside @ door.along))
+    target = contact + (_IN_DOORWAY if door.side == "push" else -_BEFORE_WALL) * ahead
+    target[2] *= _BELOW_CONTACT
+    eye = target + max(door.width, _LEAST_SIZE) * (-2.45 * ahead + 1.5 * aside + np.array([0.0, 0.0, 0.4]))
     y_up = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # the camera's own frame
     return {"eye": (y_up @ eye).round(3).tolist(), "target": (y_up @ target).round(3).tolist()}
