@@ -14,6 +14,7 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.fall import FallWatch
 from doorman.flight.journal import Journal
+from doorman.flight.rest import RestWatch, tells_of_crash
 from doorman.flight.travel import fly_to
 from doorman.flight.way_back import WayBack, out_of_the_doorway
 from doorman.hardware.pixhawk import (
@@ -58,6 +59,7 @@ class End(Enum):
     """It was refused on the ground; the vehicle is disarmed."""
     LANDED = "landed and disarmed"
     FALLEN = "fallen: its motors stopped in the air"
+    CRASHED = "crashed: it lies on its side, or the autopilot says so"
     TAKEN_OVER = "taken over by the pilot or the autopilot"
     """And still armed when the session ended."""
     UNHEARD = "not heard any more: the autopilot's own failsafe lands it"
@@ -86,7 +88,7 @@ class GuardedFlight(Uncopied):
         self.model, self.links, self._listener, self._recorder = model, links, say, recorder
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
-        self._observer, self._fall = Observer(model, self.backend), FallWatch()
+        self._observer, self._fall, self._rest = Observer(model, self.backend), FallWatch(), RestWatch()
         self.supervisor = Supervisor(
             links, self._look, model.scenario.safety, refuge=lambda position: out_of_the_doorway(model, position)[-1]
         )
@@ -274,7 +276,11 @@ class GuardedFlight(Uncopied):
             if now - begin > _LANDING_PATIENCE or now - ended > _LAST_LOOK:
                 break
             time.sleep(0.02)
-        return End.FALLEN if end is End.LANDED and self._fall.fell else end
+        if end is not End.LANDED:
+            return end
+        if self._fall.fell:
+            return End.FALLEN
+        return End.CRASHED if self._rest.lies or tells_of_crash(self.journal.lines) else end
 
     def _stands(self) -> bool:
         """Whether the vehicle has landed because we told it to."""
@@ -287,6 +293,7 @@ class GuardedFlight(Uncopied):
         heard = seen.conditions.isdisjoint({EventKind.STATE_STALE, EventKind.LINK_LOST, EventKind.DEVICE_LOST})
         runs = seen.armed and not self.links.autopilot.state().terminated
         self._fall.note(seen.now, seen.speed, runs, heard)
+        self._rest.note(seen.tilt, runs)
         return seen
 
     def _end(self) -> End:
