@@ -20,7 +20,7 @@ from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.scheduling import is_real_time
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.doubted_mocap import BELIEVED_TURN
-from doorman.hardware.vehicle.waiting import TOGETHER, apart, turned
+from doorman.hardware.vehicle.waiting import TOGETHER, apart, leaning, turned
 from doorman.model import Model
 
 _LEAST_RATE = 0.6
@@ -35,6 +35,8 @@ _STEP = math.radians(5.0)
 _PLACE = 0.5
 """Distance between the vehicle and its pad beyond which it does not take off [m]."""
 _MOST_LATENCY = 0.03
+_LEVEL = math.radians(3.0)
+"""By which roll and pitch of cameras and autopilot may differ: a twentieth of the weight points elsewhere [rad]."""
 _SETTLED = 0.5
 Sample = TypeVar("Sample")
 _FLOWN_WITH = ServoFault.VOLTAGE | ServoFault.WARM
@@ -172,6 +174,9 @@ def _mocap(links: VehicleLinks) -> Iterator[Check]:
     turn = turned(links)
     yield _row("mocap's and autopilot's attitude", turn < BELIEVED_TURN, f"{math.degrees(turn):.0f}° apart",
                "the object's axes must be the autopilot's, and its yaw must come from the poses")  # fmt: skip
+    lean = leaning(links)
+    yield _row("mocap's and autopilot's level", lean < _LEVEL, f"{math.degrees(lean):.1f}° apart",
+               "define the object again while the vehicle stands level, or level the autopilot's sensors")  # fmt: skip
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:

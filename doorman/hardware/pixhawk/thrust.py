@@ -107,12 +107,17 @@ class HoverCalibration:
     def __init__(self) -> None:
         self._thrusts: list[float] = []
         self._voltages: list[float] = []
+        self._speeds: list[float] = []
+        self._tilts: list[float] = []
         self._last = -math.inf
 
     def add(self, sample: VehicleSample) -> bool:
         """Take in a sample; returns whether it counted."""
-        slow = float(sum(sample.velocity**2)) <= _CALM_SPEED**2
-        level = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1]))) <= _CALM_TILT
+        speed = math.sqrt(float(sum(sample.velocity**2)))
+        tilt = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
+        slow, level = speed <= _CALM_SPEED, tilt <= _CALM_TILT
+        self._speeds.append(speed)
+        self._tilts.append(tilt)
         new = sample.thrust_target_time > self._last
         if not (slow and level and new and sample.armed and sample.thrust_target > 0.05):
             return False
@@ -143,9 +148,17 @@ class HoverCalibration:
         """
         if len(self._thrusts) < _ENOUGH_READINGS:
             raise BackendError(
-                "too few calm readings to calibrate hover", given=len(self._thrusts), allowed=f">= {_ENOUGH_READINGS}"
+                "too few calm readings to calibrate hover",
+                given=f"{len(self._thrusts)}{self._restlessness()}",
+                allowed=f"at least {_ENOUGH_READINGS} at no more than {_CALM_SPEED:g} m/s and {math.degrees(_CALM_TILT):.0f}°",
             )
         if compensate_battery and not self._voltages:
             raise BackendError("the autopilot reports no battery voltage", field="compensate_battery")
         voltage = median(self._voltages) if compensate_battery else None
         return ThrustCurve(median(self._thrusts), hover_force, shape, voltage)
+
+    def _restlessness(self) -> str:
+        """How the vehicle moved, in words."""
+        if not self._speeds:
+            return ", and no sample"
+        return f", at {median(self._speeds):.2f} m/s and a tilt of {math.degrees(median(self._tilts)):.0f}°"

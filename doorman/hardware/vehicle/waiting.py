@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.hardware.pixhawk import SampleStatus
 from doorman.hardware.vehicle.doubted_mocap import between
@@ -75,3 +76,30 @@ def turned(links: VehicleLinks) -> float:
         return 0.0
     pose = links.mocap.read()
     return between(pose.quaternion, links.autopilot.state().quaternion) if pose.usable else math.nan
+
+
+def leaning(links: VehicleLinks) -> float:
+    """Angle between the two attitudes' upward axes [rad]: what no heading explains. 0 without mocap, NaN without a usable pose.
+
+    Args:
+        links: Open.
+    """
+    if links.mocap is None:
+        return 0.0
+    pose = links.mocap.read()
+    return tilt_between(pose.quaternion, links.autopilot.state().quaternion) if pose.usable else math.nan
+
+
+def tilt_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Angle between the body's z axes of two attitudes [rad].
+
+    Args:
+        a: Unit quaternion [w, x, y, z], body to world, shape (4,).
+        b: Likewise.
+    """
+    return math.acos(min(max(float(_up(a) @ _up(b)), -1.0), 1.0))
+
+
+def _up(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    w, x, y, z = q.tolist()
+    return np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z])

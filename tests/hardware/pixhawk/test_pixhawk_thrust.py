@@ -104,6 +104,15 @@ def test_a_reading_counts_once_and_too_few_are_refused():
         calibration.curve(29.4)
 
 
+def test_a_hover_that_drifts_is_told_with_its_speed_and_the_limit():
+    calibration = HoverCalibration()
+    for index in range(20):
+        assert not calibration.add(replace(hovering(index), velocity=np.array([0.19, 0.0, 0.0])))
+    with pytest.raises(BackendError) as caught:
+        calibration.curve(29.4)
+    assert "0.19 m/s" in str(caught.value.given) and "0.15 m/s" in str(caught.value.allowed)
+
+
 def test_compensation_needs_a_voltage():
     calibration = HoverCalibration()
     for index in range(20):
