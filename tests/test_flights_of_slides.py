@@ -35,6 +35,7 @@ def test_a_drawer_is_pulled_open() -> None:
         assert abs(found[name]["value"] - true) < 2.0 * found[name]["deviation"]
 
 
+@pytest.mark.slow
 def test_a_gate_is_slid_open() -> None:
     assert flown("sliding", 1)["target_opening"] == pytest.approx(0.6)
 

@@ -26,8 +26,8 @@ import doorman
 ROOT = Path(__file__).parent.parent
 PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
     "campaign", "feasibility", "flight", "hardware.dynamixel", "hardware.mocap", "hardware.pixhawk", "hardware.safety",
-    "hardware.vehicle", "learning", "mission", "ocp", "recording", "recording.merging", "rig", "ros2", "scenario",
-    "simulation", "visualization",
+    "hardware.vehicle", "hardware.vehicle_file", "learning", "mission", "ocp", "recording", "recording.merging", "rig", "ros2",
+    "scenario", "simulation", "visualization",
 ))]  # fmt: skip
 """Packages that export names."""
 

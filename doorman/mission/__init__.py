@@ -2,7 +2,7 @@
 
 from doorman.mission.mission import Mission as Mission
 from doorman.mission.mission import OnProgress as OnProgress
-from doorman.mission.phases import Phase as Phase
+from doorman.mission.phases.phase import Phase as Phase
 from doorman.mission.schedule import PlanSchedule as PlanSchedule
 from doorman.mission.schedule import TimedPlan as TimedPlan
 from doorman.mission.simulate import simulate as simulate

@@ -18,7 +18,7 @@ from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.hardware.interface import Backend
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.mission.phases import Phase
+from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
 from doorman.mission.whole_body_flight import WholeBodyFlight

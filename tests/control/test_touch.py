@@ -12,7 +12,7 @@ from doorman.control.doorway import Doorway
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.phases import Phase
+from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
 from doorman.mission.swing import Swing

@@ -123,7 +123,8 @@ def test_a_door_slammed_at_the_goal_does_not_throw_the_vehicle_onto_the_jamb(
     assert (opened, reason) == (True, "") or (scenario == "push" and "the leaf has gone past the goal" in reason)
 
 
-@pytest.mark.parametrize("later", [1.5, pytest.param(2.5, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("later", [1.5, 2.5])
 def test_a_door_slammed_at_a_vehicle_that_goes_out_meets_its_tip(later: float) -> None:
     """Heading and arm turn back as it goes, for the place where a leaf would meet it."""
     slam = Slam(Phase.RETREAT, later)

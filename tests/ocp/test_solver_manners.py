@@ -15,7 +15,7 @@ from doorman.exceptions import DimensionError
 from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, Solver
 
 
-@pytest.mark.parametrize("method", [AugmentedLagrangian, Cddp, Hybrid])
+@pytest.mark.parametrize("method", [pytest.param(AugmentedLagrangian, marks=pytest.mark.slow), Cddp, Hybrid])
 def test_other_threads_go_on_during_a_solve(method: type[Solver]) -> None:
     """The solve waits in a kernel for something that only another Python thread does; without it, it gives up after a minute."""
     variant = Variant(speed=0.5)
