@@ -9,7 +9,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus
+from doorman.hardware.pixhawk.quaternions import rotate
+from doorman.hardware.pixhawk.sample import VehicleSample
 from doorman.hardware.vehicle.doubted_mocap import between
 from doorman.hardware.vehicle.links import VehicleLinks
 
@@ -60,10 +63,7 @@ def apart(links: VehicleLinks) -> float:
     Args:
         links: Open.
     """
-    if links.mocap is None:
-        return 0.0
-    pose = links.mocap.read()
-    return float(np.linalg.norm(pose.position - links.autopilot.state().position)) if pose.usable else math.nan
+    return _compared(links, lambda seen, own: float(np.linalg.norm(seen.position - own.position)))
 
 
 def turned(links: VehicleLinks) -> float:
@@ -72,10 +72,7 @@ def turned(links: VehicleLinks) -> float:
     Args:
         links: Open.
     """
-    if links.mocap is None:
-        return 0.0
-    pose = links.mocap.read()
-    return between(pose.quaternion, links.autopilot.state().quaternion) if pose.usable else math.nan
+    return _compared(links, lambda seen, own: between(seen.quaternion, own.quaternion))
 
 
 def leaning(links: VehicleLinks) -> float:
@@ -84,10 +81,7 @@ def leaning(links: VehicleLinks) -> float:
     Args:
         links: Open.
     """
-    if links.mocap is None:
-        return 0.0
-    pose = links.mocap.read()
-    return tilt_between(pose.quaternion, links.autopilot.state().quaternion) if pose.usable else math.nan
+    return _compared(links, lambda seen, own: tilt_between(seen.quaternion, own.quaternion))
 
 
 def tilt_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
@@ -97,9 +91,13 @@ def tilt_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
         a: Unit quaternion [w, x, y, z], body to world, shape (4,).
         b: Likewise.
     """
-    return math.acos(min(max(float(_up(a) @ _up(b)), -1.0), 1.0))
+    up = np.array([0.0, 0.0, 1.0])
+    return math.acos(min(max(float(rotate(a, up) @ rotate(b, up)), -1.0), 1.0))
 
 
-def _up(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    w, x, y, z = q.tolist()
-    return np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), w * w - x * x - y * y + z * z])
+def _compared(links: VehicleLinks, differ: Callable[[PoseSample, VehicleSample], float]) -> float:
+    """How mocap's pose differs from the autopilot's estimate; 0 without mocap, NaN without a pose that can be used."""
+    if links.mocap is None:
+        return 0.0
+    pose = links.mocap.read()
+    return differ(pose, links.autopilot.state()) if pose.usable else math.nan

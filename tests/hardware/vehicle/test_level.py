@@ -7,15 +7,13 @@ import math
 import numpy as np
 import pytest
 
+from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
 from doorman.hardware.vehicle.waiting import tilt_between
 
 
 def attitude(roll: float, pitch: float, yaw: float) -> np.ndarray:
     """Quaternion of Euler angles [deg]."""
-    (a, b, c), (d, e, f) = (
-        [function(math.radians(0.5 * angle)) for angle in (roll, pitch, yaw)] for function in (math.cos, math.sin)
-    )
-    return np.array([a * b * c + d * e * f, d * b * c - a * e * f, a * e * c + d * b * f, a * b * f - d * e * c])
+    return quaternion_from_euler(np.radians([roll, pitch, yaw]))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 17.0, 180.0])
