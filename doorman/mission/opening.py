@@ -12,7 +12,7 @@ from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.control.turning_aid import TurningAid
-from doorman.mission.progress import Progress
+from doorman.mission.door_opening import HEADING_LOST, DoorOpening
 from doorman.mission.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
@@ -21,18 +21,14 @@ Array = NDArray[np.float64]
 
 _STUCK = 10.0
 """Time without progress after which an opening is given up [s]."""
-SILENT = 0.5
-"""A planner that makes one plan for so long is given up; what is flown meanwhile is the last plan, which is longer [s]."""
 _AHEAD = math.radians(16.0)
 """No heading is asked for that is farther ahead of a gripped door; where the door gives way, it is 15° at most [rad]."""
 _TOO_FAR_AHEAD = math.radians(22.0)
 _GIVES_WAY = 0.05
 """A gripping vehicle that is turned farther ahead of a door that is slower leans on it, and is turned on [rad], [rad/s]."""
-_HEADING_LOST = math.radians(55.0)
-"""A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 
 
-class Opening:
+class Opening(DoorOpening):
     """Setpoints from the touch until the door is open.
 
     Args:
@@ -42,21 +38,13 @@ class Opening:
     """
 
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
-        self._model, self._converter, self._schedule = model, converter, schedule
+        super().__init__(model, schedule, pushes=False)
+        self._converter = converter
         self._sense = math.copysign(1.0, float(model.goal_state[2] - model.start_state[2]))
         self._turning_aid = TurningAid(model)
-        self._progress = Progress(model, False)
         self.resistance = Resistance(model, self._progress)
         """What the hinge resists with."""
-        self.held = False
-        """Whether the door is being held, and not moved: never, a gripped one is moved to where it stays."""
         self._waiting: Setpoint | None = None
-        self._last = 0.0
-
-    def may_go_on(self, estimate: Estimate) -> bool:
-        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
-        plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
-        return plans and self._progress.swung
 
     def resume(self, now: float, push: float) -> None:
         """Begin.
@@ -113,31 +101,21 @@ class Opening:
         aid = self._turning_aid.force(estimate.state, body_rates, turning, time_step, estimate.attitude_lag)
         return replace(setpoint, force=setpoint.force + aid)
 
-    def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough, and stands still right now.
-
-        Args:
-            now: [s].
-        """
-        return self._progress.done(now)
-
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
-        if (late := self._schedule.overdue(estimate.time)) > SILENT:
-            return f"the planner is silent for {late:.1f} s"
-        door, angle = self._model.door, self._model.door.in_words(estimate.door_angle)
+        if silence := self._silence(estimate.time):
+            return silence
+        angle = self._model.door.in_words(estimate.door_angle)
         ahead = self._ahead(float(estimate.state[2]), estimate.door_angle)
         if ahead > _TOO_FAR_AHEAD and abs(self._progress.rate) < _GIVES_WAY:
             return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle}"
-        if abs(ahead) > _HEADING_LOST:
+        if abs(ahead) > HEADING_LOST:
             turned = math.degrees(abs(ahead))
             return f"the heading is lost: {turned:.0f}° beside where it should be at {angle}"
         if self._progress.stuck_for(estimate.time) < _STUCK:
             return ""
         resists = max(0.0, self._model.travel.ahead(estimate.door_disturbance))
-        return f"the door does not move on from {angle} against {door.torque_in_words(resists)}" + (
-            f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
-        )
+        return self._does_not_move(estimate, resists)
 
     def _ahead(self, yaw: float, door_angle: float) -> float:
         """By how much a heading is ahead of the one that keeps step with the door [rad]."""

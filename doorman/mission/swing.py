@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from doorman.control.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.opening import SILENT
-from doorman.mission.progress import NEARLY, STANDS, STILL_OPEN, Progress
+from doorman.mission.door_opening import HEADING_LOST, DoorOpening
+from doorman.mission.progress import NEARLY, STANDS, STILL_OPEN
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
 
@@ -23,13 +23,11 @@ _SWINGS, _SURELY = 0.02, 1.0
 """A door swings that is faster [rad/s], and has swung that was so for longer [s]."""
 _GUSTINESS = 1.5
 """Wind on the leaf that a door must stand, as a share of what the vehicle feels."""
-_HEADING_LOST = math.radians(55.0)
-"""A vehicle that is turned so far from the heading that keeps step with the door does not find back [rad]."""
 _CLOSE = math.radians(0.8)
 """A door that stands this near to the goal is held [rad]."""
 
 
-class Swing:
+class Swing(DoorOpening):
     """Of one attempt, from the touch until the door is open.
 
     Args:
@@ -39,17 +37,10 @@ class Swing:
     """
 
     def __init__(self, model: Model, leaf: AtTheLeaf, schedule: PlanSchedule) -> None:
-        self._model, self._leaf, self._schedule = model, leaf, schedule
+        super().__init__(model, schedule, pushes=True)
+        self._leaf = leaf
         self._goal = float(model.goal_state[3])
-        self._progress = Progress(model, True)
-        self.held = False
-        """Whether the door is being held, and not moved."""
-        self._last = self._push = self._swung = 0.0
-
-    def may_go_on(self, estimate: Estimate) -> bool:
-        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
-        plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
-        return plans and self._progress.swung
+        self._push = self._swung = 0.0
 
     def resume(self, now: float, push: float) -> None:
         """Begin, or go on after contact was regained.
@@ -101,28 +92,17 @@ class Swing:
         wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
         return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
-    def done(self, now: float) -> bool:
-        """Whether the door has stood at the goal for long enough, and stands still right now.
-
-        Args:
-            now: [s].
-        """
-        return self._progress.done(now)
-
     def stuck(self, estimate: Estimate) -> str:
         """Why the opening should be given up; empty if it should not."""
-        if (late := self._schedule.overdue(estimate.time)) > SILENT:
-            return f"the planner is silent for {late:.1f} s"
-        door, angle = self._model.door, self._model.door.in_words(estimate.door_angle)
-        resists = max(0.0, -estimate.door_disturbance)
+        if silence := self._silence(estimate.time):
+            return silence
+        angle = self._model.door.in_words(estimate.door_angle)
         heading = float(self._model.on_the_way(estimate.door_angle)[2])
         turned = abs(math.remainder(float(estimate.state[2]) - heading, 2.0 * math.pi))
-        if turned > _HEADING_LOST:
+        if turned > HEADING_LOST:
             return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle}"
         swung = self._progress.swung and self._swung > _SURELY
         in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
-        return f"the door does not move on from {angle} against {door.torque_in_words(resists)}" + (
-            f"; the last plan: {self._schedule.refusal}" if self._schedule.refusal else ""
-        )
+        return self._does_not_move(estimate, max(0.0, -estimate.door_disturbance))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from doorman.control.estimator import Estimator
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf
+from doorman.mission.door_opening import DoorOpening
 from doorman.mission.opening import Opening
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.swing import Swing
@@ -64,7 +65,7 @@ class Attempt:
         self.estimator.lose_leaf()
         return reason
 
-    def _make_opening(self) -> Opening | Swing:
+    def _make_opening(self) -> DoorOpening:
         if self.grips:
             return Opening(self.model, self.converter, self.schedule)
         return Swing(self.model, self.leaf, self.schedule)
