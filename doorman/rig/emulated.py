@@ -15,12 +15,6 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.registers import BAUD_CODES
-from doorman.hardware.emulators.autopilot import EmulatedAutopilot
-from doorman.hardware.emulators.autopilot_onboard import Flavour
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
-from doorman.hardware.emulators.mocap import MocapEmulator, TrackerSetup
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk.signing import load_key
 from doorman.hardware.vehicle import VehicleConfig
@@ -28,6 +22,12 @@ from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
+from doorman.rig.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot.onboard import Flavour
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_MOCAP, PX4_MOCAP
+from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.px4_sitl import Px4Sitl, simulator_port
 from doorman.rig.rotor_pilot import RotorPilot

@@ -10,10 +10,10 @@ from autopilot_sandbox import LEVEL, NED, Sandbox, offboard
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot_ardupilot import GUIDED, LAND
-from doorman.hardware.emulators.autopilot_brain import PositionTarget
-from doorman.hardware.emulators.autopilot_control import Task
+from doorman.rig.emulators.autopilot import px4
+from doorman.rig.emulators.autopilot.ardupilot import GUIDED, LAND
+from doorman.rig.emulators.autopilot.brain import PositionTarget
+from doorman.rig.emulators.autopilot.control import Task
 
 
 def test_px4_acknowledges_offboard_without_a_stream_and_does_not_change(vehicle_px4):

@@ -7,10 +7,10 @@ import re
 import pytest
 from command_line import run as doorman
 
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.pixhawk.parameter_file import DIALECTS
 from doorman.hardware.pixhawk.parameter_rules import rules_for
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
 
 DEFAULTS = {"px4": PX4_DEFAULTS, "ardupilot": ARDUPILOT_DEFAULTS}
 

@@ -11,16 +11,16 @@ import pytest
 from pixhawk_rig import SAFE, WEIGHT, wait_until
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.autopilot_parameters import (
+from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
+from doorman.hardware.pixhawk.parameter_rules import Severity, rules_for
+from doorman.hardware.pixhawk.parameters import read_parameters
+from doorman.rig.emulators.autopilot.parameters import (
     ARDUPILOT_MOCAP,
     PX4_DEFAULTS,
     PX4_MOCAP,
     ParameterStore,
 )
-from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, ThrustCurve
-from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
-from doorman.hardware.pixhawk.parameter_rules import Severity, rules_for
-from doorman.hardware.pixhawk.parameters import read_parameters
 
 MOCAP = {"px4": PX4_MOCAP, "ardupilot": ARDUPILOT_MOCAP}
 COMPENSATED = ThrustCurve(0.4, WEIGHT, hover_voltage=15.6)

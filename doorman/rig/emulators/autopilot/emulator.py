@@ -15,14 +15,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.autopilot_brain import Brain
-from doorman.hardware.emulators.autopilot_estimator import Estimate, Estimator
-from doorman.hardware.emulators.autopilot_link import FaultyUdp, LinkFaults
-from doorman.hardware.emulators.autopilot_onboard import Build, Flavour, Onboard
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
-from doorman.hardware.emulators.autopilot_plant import AutopilotPlant, PlantTruth, SimplePlant
-from doorman.hardware.emulators.autopilot_protocol import Protocol
-from doorman.hardware.emulators.autopilot_telemetry import EmulatedBattery
+from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.estimator import Estimate, Estimator
+from doorman.rig.emulators.autopilot.link import FaultyUdp, LinkFaults
+from doorman.rig.emulators.autopilot.onboard import Build, Flavour, Onboard
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
+from doorman.rig.emulators.autopilot.plant import AutopilotPlant, PlantTruth, SimplePlant
+from doorman.rig.emulators.autopilot.protocol import Protocol
+from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery
 
 _STEP = 0.004
 _MOST_STEPS = 25

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import Brain
-from doorman.hardware.emulators.autopilot_control import Task
-from doorman.hardware.emulators.autopilot_earth import global_origin, global_position, home_position, satellites
-from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
-from doorman.hardware.emulators.autopilot_return import Home
+from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.earth import global_origin, global_position, home_position, satellites
+from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.plant import Array, yaw_of
+from doorman.rig.emulators.autopilot.way_home import Home
 
 FLIP = np.array([1.0, -1.0, -1.0])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import (
+from doorman.rig.emulators.autopilot.brain import (
     ACCEPTED,
     DENIED,
     TEMPORARILY_REJECTED,
@@ -19,10 +19,10 @@ from doorman.hardware.emulators.autopilot_brain import (
     StreamMemory,
     Surroundings,
 )
-from doorman.hardware.emulators.autopilot_control import Demand, Task
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import yaw_of
-from doorman.hardware.emulators.autopilot_return import Return
+from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import yaw_of
+from doorman.rig.emulators.autopilot.way_home import Return
 
 MANUAL, ALTITUDE, POSITION, OFFBOARD, STABILIZED = 1 << 16, 2 << 16, 3 << 16, 6 << 16, 7 << 16
 TAKE_OFF, LOITER, RETURN, LAND = (4 << 16 | sub << 24 for sub in (2, 3, 5, 6))

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_control import Demand, Task
-from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
-from doorman.hardware.emulators.autopilot_return import Home, Return
+from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import Array, yaw_of
+from doorman.rig.emulators.autopilot.way_home import Home, Return
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""

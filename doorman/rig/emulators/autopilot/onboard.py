@@ -11,22 +11,22 @@ from typing import Any, Literal
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_ardupilot import ArduPilotBrain
-from doorman.hardware.emulators.autopilot_brain import Brain, Surroundings
-from doorman.hardware.emulators.autopilot_control import FlightController, Task
-from doorman.hardware.emulators.autopilot_estimator import Estimator
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import GRAVITY, AutopilotPlant
-from doorman.hardware.emulators.autopilot_protocol import Protocol
-from doorman.hardware.emulators.autopilot_px4 import Px4Brain
-from doorman.hardware.emulators.autopilot_schedule import (
+from doorman.rig.emulators.autopilot.ardupilot import ArduPilotBrain
+from doorman.rig.emulators.autopilot.brain import Brain, Surroundings
+from doorman.rig.emulators.autopilot.control import FlightController, Task
+from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import GRAVITY, AutopilotPlant
+from doorman.rig.emulators.autopilot.protocol import Protocol
+from doorman.rig.emulators.autopilot.px4 import Px4Brain
+from doorman.rig.emulators.autopilot.schedule import (
     ARDUPILOT_RATES,
     PX4_RATES,
     PX4_SETTABLE,
     SETTABLE,
     Schedule,
 )
-from doorman.hardware.emulators.autopilot_telemetry import EmulatedBattery, Telemetry, estimator_status
+from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery, Telemetry, estimator_status
 
 _BOOT_CLOCK = 3.0
 """Reading of the clock when the link comes up [s]."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.hardware.emulators.autopilot_earth import ZURICH, Place
-from doorman.hardware.emulators.autopilot_plant import Array, PlantTruth
+from doorman.rig.emulators.autopilot.earth import ZURICH, Place
+from doorman.rig.emulators.autopilot.plant import Array, PlantTruth
 
 _HISTORY = 2.0
 _GAIN = 0.35
