@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -287,19 +287,3 @@ class Brain(ABC):
     @abstractmethod
     def disarm_delay(self) -> float:
         """Between touching the ground in a landing and disarming [s]."""
-
-
-@dataclass
-class StreamMemory:
-    """When setpoints came, on the autopilot's clock [s]."""
-
-    last: float = float("-inf")
-    since: float = float("inf")
-    """Start of the present stream without gaps."""
-    needs_position: bool = field(default=False)
-
-    def heard(self, now: float, gap: float) -> None:
-        """Note a setpoint; a longer gap than this [s] starts a new stream."""
-        if now - self.last > gap:
-            self.since = now
-        self.last = now
