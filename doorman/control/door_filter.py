@@ -6,13 +6,14 @@ States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D, f_x, f_y]`. With th
 .. math::
 
    I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) \mp \tau_p - w
-   - \tfrac{1}{2} D_W n_D^T f - G(\alpha)
+   - l_W n_D^T f - G(\alpha)
 
 w is a torque that comes and goes (gusts, what the model leaves out): a first-order Markov process. f is the mean wind on the
-leaf, which would pass for friction or a closer but for how it changes with the angle; it is expected to blow as the
-vehicle feels it before the touch. An extended Kalman filter measures the tip's angle. A door that stands still says nothing
-of its parameters but that its friction suffices: they rest until it moves. Their standard deviations are what the motion has
-taught; damping, friction and closer stay correlated where the door has only seen one speed.
+leaf, whose lever :math:`l_W` is half of a hinged leaf's width. It would pass for friction or a closer but for how it changes
+with the angle; it is expected to blow as the vehicle feels it before the touch. An extended Kalman filter measures the tip's
+angle. A door that stands still says nothing of its parameters but that its friction suffices: they rest until it moves. Their
+standard deviations are what the motion has taught; damping, friction and closer stay correlated where the door has only seen one
+speed.
 """
 
 from __future__ import annotations
@@ -86,7 +87,6 @@ class DoorFilter:
         start = float(model.start_state[3])
         self._door, self._rest = model.door, model.door.rest_angle
         self._preload = model.door.closing_torque
-        self._half_width = 0.5 * model.door.width
         inertia = model.door.inertia
         self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
         door = model.door
@@ -206,7 +206,7 @@ class DoorFilter:
 
     def _wind_lever(self) -> Array:
         """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""
-        return self._half_width * self._door.normal(self.angle)[:2]
+        return self._door.wind_lever * self._door.normal(self.angle)[:2]
 
     def _expect(self, wind: Array) -> None:
         """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""

@@ -30,6 +30,8 @@ DURATION = 12.0
 PUSH_DURATION = 30.0
 """Longest of one with a tip that can only push; it ends where the door comes to rest at the goal [s]."""
 
+_ALONG_THE_WAY = 20
+"""Angles of the way at which the least resistance is looked for."""
 _AT_GOAL, _RESTS = math.radians(2.0), 5e-4
 """A pushed door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
 _FASTEST_DOOR = 20.0
@@ -77,6 +79,23 @@ def resistance(model: Model) -> float:
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
         return float(model.scenario.estimation.friction[0])
     return model.door.friction
+
+
+def least_resistance(model: Model) -> float:
+    """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        [N m].
+    """
+    door, travel = model.door, model.travel
+    drives = [
+        door.closing_torque + door.stiffness * (angle - door.rest_angle) + door.weight_torque(float(angle))
+        for angle in np.linspace(travel.start, travel.goal, _ALONG_THE_WAY)
+    ]
+    return resistance(model) + min(travel.ahead(torque) for torque in drives)
 
 
 def rehearse(model: Model, duration: float | None = None) -> Rehearsal:

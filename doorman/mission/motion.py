@@ -89,8 +89,9 @@ def in_the_doorway(model: Model, position: Array) -> bool:
         position: P, shape (3,), world frame [m].
     """
     before = model.door.in_doorway(position - model.door.hinge_position)[0]
-    upright = not (model.door.slides or model.door.lies)
-    return bool(upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius)
+    return bool(
+        model.door.upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius
+    )
 
 
 def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float) -> float:
@@ -119,7 +120,7 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     Returns:
         Targets of O_B, each of shape (3,), world frame [m].
     """
-    if model.door.slides or model.door.lies:
+    if not model.door.upright:
         return [position - model.scenario.mission.hover_distance * model.door.normal(door_angle)]
     if model.door.side == "pull":
         return _out_of_swing(model, position, door_angle)
