@@ -41,6 +41,10 @@ _STUCK_DEVIATIONS = (0.002, 0.01)
 """Of angle and rate that are followed so, where they do not lag [rad], [rad/s]."""
 _INERTIA_SHARES = (0.4, 2.5)
 """Of the URDF's, between which an inertia is believed: a hand that shakes the leaf can make it seem anything."""
+_AJAR = 0.02
+"""A leaf that begins farther open stands there by its friction [rad]."""
+_PAST_ITS_END = 0.05
+"""A tip that is farther beyond the joint's range is beside the leaf, and not before it [rad]."""
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
 
@@ -103,6 +107,8 @@ class DoorFilter:
         self._seen = -math.inf
         self._touched = False
         self._push_noise, self._torque_deviation = settings.push_noise, settings.torque_deviation
+        if door.opening_of(start) > door.per_angle * _AJAR:
+            self.stays()
 
     @property
     def angle(self) -> float:
@@ -183,8 +189,9 @@ class DoorFilter:
         Args:
             tip_angle: Angle of the tip about the hinge [rad].
         """
-        if tip_angle < self.state[ANGLE]:
-            self.state[ANGLE] = tip_angle
+        end = self._door.lower_limit
+        if end - _PAST_ITS_END < tip_angle < self.state[ANGLE]:
+            self.state[ANGLE] = max(tip_angle, end)
             self.state[RATE] = min(self.state[RATE], 0.0)
 
     def meet(self, tip_angle: float) -> None:

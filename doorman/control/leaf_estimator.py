@@ -216,7 +216,8 @@ class LeafEstimator:
         self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
         self._bare = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
         self._deepest, self._ghost = math.inf, 0.0
-        self._resists, self._moved, self._more = _FIRST_RESISTANCE, False, 0.0
+        driven = max(-self._weight(), 0.0)  # its friction is more, as it stands
+        self._resists, self._moved, self._more = _FIRST_RESISTANCE + driven, False, 0.0
 
     def _contact(
         self, tip: tuple[float, float], normal: Array, push: float, now: float, time_step: float, seeks: bool

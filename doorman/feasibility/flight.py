@@ -150,18 +150,17 @@ def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques.
+    r"""Force on the door: its pull, and of :math:`F_R = f_t R e_3 - m g e_3` the servo torques.
 
     These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
     """
-    torques, pushes = [], []
+    torques = []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
         force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-        pushes.append(float(model.door.normal(float(state[3])) @ force))
         by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
         torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
-    pull = _pull(model, max(0.0, -min(pushes)))
+    pull = _pull(model, max(0.0, -float(rehearsal.normal_forces.min())))
     return [_servo_torques(model, np.max(torques, axis=0)), pull] if model.n_arm else [pull]
 
 
@@ -209,7 +208,7 @@ def stopping_findings(model: Model) -> list[Finding]:
     needed = 2.0 * way / model.scenario.mission.time_out.open
     ok = speed >= needed or _ends_at_its_stop(model)
     known = "" if door.friction > 0.0 else " (unknown: the mean of estimation.friction)"
-    words = f"against {door.torque_in_words(torque)}{known} the door may be as fast as {speed:.3f} rad/s"
+    words = f"against {door.torque_in_words(torque)}{known} the door may be as fast as {door.rate_in_words(speed)}"
     words += ", so that it stops by itself"
     if torque <= 0.0:
         words = f"weight or spring drive it on with {door.torque_in_words(-torque)} beyond its friction{known}"

@@ -220,6 +220,10 @@ class Door:
         """A torque in the hinge, or a slide's force."""
         return f"{torque / self.per_angle:.2f} {'N' if self.slides else 'N m'}"
 
+    def rate_in_words(self, rate: float) -> str:
+        """A rate of α, or a slide's speed."""
+        return f"{self.per_angle * rate:.3f} {self.unit}/s"
+
     def way_in_words(self, way: float) -> str:
         """A difference of α as people say it: in degrees, or a slide's in centimetres."""
         return f"{1e2 * self.per_angle * way:.1f} cm" if self.slides else f"{math.degrees(way):.1f}°"

@@ -135,6 +135,8 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
         # away from the hinge, where a leaf that shuts comes from
         beside = 0.5 * (doorway.middle + max(doorway.highest, doorway.middle))
         out, beyond = placed(np.array([outside, beside, up])), doorway.beyond(position)
+        if door.normal(door_angle) @ door.into < 0.0:  # straight out leads into a leaf that is open beyond 90°
+            return [placed(np.array([into, beside, up])), out]
         return [out] if beyond == 0.0 else [position - beyond * door.along, out]
     back = position - _BACK * door.normal(door_angle)
     into, along, _ = door.in_doorway(back - door.hinge_position)

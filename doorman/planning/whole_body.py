@@ -30,6 +30,9 @@ Roll and pitch reach what is commanded with the lag of the vehicle's attitude lo
 no such loop that can be relied on: rotors make little torque about the vertical, so :math:`\tau_z` is bounded, and the moment of
 the tip's force is in the equation.
 
+Friction that would stop the leaf within a step h is taken at the step's end instead: of the rate that the leaf would have without
+it, no more than :math:`h\tau_c/I` is lost, rounded by ε.
+
 There are no phases. `reference.*` and `weight.*` are numbers: approach, touch, swing, hold and letting go are other numbers of
 the same problem. A step is semi-implicit: rates change first, and places with the new rates.
 
@@ -246,11 +249,29 @@ class WholeBodyTask:
         turning = (self.yaw_torque + self.contact_yaw_torque) / vehicle.yaw_inertia
         pushed = ca.dot(self.mechanism.lever(self.tip), self.force)
         resists = (
-            joint.damping * self.joint_rate + joint.friction * ca.tanh(self.joint_rate / joint.friction_rate)
+            joint.damping * self.joint_rate + self._friction(pushed)
             + joint.stiffness * (self.joint - joint.rest) + joint.torque + self.weight_torque
         )  # fmt: skip
         acceleration -= self._around_the_center(ca.vertcat(tilting, turning))
         return ca.vertcat(acceleration, tilting, turning, (pushed - resists) / joint.inertia)
+
+    def _friction(self, pushed: Any) -> Any:
+        """Of the joint [N m, or N]: by its rate, or where that would oscillate in a step, by the rate at the step's end.
+
+        Args:
+            pushed: Torque, or force, of the tip [N m, or N].
+        """
+        joint = self.of["mechanism"]
+        per_rate = joint.inertia / self.of["plan"].time_step
+        drives = pushed - joint.stiffness * (self.joint - joint.rest) - joint.torque - self.weight_torque
+        free, stops, rounding = (
+            self.joint_rate + drives / per_rate,
+            joint.friction / per_rate,
+            0.5 * joint.friction_rate,
+        )
+        held = 0.5 * (ca.sqrt((free + stops) ** 2 + rounding**2) - ca.sqrt((free - stops) ** 2 + rounding**2))
+        slides = joint.friction * ca.tanh(self.joint_rate / joint.friction_rate)
+        return (1 - joint.sticks) * slides + joint.sticks * per_rate * held
 
     @property
     def weight_torque(self) -> Any:

@@ -75,7 +75,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
         "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
         "mechanism.friction_rate": 0.02 * scale.rate, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
-        "mechanism.torque": 0.0,
+        "mechanism.torque": 0.0, "mechanism.sticks": 0.0,
         "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.push.friction_coefficient,

@@ -57,9 +57,10 @@ def at_the_leaf(
     least, depth = min(numbers.one("reference.least_force"), 0.5 * carried), numbers.one("reference.depth")
     fastest, length = numbers.one("reference.opening_speed"), numbers.one("reference.opening_length")
     braked = _BRAKED * fastest**2 * inertia / max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
-    touch = float(touching)
+    touch, friction = float(touching), sliding_share * resistance
+    slows = friction * numbers.one("plan.time_step") / inertia
     return {
-        "mechanism.friction": sliding_share * resistance,
+        "mechanism.friction": friction, "mechanism.sticks": float(slows > numbers.one("mechanism.friction_rate")),
         "mechanism.torque": -(1.0 - sliding_share) * resistance,
         "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": inertia,
         "reference.depth": depth * (1.0 - holds),
