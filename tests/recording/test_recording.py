@@ -4,7 +4,6 @@ import json
 import math
 from pathlib import Path
 
-import jsonschema
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +15,7 @@ from recorded import HEADER, assert_same
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.recording import Recorder, Recording
 from doorman.recording.messages import MessageType
+from doorman.recording.rows import Rows
 
 
 def test_every_type_survives_in_memory_and_in_the_file(tmp_path):
@@ -66,19 +66,49 @@ def test_every_type_survives_in_memory_and_in_the_file(tmp_path):
     st.integers(-(2**63), 2**63 - 1),
     st.text(st.characters(exclude_characters="\0")),
 )
-def test_json_round_trip_is_exact(array, integer, text):
-    fields = {"array": array, "integer": integer, "text": text}
+def test_a_round_trip_is_exact(array, integer, text):
+    fields = {"array": array, "integer": integer, "text": text, "texts": [text, "", text], "on": True}
     kind = MessageType.of("topic", fields)
-    row = kind.row(0.25, fields)
-    twin = MessageType.from_schema("topic", json.loads(json.dumps(kind.schema())))
+    twin = MessageType.from_schema("topic", kind.schema())
     assert twin.fields == kind.fields
-    _, columns = twin.columns([twin.decode(kind.encode(row))])
-    np.testing.assert_array_equal(columns["array"][0], array)
-    assert columns["array"].shape == (1, *array.shape)
-    assert columns["integer"][0] == integer and columns["text"][0] == text
+    rows = Rows(kind)
+    rows.add(0.25, fields)
+    rows.add(0.5, fields)
+    for time, columns in (rows.columns(), _read(twin, rows)):
+        assert time.tolist() == [0.25, 0.5]
+        for k in range(2):
+            np.testing.assert_array_equal(columns["array"][k], array)
+            assert columns["integer"][k] == integer and columns["text"][k] == text and columns["on"][k]
+            assert columns["texts"][k].tolist() == [text, "", text]
+        assert columns["array"].shape == (2, *array.shape)
 
 
-def test_file_is_standard_mcap_with_json_schemas(tmp_path):
+def _read(kind, rows):
+    """Messages as a file has them, taken apart."""
+    framed, size = rows.framed(3), kind.layout.dtype().itemsize
+    ends = [*framed.places[1:].tolist(), len(framed.data)]
+    messages = [framed.data[int(start) + 31 : end] for start, end in zip(framed.places, ends, strict=True)]
+    fixed = np.frombuffer(b"".join(one[:size] for one in messages), kind.layout.dtype())
+    return kind.columns(fixed, [one[size:] for one in messages])
+
+
+def test_floats_of_32_bits_are_stored_so(tmp_path):
+    path, exact = tmp_path / "run.mcap", np.arange(6.0).reshape(2, 3) / 7
+    with Recorder(path, {}) as recorder:
+        for k in range(2):
+            recorder.write("plan", 0.1 * k, {"states": (k + exact).astype(np.float32), "single": np.float32(0.1)})
+        recorder.write("plan", 0.2, {"states": 2 + exact, "single": 0.1})
+        with pytest.raises(RecordingError, match=r"plan.states"):
+            recorder.write("plan", 0.3, {"states": np.zeros((2, 3), dtype=int), "single": 0.1})
+        memory = recorder.recording()
+    loaded = Recording.load(path)
+    assert_same(memory, loaded)
+    assert loaded["plan"]["states"].dtype == np.float64
+    np.testing.assert_array_equal(loaded["plan"]["states"][2], (2 + exact).astype(np.float32))
+    assert loaded["plan"]["single"].tolist() == [float(np.float32(0.1))] * 2 + [0.1]
+
+
+def test_file_is_standard_mcap_with_schemas_of_ros2(tmp_path):
     path = tmp_path / "run.mcap"
     with Recorder(path, HEADER) as recorder:
         for k in range(300):
@@ -90,12 +120,16 @@ def test_file_is_standard_mcap_with_json_schemas(tmp_path):
         assert json.loads(metadata["header"]["scenario"])["door"]["damping"] == 0.5
         counts = {"header": 0, "command": 0, "plan": 0}
         for schema, channel, message in reader.iter_messages():
-            assert schema.encoding == "jsonschema" and channel.message_encoding == "json"
-            jsonschema.validate(json.loads(message.data), json.loads(schema.data))
+            kinds = ("jsonschema", "json") if channel.topic == "header" else ("ros2msg", "cdr")
+            assert (schema.encoding, channel.message_encoding) == kinds
             if channel.topic == "command":
-                assert message.log_time == counts["command"] * 10_000_000
+                assert message.log_time == message.publish_time == counts["command"] * 10_000_000
             counts[channel.topic] += 1
+        summary = reader.get_summary()
     assert counts == {"header": 1, "command": 300, "plan": 300}
+    assert summary.statistics.message_count == 601
+    assert summary.statistics.channel_message_counts == {1: 1, 2: 300, 3: 300}
+    assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (0, 2_990_000_000)
 
 
 def test_what_is_not_kept_in_memory_is_in_the_file_and_heard(tmp_path):
