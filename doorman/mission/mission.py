@@ -14,6 +14,7 @@ from doorman.control.engagement import Engagement
 from doorman.control.estimator import Estimate, Estimator
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.present import present_attitude
+from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
@@ -152,6 +153,8 @@ class Mission(Uncopied):
             up = rotation_body_to_world(planned.attitude)[:, 2]
             thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
         self._flew_plan = planned is not None
+        if self._sequence.at_the_leaf:
+            command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
         self._thrust = command.thrust
         backend.command(command)
         self._estimator.tell(command.attitude)

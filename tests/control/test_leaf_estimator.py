@@ -10,6 +10,7 @@ import pytest
 from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.model import GRAVITY, Model
+from doorman.scenario import Scenario
 from doorman.signals import Measurement
 
 Array = np.ndarray
@@ -151,3 +152,15 @@ def test_the_heading_goes_on_without_jumps(model: Model) -> None:
         vehicle.yaw = math.remainder(3.0 + 0.005 * k, 2.0 * math.pi)
         seen.append(float(vehicle.fly(TICK, vehicle.at(0.5), np.zeros(3)).attitude[2]))
     assert np.abs(np.diff(seen)).max() < 0.01 and seen[-1] - seen[0] == pytest.approx(0.995, abs=0.01)
+
+
+def test_an_observer_of_the_hinge_that_is_off_teaches_no_wind(model: Model) -> None:
+    """A leaf that is pressed with more and more: what the hinge bears is not known, and the wind stays what it was."""
+    scenario = Scenario.load(model.scenario.name, {"control.door_observer_rate": 0.0})
+    vehicle, wind = Vehicle(Model(scenario)), np.array([0.6, -0.2, 0.0])
+    normal = model.door.normal(CLOSED)
+    known = pressed(vehicle, 1.0, wind)
+    for force in (2.5, 4.0):
+        known = vehicle.fly(1.0, vehicle.at(0.0), wind - force * normal)
+    assert known.touching
+    assert float(normal @ (known.wind - wind)) == pytest.approx(0.0, abs=0.2)
