@@ -7,11 +7,13 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
 from doorman.control.engagement import Engagement
-from doorman.control.estimator import Estimate, Estimator
+from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.lift_scale import LiftScale
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
 from doorman.control.present import present_attitude
 from doorman.control.push_limit import limited
@@ -63,6 +65,7 @@ class Mission(Uncopied):
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
         self._thrust = model.vehicle.mass * GRAVITY
+        self._lift = LiftScale(self._thrust, model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -131,6 +134,7 @@ class Mission(Uncopied):
         self._last_time = now
         force = self._thrust * rotation_body_to_world(present_attitude(measurement))[:, 2]
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
+        outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
             seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
             estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
@@ -155,7 +159,10 @@ class Mission(Uncopied):
         self._flew_plan = planned is not None
         if self._sequence.at_the_leaf:
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
+        elif self._sequence.tie is Tie.FREE:
+            self._lift.learn(float(outer[2]), elapsed)
         self._thrust = command.thrust
+        command = replace(command, thrust=self._lift.command(command.thrust))
         backend.command(command)
         self._estimator.tell(command.attitude)
         self._record(measurement, estimate, setpoint, thrust, command)
