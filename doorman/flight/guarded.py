@@ -6,7 +6,7 @@ import contextlib
 import math
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum
 
 import numpy as np
@@ -93,6 +93,8 @@ class GuardedFlight(Uncopied):
         self.backend = VehicleBackend(model, links)
         self._observer, self._fall, self._rest = Observer(model, self.backend), FallWatch(), RestWatch()
         self._poses = PoseDelay()
+        self.measured: dict[str, float] = {}
+        """What was measured in hover, by name: hover thrust, slope and shape of the thrust, delay and latency of the poses."""
         self.supervisor = Supervisor(
             links, self._look, model.scenario.safety, refuge=lambda position: out_of_the_doorway(model, position)[-1]
         )
@@ -188,13 +190,17 @@ class GuardedFlight(Uncopied):
             return ""
         at = PositionSetpoint(self.places.hover, self.places.yaw)
         reason = measure_hover(
-            self.links.autopilot, at, self.say, lambda figures: self._recorder.write("hover", 0.0, figures)
+            self.links.autopilot, at, self.say, lambda figures: self._write_measured("hover", figures)
         )
         if self.supervisor.action is not None or reason:
             return f"measure the thrust in hover: {self.supervisor.reason or reason}"
         if reason := self._take_delay():
             return f"measure the delay of the poses: {reason}"
         return "" if self.links.engaged else "measure the thrust in hover: the vehicle is not ours any more"
+
+    def _write_measured(self, topic: str, figures: Mapping[str, float]) -> None:
+        self._recorder.write(topic, 0.0, figures)
+        self.measured.update({f"{topic}_{name}": float(value) for name, value in figures.items()})
 
     def _take_delay(self) -> str:
         """Correct the poses' stamps by what the bob has shown of their delay. Returns why it is too long to be flown."""
@@ -205,7 +211,7 @@ class GuardedFlight(Uncopied):
         latency, limit = figures.latency + delay, oldest_pose(self.model.scenario.control)
         self.say(f"poses come {1e3 * latency:.0f} ms late, {1e3 * delay:+.0f} ms against mocap.latency")
         quickest = mocap.config.latency + delay
-        self._recorder.write("poses", 0.0, {"delay": delay, "latency": quickest, "rate": figures.frame_rate})
+        self._write_measured("poses", {"delay": delay, "latency": quickest, "rate": figures.frame_rate})
         self.backend.pose_delay = delay
         row = judge_age(latency, figures.frame_rate, limit)
         return f"{row.found}: {row.advice}" if row.verdict is Verdict.BAD else ""
