@@ -246,8 +246,11 @@ class GuardedFlight(Uncopied):
             if not autopilot.disarm().done:
                 autopilot.land()
         elif self.way_back.may_go_on():
-            self.say("back to the hover point")
-            self.way_back.fly()
+            if self.way_back.ends_here:
+                self.say("behind the door")
+            else:
+                self.say("back to the hover point")
+                self.way_back.fly()
             self.way_back.await_operator()
             if self.way_back.may_go_on():
                 self.say("land")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from doorman import Planner, Scenario
-from doorman.mission.motion import in_the_doorway, way_out
+from doorman.control.way_out import in_the_doorway, way_out
 from doorman.planning.whole_body_references import at_a_place, at_the_leaf
 
 RESISTANCE = 0.6
