@@ -44,11 +44,15 @@ class End:
     """Number of joints."""
     normal: float
     """Heading along the leaf's normal [rad]."""
+    like: str
+    """The end whose arm the paper's is."""
 
     @classmethod
-    def of(cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int) -> End:
-        """End of a scenario's section, at a door angle [rad]."""
-        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle))
+    def of(
+        cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int, like: str = ""
+    ) -> End:
+        """End of a scenario's section, at a door angle [rad], with the paper's arm of this or another end."""
+        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle), like or name)
 
     @property
     def free(self) -> NDArray[np.int64]:
@@ -70,7 +74,7 @@ class End:
 
     def paper_state(self) -> Array | None:
         """Posture with the paper's arm; None for an arm of another number of joints that is not pinned down."""
-        arm = PAPER_POSTURES[f"{self.name}.arm"]
+        arm = PAPER_POSTURES[f"{self.like}.arm"]
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 
 

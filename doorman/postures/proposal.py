@@ -28,6 +28,8 @@ __all__ = ["PAPER_POSTURES", "Postures", "propose", "start_arm"]
 
 Array = NDArray[np.float64]
 
+_PARALLEL = 1.0 - 1e-9
+"""Cosine between the normals of a leaf that does not turn: a push on it keeps the arm of the start."""
 _AS_WIDE = 0.002
 """Postures whose widths differ by less are as wide as each other."""
 _FIRST_ENDS = 3
@@ -65,7 +67,9 @@ def propose(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, re
     """
     finder = _Finder(scenario, vehicle, door, travel, reduced)
     ends = (("start", scenario.start, travel.start), ("goal", scenario.goal, travel.goal))
-    start, goal = (End.of(name, section, angle, door, vehicle.n_arm) for name, section, angle in ends)
+    turns = float(door.normal(travel.start) @ door.normal(travel.goal)) < _PARALLEL
+    like = "" if turns or scenario.contact.kind == "grip" else "start"
+    start, goal = (End.of(name, section, angle, door, vehicle.n_arm, like) for name, section, angle in ends)
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
 
