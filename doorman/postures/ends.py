@@ -44,15 +44,26 @@ class End:
     """Number of joints."""
     normal: float
     """Heading along the leaf's normal [rad]."""
-    like: str
-    """The end whose arm the paper's is."""
+    paper_arm: tuple[float, ...]
+    """The paper's H, for four joints [rad]."""
 
     @classmethod
     def of(
-        cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int, like: str = ""
+        cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int, share: float = 1.0
     ) -> End:
-        """End of a scenario's section, at a door angle [rad], with the paper's arm of this or another end."""
-        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle), like or name)
+        """End of a scenario's section.
+
+        Args:
+            name: `start` or `goal`.
+            section: Of that name.
+            angle: α there [rad].
+            door: The door.
+            n_arm: Number of joints.
+            share: Of the way between the paper's arms of start and goal that is this task's.
+        """
+        first, last = (np.array(PAPER_POSTURES[f"{end}.arm"]) for end in ("start", name))
+        arm = tuple(((1.0 - share) * first + share * last).tolist())
+        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle), arm)
 
     @property
     def free(self) -> NDArray[np.int64]:
@@ -74,7 +85,7 @@ class End:
 
     def paper_state(self) -> Array | None:
         """Posture with the paper's arm; None for an arm of another number of joints that is not pinned down."""
-        arm = PAPER_POSTURES[f"{self.like}.arm"]
+        arm = self.paper_arm
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 
 
