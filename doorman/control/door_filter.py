@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = range(9)
 _STATES = 9
+_PARAMETERS = (DAMPING, FRICTION, STIFFNESS, INERTIA)
 _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
 _LONGEST_STEP = 0.02
@@ -132,19 +133,15 @@ class DoorFilter:
 
     def hinge(self) -> HingeEstimate:
         """Parameters with their standard deviations."""
-        chosen = [DAMPING, FRICTION, STIFFNESS, INERTIA]
-        deviations = np.sqrt(np.diag(self.covariance)[chosen])
-        turned, known = abs(self._rest - self.state[ANGLE]), abs(self._known())
         p = self.covariance
-        squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]
-        together = 2.0 * turned * p[FRICTION, STIFFNESS]
+        turned, known = abs(self._rest - self.angle), abs(self._known())
+        squares = p.item(FRICTION, FRICTION) + turned * turned * p.item(STIFFNESS, STIFFNESS)
+        together = 2.0 * turned * p.item(FRICTION, STIFFNESS)
         torque, spare = (math.sqrt(max(squares + sign * together, 0.0)) for sign in (1.0, -1.0))
-        b, c, k, inertia = (float(value) for value in self.state[chosen])
-        d = [float(value) for value in deviations]
+        b, c, k, inertia = (self.state.item(row) for row in _PARAMETERS)
+        d = [math.sqrt(max(p.item(row, row), 0.0)) for row in _PARAMETERS]
         wind = (-1.0 if self._door.side == "push" else 1.0) * float(self._wind_lever() @ self.state[WIND_X:])
-        return HingeEstimate(
-            b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - known - k * float(turned), spare
-        )
+        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - known - k * turned, spare)
 
     def update(
         self,

@@ -26,8 +26,9 @@ def in_the_doorway(model: Model, position: Array) -> bool:
         position: P, shape (3,), world frame [m].
     """
     before = model.door.in_doorway(position - model.door.hinge_position)[0]
-    near = before > -model.door.frame_depth - model.vehicle.radius
-    return bool(model.door.upright and model.door.side == "push" and near)
+    return bool(
+        model.door.upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius
+    )
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:

@@ -93,6 +93,7 @@ class Door:
         """Value of the URDF's joint where the door is closed [rad or m]."""
         along, opens = leaf_on_joint.directions(self.closed, self._sense)
         self.along, self.into = frozen(along + 0.0), frozen(-self._turns * opens + 0.0)
+        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
         self.up = frozen(leaf_on_joint.up(self.into, self.along) + 0.0)
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
         """Whether it is a hinge on a plumb axis, on which no weight acts."""
@@ -140,18 +141,21 @@ class Door:
 
     def leaf_direction(self, door_angle: float) -> Array:
         """Unit vector along the leaf from hinge to latch, world frame."""
-        into, along = self._motion.leaf(door_angle)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.leaf(door_angle))
 
     def normal(self, door_angle: float) -> Array:
         """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
-        into, along = self._motion.normal(door_angle)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.normal(door_angle))
 
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
-        into, along = self._motion.bend(door_angle)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.bend(door_angle))
+
+    def _in_world(self, components: tuple[float, float]) -> Array:
+        """A level vector from its components along `into` and `along`; by hand, for it is asked for at every step."""
+        into, along = components
+        (ix, iy, iz), (ax, ay, az) = self._level
+        return np.array((into * ix + along * ax, into * iy + along * ay, into * iz + along * az))
 
     def face(self, door_angle: float) -> tuple[Array, Array]:
         """Two directions in the face, the more level one first: along leaf and hinge, or hinge and leaf, world frame."""
@@ -280,8 +284,7 @@ class Door:
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
         r"""How α moves that point, :math:`J = -D_V n_D - o\,c`, shape (3,), world frame [m]."""
-        into, along = self._motion.lever(door_angle, distance_from_hinge, self.contact_offset)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.lever(door_angle, distance_from_hinge, self.contact_offset))
 
     def lever_length(self, distance_from_hinge: float) -> float:
         """Speed along the normal of that point for a unit rate of α: D_V, or `per_angle` [m]."""
