@@ -25,7 +25,7 @@ _FELT = 0.25
 _SURELY = 0.12
 """For which it must have been less [s]."""
 _BEHIND = 0.015
-"""Farther back than where it gripped, and than the closed leaf, no held tip comes [m]: the grip gives way by 1 mm at 5 N."""
+"""Farther back than where the gripper closed, and than the closed leaf, no held tip comes [m]: it gives way by 1 mm at 5 N."""
 _CLOSED = math.radians(1.0)
 """A leaf that begins nearer to its stop than this is closed [rad]."""
 
@@ -50,18 +50,19 @@ class GripWatch:
         self._door, self._lever = model.door, model.coupling.lever_length
         self._stops = _stops_where_closed(model)
         self._begin()
+        self._gripped_at: float | None = None
 
     def _begin(self) -> None:
         self._recent.clear()
-        self._gripped_at: float | None = None
         self._loose_for = 0.0
 
-    def is_loose(self, estimate: Estimate, holds: bool, time_step: float) -> bool:
+    def is_loose(self, estimate: Estimate, closes: bool, holds: bool, time_step: float) -> bool:
         """Take in what is known now; once per tick.
 
         Args:
             estimate: It.
-            holds: Whether the gripper has been told to hold, and has had time to.
+            closes: Whether the gripper has been told to hold,
+            holds: and has had time to.
             time_step: Since the last call [s].
 
         Returns:
@@ -71,10 +72,15 @@ class GripWatch:
         for pole in range(3):
             self._poles[pole] += _share(self._rate * time_step) * (push - self._poles[pole])
             push = self._poles[pole]
+        behind = -self._door.opening_of(estimate.tip_angle) * self._lever
+        if not closes:
+            self._gripped_at = None
+        elif self._gripped_at is None:
+            self._gripped_at = behind  # a door that opens before it is tugged comes back to here
         if not holds:
             self._begin()
             return False
-        loose = self._feels_nothing(push, estimate.normal_force, time_step) or self._is_behind(estimate.tip_angle)
+        loose = self._feels_nothing(push, estimate.normal_force, time_step) or self._is_behind(behind)
         self._loose_for = self._loose_for + time_step if loose else 0.0
         return self._loose_for > _SURELY
 
@@ -89,12 +95,9 @@ class GripWatch:
         pushed, answered = ((beside * beside).sum(axis=0) / len(values)).tolist()
         return bool(pushed > self._least and answered < _FELT**2 * pushed)
 
-    def _is_behind(self, tip_angle: float) -> bool:
-        """Whether the tip is where a closed leaf would have had to come through its stop."""
-        behind = -self._door.opening_of(tip_angle) * self._lever
-        if self._gripped_at is None:
-            self._gripped_at = behind
-        return self._stops and behind > _BEHIND + max(self._gripped_at, 0.0)
+    def _is_behind(self, behind: float) -> bool:
+        """Whether the tip is where a closed leaf would have had to come through its stop [m]."""
+        return self._stops and behind > _BEHIND + max(self._gripped_at or 0.0, 0.0)
 
 
 def _share(steps: float) -> float:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from doorman.control.door_locator import DoorLocator
 from doorman.control.engagement import Engagement
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.lift_scale import LiftScale
@@ -55,6 +56,7 @@ class Mission(Uncopied):
         )
         self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
         self._engagement = Engagement(model)
+        self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         pushes = settings.contact.kind == "push"
@@ -127,9 +129,12 @@ class Mission(Uncopied):
         finally:
             self._write_phase(now, "end", outcome)
 
-    def _tick(self, backend: Backend, measurement: Measurement) -> float:
-        """One period of the controller; returns the estimated door angle."""
-        now = measurement.time
+    def _tick(self, backend: Backend, measured: Measurement) -> float:
+        """One period of the controller; returns the estimated door angle.
+
+        All of it sees the door where the map has it: `DoorLocator` moves measurements and commands.
+        """
+        now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
         force = self._thrust * rotation_body_to_world(present_attitude(measurement))[:, 2]
@@ -162,10 +167,12 @@ class Mission(Uncopied):
         elif self._sequence.tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
         self._thrust = command.thrust
-        command = replace(command, thrust=self._lift.command(command.thrust))
-        backend.command(command)
+        told = self._locator.told(replace(command, thrust=self._lift.command(command.thrust)))
+        backend.command(told)
         self._estimator.tell(command.attitude)
-        self._record(measurement, estimate, setpoint, thrust, command)
+        self._record(measured, estimate, setpoint, thrust, told)
+        touches = self._sequence.at_the_leaf and estimate.touching
+        self._locator.update(measured, touches, self._sequence.tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
@@ -200,28 +207,42 @@ class Mission(Uncopied):
     def _record(
         self, measurement: Measurement, estimate: Estimate, setpoint: Setpoint, thrust: Thrust, command: Command
     ) -> None:
-        now, write, hinge = measurement.time, self.recorder.write, estimate.hinge
+        """Write it down in the map."""
+        now, write, hinge, door = measurement.time, self.recorder.write, estimate.hinge, self._locator
+        state = estimate.state.copy()
+        state[2] = door.heading(float(state[2]))
         write("measurement", now, {name: getattr(measurement, name) for name in _MEASUREMENT_FIELDS})
         write(
             "estimate",
             now,
             {
-                "state": estimate.state,
+                "state": state,
                 "door_disturbance": estimate.door_disturbance,
-                "position": estimate.position,
-                "velocity": estimate.velocity,
-                "wind": estimate.wind,
-                "tip_force": estimate.tip_force,
+                "position": door.place(estimate.position),
+                "velocity": door.vector(estimate.velocity),
+                "wind": door.vector(estimate.wind),
+                "tip_force": door.vector(estimate.tip_force),
                 "normal_force": estimate.normal_force,
                 "touching": estimate.touching,
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
+                "door_place": [*door.offset, door.yaw],
+                "door_place_deviation": [*door.offset_deviation, door.yaw_deviation],
                 "torque_deviation": hinge.torque_deviation,
                 "hinge_deviation": [
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation
                 ],
             },
         )  # fmt: skip
-        write("setpoint", now, {name: getattr(setpoint, name) for name in _SETPOINT_FIELDS})
+        write(
+            "setpoint",
+            now,
+            {
+                "position": door.place(setpoint.position),
+                **{name: door.vector(getattr(setpoint, name)) for name in ("velocity", "acceleration", "force")},
+                "yaw": door.heading(setpoint.yaw),
+                "arm_rates": setpoint.arm_rates,
+            },
+        )
         write("command", now, {name: getattr(command, name) for name in _COMMAND_FIELDS})
         write(
             "controller",
@@ -231,7 +252,6 @@ class Mission(Uncopied):
 
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
-_SETPOINT_FIELDS = ("position", "velocity", "acceleration", "yaw", "force", "arm_rates")
 _COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip")
 
 
