@@ -7,13 +7,17 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
 from doorman.control.door_locator import DoorLocator
 from doorman.control.engagement import Engagement
 from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.lift_scale import LiftScale
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
+from doorman.control.present import present_attitude
+from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
@@ -63,6 +67,7 @@ class Mission(Uncopied):
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
         self._thrust = model.vehicle.mass * GRAVITY
+        self._lift = LiftScale(self._thrust, model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -132,8 +137,9 @@ class Mission(Uncopied):
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
+        force = self._thrust * rotation_body_to_world(present_attitude(measurement))[:, 2]
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
+        outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
             seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
             estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
@@ -149,14 +155,19 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
-            attitude = self._engaged(thrust.attitude, measurement)
+            attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
             command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
         else:
             command = planned
             up = rotation_body_to_world(planned.attitude)[:, 2]
             thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
         self._flew_plan = planned is not None
+        if self._sequence.at_the_leaf:
+            command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
+        elif self._sequence.tie is Tie.FREE:
+            self._lift.learn(float(outer[2]), elapsed)
         self._thrust = command.thrust
+        command = replace(command, thrust=self._lift.command(command.thrust))
         told = self._locator.told(command)
         backend.command(told)
         self._estimator.tell(command.attitude)
@@ -177,16 +188,15 @@ class Mission(Uncopied):
             raise DoormanError("the planner was made for another scenario", field="planner")
         return planner or Planner(model)
 
-    def _engaged(self, attitude: np.ndarray, measurement: Measurement) -> np.ndarray:
-        """Commanded attitude; while a grip is young its pitch stays near the measured one."""
+    def _engaged(self, attitude: np.ndarray, now: float, pitch: float) -> np.ndarray:
+        """Commanded attitude; while a grip is young its pitch stays near the present one."""
         if self.model.scenario.contact.kind != "grip" or self.phase is not Phase.OPEN:
             self._opened_at = None
             return attitude
         if self._opened_at is None:
-            self._opened_at = measurement.time
-        reach = self._engagement.lead(measurement.time - self._opened_at)
-        pitch = measurement.attitude[1] + np.clip(attitude[1] - measurement.attitude[1], -reach, reach)
-        return np.array([attitude[0], pitch, attitude[2]])
+            self._opened_at = now
+        reach = self._engagement.lead(now - self._opened_at)
+        return np.array([attitude[0], pitch + np.clip(attitude[1] - pitch, -reach, reach), attitude[2]])
 
     def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
         self._write_phase(now, phase.value, reason)

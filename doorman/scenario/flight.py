@@ -53,6 +53,8 @@ class ControlSection(Section):
     """Bound of that torque's estimate [N m]."""
     max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.25
     """[rad]."""
+    max_push: Positive = 12.0
+    """Largest force of the rotors beyond the weight while the tip is at the leaf, whatever is estimated or planned [N]."""
 
 
 class ContactStateSection(Section):

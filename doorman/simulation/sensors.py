@@ -131,6 +131,7 @@ class Sensors:
             arm_angles=arm.angles,
             arm_rates=arm.rates,
             pose_time=pose.time,
+            arm_time=arm.time,
         )
 
     def _see_pose(self, truth: Truth, draws: Array) -> None:

@@ -197,3 +197,14 @@ def test_a_tip_beside_the_range_of_the_joint_has_not_passed_the_leaf(drawer: Mod
     first, end = leaf.angle, drawer.door.lower_limit
     leaf.passed(end - beyond)
     assert leaf.angle == pytest.approx(end - beyond if moves else first)
+
+
+@pytest.mark.parametrize("size", [1.5, 3.0])
+def test_an_observer_of_the_hinge_that_is_off_teaches_nothing(model: Model, size: float) -> None:
+    """What the hinge bears is not known then; to take it for zero would make a torque of the wind that presses."""
+    scenario = Scenario.load(model.scenario.name, {"control.door_observer_rate": 0.0})
+    vehicle, normal = Vehicle(Model(scenario)), model.door.normal(CLOSED)
+    before = vehicle.estimator._wind.state[4]
+    known = pressed(vehicle, 1.0, size * normal)
+    assert known.touching and float(normal @ known.wind) == pytest.approx(size, abs=0.3)
+    assert vehicle.estimator._wind.state[4] == before
