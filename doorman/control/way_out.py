@@ -26,8 +26,9 @@ def in_the_doorway(model: Model, position: Array) -> bool:
         position: P, shape (3,), world frame [m].
     """
     before = model.door.in_doorway(position - model.door.hinge_position)[0]
-    upright = not (model.door.slides or model.door.lies)
-    return bool(upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius)
+    return bool(
+        model.door.upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius
+    )
 
 
 def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
@@ -44,7 +45,7 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
     Returns:
         Targets of O_B, each of shape (3,), world frame [m].
     """
-    if model.door.slides or model.door.lies:
+    if not model.door.upright:
         return [position - model.scenario.mission.hover_distance * model.door.normal(door_angle)]
     if model.door.side == "pull":
         return _out_of_swing(model, position, door_angle)
@@ -59,6 +60,8 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
         # away from the hinge, where a leaf that shuts comes from
         beside = 0.5 * (doorway.middle + max(doorway.highest, doorway.middle))
         out, beyond = placed(np.array([outside, beside, up])), doorway.beyond(position)
+        if door.normal(door_angle) @ door.into < 0.0:  # straight out leads into a leaf that is open beyond 90°
+            return [placed(np.array([into, beside, up])), out]
         return [out] if beyond == 0.0 else [position - beyond * door.along, out]
     back = position - _BACK * door.normal(door_angle)
     into, along, _ = door.in_doorway(back - door.hinge_position)

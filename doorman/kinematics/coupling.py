@@ -86,6 +86,14 @@ class Coupling:
         """Where the tip touches the leaf at α, shape (3,), world frame [m]."""
         return self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
 
+    def angle_of_face(self, before: float) -> float:
+        """By how much α of a tip on the face is less if that stands so far before its place [rad].
+
+        Args:
+            before: Towards the vehicle [m].
+        """
+        return self.door.angle_of_face(before, self.distance_from_hinge)
+
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
         r"""Position of O_B with the tip at the contact point, :math:`P = P_h + D_V c(\alpha) + D_H e_3 - R\,d`.
 

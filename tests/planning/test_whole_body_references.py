@@ -67,7 +67,8 @@ class Flight:
             touching = self.force > 0.25
             rate = min(max(rate, -self.x[13]) + 0.06 * 0.02, 0.11) if touching else max(-self.x[13], 0.0)
             inertia = self.first.one("mechanism.inertia")
-            given = at_the_leaf(self.first, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate)
+            lever = self.model.coupling.lever_length
+            given = at_the_leaf(self.first, lever, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate)
             self.step(given)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_plant import Array
+from doorman.rig.emulators.autopilot.plant import Array
 
 _EARTH_RADIUS = 6_371_000.0
 _UNKNOWN = 0xFFFF

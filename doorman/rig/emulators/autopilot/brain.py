@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_control import Demand, Task
-from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
-from doorman.hardware.emulators.autopilot_return import Home, Return
+from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import Array, yaw_of
+from doorman.rig.emulators.autopilot.way_home import Home, Return
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""
@@ -287,19 +287,3 @@ class Brain(ABC):
     @abstractmethod
     def disarm_delay(self) -> float:
         """Between touching the ground in a landing and disarming [s]."""
-
-
-@dataclass
-class StreamMemory:
-    """When setpoints came, on the autopilot's clock [s]."""
-
-    last: float = float("-inf")
-    since: float = float("inf")
-    """Start of the present stream without gaps."""
-    needs_position: bool = field(default=False)
-
-    def heard(self, now: float, gap: float) -> None:
-        """Note a setpoint; a longer gap than this [s] starts a new stream."""
-        if now - self.last > gap:
-            self.since = now
-        self.last = now

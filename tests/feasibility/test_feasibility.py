@@ -311,7 +311,12 @@ def test_motion_beyond_what_vehicle_and_arm_can_do(model: Model, rehearsal: Rehe
     tilt = np.arccos(np.cos(rehearsal.states[:, 0]) * np.cos(rehearsal.states[:, 1])).max()
     assert named(findings, "tilt").value == pytest.approx(tilt)
     fast = Rehearsal(
-        rehearsal.times, rehearsal.states + 1.0 * (np.arange(model.nx) == 6), 40.0 * rehearsal.inputs, 0, ""
+        rehearsal.times,
+        rehearsal.states + 1.0 * (np.arange(model.nx) == 6),
+        40.0 * rehearsal.inputs,
+        rehearsal.normal_forces,
+        0,
+        "",
     )
     assert {"joint limits along the swing"} <= errors(flight_findings(model, fast))
     assert named(flight_findings(model, fast), "servo rates").severity is Severity.WARNING

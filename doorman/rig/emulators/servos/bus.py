@@ -8,17 +8,17 @@ from typing import TypeGuard
 
 import numpy as np
 
-from doorman.hardware.emulators.servos_faults import BusFaults
-from doorman.hardware.emulators.servos_memory import PacketError
-from doorman.hardware.emulators.servos_packets import (
+from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.memory import PacketError
+from doorman.rig.emulators.servos.packets import (
     BROADCAST,
     MAX_LENGTH,
     Instruction,
     fast_status_packet,
     status_packet,
 )
-from doorman.hardware.emulators.servos_plant import ServoPlant
-from doorman.hardware.emulators.servos_unit import EmulatedServo
+from doorman.rig.emulators.servos.plant import ServoPlant
+from doorman.rig.emulators.servos.unit import EmulatedServo
 
 PING, READ = 0x01, 0x02
 SYNC_READ, SYNC_WRITE, BULK_READ, BULK_WRITE = 0x82, 0x83, 0x92, 0x93

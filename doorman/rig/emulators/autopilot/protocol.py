@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import AttitudeTarget, Brain, PositionTarget
-from doorman.hardware.emulators.autopilot_commands import Command, Commands
-from doorman.hardware.emulators.autopilot_earth import Place, global_origin
-from doorman.hardware.emulators.autopilot_estimator import Estimator
-from doorman.hardware.emulators.autopilot_schedule import Schedule
-from doorman.hardware.emulators.autopilot_telemetry import FLIP, FLIP_QUATERNION
+from doorman.rig.emulators.autopilot.brain import AttitudeTarget, Brain, PositionTarget
+from doorman.rig.emulators.autopilot.commands import Command, Commands
+from doorman.rig.emulators.autopilot.earth import Place, global_origin
+from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.schedule import Schedule
+from doorman.rig.emulators.autopilot.telemetry import FLIP, FLIP_QUATERNION
 
 _STREAMS = {
     mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (mavlink.MAVLINK_MSG_ID_SYS_STATUS, mavlink.MAVLINK_MSG_ID_GPS_RAW_INT),

@@ -9,7 +9,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import (
+from doorman.rig.emulators.autopilot.brain import (
     ACCEPTED,
     DENIED,
     FAILED,
@@ -17,8 +17,8 @@ from doorman.hardware.emulators.autopilot_brain import (
     UNSUPPORTED,
     Brain,
 )
-from doorman.hardware.emulators.autopilot_estimator import Estimator
-from doorman.hardware.emulators.autopilot_schedule import Schedule
+from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.schedule import Schedule
 
 _FORCE, _FORCE_ARMING = 21196.0, 2989.0
 _SHARE_OF_LOOP = 0.8

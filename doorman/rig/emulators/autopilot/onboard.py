@@ -11,22 +11,23 @@ from typing import Any, Literal
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_ardupilot import ArduPilotBrain
-from doorman.hardware.emulators.autopilot_brain import Brain, Surroundings
-from doorman.hardware.emulators.autopilot_control import FlightController, Task
-from doorman.hardware.emulators.autopilot_estimator import Estimator
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import GRAVITY, AutopilotPlant
-from doorman.hardware.emulators.autopilot_protocol import Protocol
-from doorman.hardware.emulators.autopilot_px4 import Px4Brain
-from doorman.hardware.emulators.autopilot_schedule import (
+from doorman.rig.emulators.autopilot.ardupilot import ArduPilotBrain
+from doorman.rig.emulators.autopilot.brain import Brain, Surroundings
+from doorman.rig.emulators.autopilot.control import FlightController, Task
+from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.motors import FACTORS, MotorKind, Motors
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import GRAVITY, AutopilotPlant
+from doorman.rig.emulators.autopilot.protocol import Protocol
+from doorman.rig.emulators.autopilot.px4 import Px4Brain
+from doorman.rig.emulators.autopilot.schedule import (
     ARDUPILOT_RATES,
     PX4_RATES,
     PX4_SETTABLE,
     SETTABLE,
     Schedule,
 )
-from doorman.hardware.emulators.autopilot_telemetry import EmulatedBattery, Telemetry, estimator_status
+from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery, Telemetry, estimator_status
 
 _BOOT_CLOCK = 3.0
 """Reading of the clock when the link comes up [s]."""
@@ -45,6 +46,7 @@ class Build:
     heartbeat_rate: float
     vehicle_type: int
     hover_thrust: float
+    motors: MotorKind
     signing_key: bytes | None
     seed: int
 
@@ -92,6 +94,7 @@ class Onboard:
         self.telemetry = Telemetry(self.brain, battery, build.vehicle_type, satellites=not build.vision)
         """What it sends unasked."""
         self._controller = FlightController(plant.weight, GRAVITY)
+        self._motors = Motors(build.motors, FACTORS[build.flavour], parameters)
         self._normalised = 0.0
         self._told: set[str] = set()
         self._mav = mavlink.MAVLink(None, build.system_id, mavlink.MAV_COMP_ID_AUTOPILOT1)
@@ -133,14 +136,16 @@ class Onboard:
         self.estimate = self.estimator.update(now, truth, dt)
         around = Surroundings(now, self.estimate, truth.on_ground, now - self.protocol.station_heard)
         demand = self.brain.update(around)
-        max_force = self._plant.weight / self._build.hover_thrust
+        hover_share = self._build.hover_thrust
+        full = self._plant.weight / self._motors.normalised(hover_share)  # as it believes, which knows its hover thrust
         if demand.task is Task.IDLE:
             self._plant.stop_motors()
             self._normalised, self._steered = 0.0, self.estimate.quaternion
         else:
-            force, self._steered = self._controller.actuate(demand, self.estimate, max_force)
-            self._normalised = min(max(force / max_force, 0.0), 1.0)
-            self._plant.command(self._normalised * max_force, self._steered)
+            force, self._steered = self._controller.actuate(demand, self.estimate, full)
+            self._normalised = min(max(force / full, 0.0), 1.0)
+            share = self._motors.share(self._normalised)
+            self._plant.command(share * self._plant.weight / hover_share, self._steered)
         self._plant.advance(dt)
 
     def speak(self) -> None:

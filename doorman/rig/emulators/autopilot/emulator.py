@@ -15,14 +15,15 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.autopilot_brain import Brain
-from doorman.hardware.emulators.autopilot_estimator import Estimate, Estimator
-from doorman.hardware.emulators.autopilot_link import FaultyUdp, LinkFaults
-from doorman.hardware.emulators.autopilot_onboard import Build, Flavour, Onboard
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
-from doorman.hardware.emulators.autopilot_plant import AutopilotPlant, PlantTruth, SimplePlant
-from doorman.hardware.emulators.autopilot_protocol import Protocol
-from doorman.hardware.emulators.autopilot_telemetry import EmulatedBattery
+from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.estimator import Estimate, Estimator
+from doorman.rig.emulators.autopilot.link import FaultyUdp, LinkFaults
+from doorman.rig.emulators.autopilot.motors import FACTORS, MotorKind, Motors
+from doorman.rig.emulators.autopilot.onboard import Build, Flavour, Onboard
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
+from doorman.rig.emulators.autopilot.plant import AutopilotPlant, PlantTruth, SimplePlant
+from doorman.rig.emulators.autopilot.protocol import Protocol
+from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery
 
 _STEP = 0.004
 _MOST_STEPS = 25
@@ -41,7 +42,8 @@ class EmulatedAutopilot(Uncopied):
         start_up: Until ArduPilot's gyros are calibrated [s].
         heartbeat_rate: [1/s].
         vehicle_type: MAV_TYPE; 13 is a hexarotor.
-        hover_thrust: Normalised thrust at which the vehicle really hovers.
+        hover_thrust: Share of the largest thrust at which the vehicle really hovers.
+        motors: Whether it linearises its motors, or, with the factory's parameters, does not.
         pace: Of the autopilot's clock and its plant over real time, as of simulators that run faster or slower.
         signing_key: 32 bytes; with it, unsigned messages are ignored.
         seed: Of noise and faults.
@@ -60,6 +62,7 @@ class EmulatedAutopilot(Uncopied):
         heartbeat_rate: float = 1.0,
         vehicle_type: int = 13,
         hover_thrust: float = 0.4,
+        motors: MotorKind = "linear",
         pace: float = 1.0,
         signing_key: bytes | None = None,
         seed: int = 0,
@@ -70,9 +73,12 @@ class EmulatedAutopilot(Uncopied):
         self.plant: AutopilotPlant = SimplePlant() if plant is None else plant
         self.battery = EmulatedBattery()
         self.parameters = ParameterStore(PX4_DEFAULTS if px4 else ARDUPILOT_DEFAULTS, bytewise=px4)
-        self.parameters["MPC_THR_HOVER" if px4 else "MOT_THST_HOVER"] = hover_thrust
+        if motors == "linear":
+            self.parameters[FACTORS[flavour]] = 1.0
+        hovers_at = Motors(motors, FACTORS[flavour], self.parameters).normalised(hover_thrust)
+        self.parameters["MPC_THR_HOVER" if px4 else "MOT_THST_HOVER"] = hovers_at
         self.build = Build(
-            flavour, vision, system_id, start_up, heartbeat_rate, vehicle_type, hover_thrust, signing_key, seed
+            flavour, vision, system_id, start_up, heartbeat_rate, vehicle_type, hover_thrust, motors, signing_key, seed
         )
         self._local, self._remote, self._pace = local, remote, pace
         self._silent_until = 0.0

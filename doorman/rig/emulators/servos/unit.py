@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from doorman.hardware.emulators.servos_memory import WATCHDOG_ERROR, PacketError, ServoMemory
-from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
-from doorman.hardware.emulators.servos_position import POSITION_MODES, position_rate
-from doorman.hardware.emulators.servos_table import (
+from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR, PacketError, ServoMemory
+from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
+from doorman.rig.emulators.servos.position import POSITION_MODES, position_rate
+from doorman.rig.emulators.servos.table import (
     BAUD_RATES,
     CURRENT_BASED_POSITION_MODE,
     CURRENT_MODE,

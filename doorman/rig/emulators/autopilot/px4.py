@@ -9,20 +9,19 @@ from dataclasses import replace
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import (
+from doorman.rig.emulators.autopilot.brain import (
     ACCEPTED,
     DENIED,
     TEMPORARILY_REJECTED,
     AttitudeTarget,
     Brain,
     PositionTarget,
-    StreamMemory,
     Surroundings,
 )
-from doorman.hardware.emulators.autopilot_control import Demand, Task
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import yaw_of
-from doorman.hardware.emulators.autopilot_return import Return
+from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import yaw_of
+from doorman.rig.emulators.autopilot.way_home import Return
 
 MANUAL, ALTITUDE, POSITION, OFFBOARD, STABILIZED = 1 << 16, 2 << 16, 3 << 16, 6 << 16, 7 << 16
 TAKE_OFF, LOITER, RETURN, LAND = (4 << 16 | sub << 24 for sub in (2, 3, 5, 6))
@@ -34,9 +33,6 @@ _NEED_HOME = (LOITER, RETURN)
 """Modes that need a place on earth."""
 _YAW_FIXED = 5
 _FAILSAFE_DELAY = 0.1
-_STREAM_NEEDED = 0.2
-_STREAM_GAP = 0.5
-"""Slower than 2 Hz is no stream."""
 
 
 class Px4Brain(Brain):
@@ -52,7 +48,8 @@ class Px4Brain(Brain):
     def __init__(self, parameters: ParameterStore) -> None:
         super().__init__(parameters)
         self.mode = LOITER
-        self._stream = StreamMemory()
+        self._heard_at, self._needs_position = -math.inf, False
+        """When the newest setpoint came [s], and whether it needs a position."""
         self._target = Demand(Task.IDLE)
         self._lost_at: float | None = None
         self._told_frame: int | None = None
@@ -176,19 +173,14 @@ class Px4Brain(Brain):
 
     def _heard(self, *, needs_position: bool) -> None:
         if self.around is not None:
-            self._stream.heard(self.around.now, _STREAM_GAP)
-            self._stream.needs_position = needs_position
+            self._heard_at, self._needs_position = self.around.now, needs_position
 
     def _stream_available(self) -> bool:
+        """Whether a setpoint is newer than COM_OF_LOSS_T: a single one is enough (PX4 1.17, `offboardCheck`)."""
         around = self.around
-        if around is None or around.now - self._stream.last > self.parameters["COM_OF_LOSS_T"]:
+        if around is None or around.now - self._heard_at > self.parameters["COM_OF_LOSS_T"]:
             return False
-        streams = (
-            self._stream.last - self._stream.since >= _STREAM_NEEDED and around.now - self._stream.last <= _STREAM_GAP
-        )
-        if self.mode != OFFBOARD and not streams:
-            return False
-        return around.estimate.position_valid or not self._stream.needs_position
+        return around.estimate.position_valid or not self._needs_position
 
     def _arming_refused(self, forced: bool) -> tuple[int, str] | None:
         around = self.around

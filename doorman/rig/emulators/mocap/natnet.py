@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from doorman.checks import vector
 from doorman.copying import Uncopied
-from doorman.hardware.emulators.mocap_stream import BodyPose
+from doorman.rig.emulators.mocap.stream import BodyPose
 
 CONNECT, SERVER_INFO, REQUEST_MODELDEF, MODELDEF, FRAME = 0, 1, 4, 5, 7
 TICKS = 10_000_000

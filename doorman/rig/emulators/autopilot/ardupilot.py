@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import (
+from doorman.rig.emulators.autopilot.brain import (
     ACCEPTED,
     DENIED,
     FAILED,
@@ -17,10 +17,10 @@ from doorman.hardware.emulators.autopilot_brain import (
     PositionTarget,
     Surroundings,
 )
-from doorman.hardware.emulators.autopilot_control import Demand, Task
-from doorman.hardware.emulators.autopilot_parameters import ParameterStore
-from doorman.hardware.emulators.autopilot_plant import thrust_axis, yaw_of
-from doorman.hardware.emulators.autopilot_return import Return
+from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.plant import thrust_axis, yaw_of
+from doorman.rig.emulators.autopilot.way_home import Return
 
 STABILIZE, ALTITUDE_HOLD, GUIDED, LOITER, RETURN, LAND = 0, 2, 4, 5, 6, 9
 _NAMES = {"stabilize": STABILIZE, "altitude": ALTITUDE_HOLD, "guided": GUIDED, "loiter": LOITER, "position": LOITER,

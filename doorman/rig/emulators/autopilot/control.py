@@ -8,8 +8,8 @@ from enum import Enum
 
 import numpy as np
 
-from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_plant import Array, quaternion_product, thrust_axis, yaw_of
+from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.plant import Array, quaternion_product, thrust_axis, yaw_of
 
 _POSITION_GAIN = 2.2
 _VELOCITY_GAIN = 3.2

@@ -9,8 +9,8 @@ from types import TracebackType
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.mocap_faults import StreamFaults
-from doorman.hardware.emulators.mocap_stream import BodyPose, PoseSource, TrackerSetup, TrackerStream
+from doorman.rig.emulators.mocap.faults import StreamFaults
+from doorman.rig.emulators.mocap.stream import BodyPose, PoseSource, TrackerSetup, TrackerStream
 
 __all__ = ["BodyPose", "MocapEmulator", "PoseSource", "StreamFaults", "TrackerSetup", "TrackerStream"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import IntEnum
 
-from doorman.hardware.emulators.servos_table import (
+from doorman.rig.emulators.servos.table import (
     EEPROM_END,
     GOALS,
     INDIRECT_BLOCKS,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from doorman.hardware.emulators.autopilot_earth import ZURICH, Place
-from doorman.hardware.emulators.autopilot_plant import Array, PlantTruth
+from doorman.rig.emulators.autopilot.earth import ZURICH, Place
+from doorman.rig.emulators.autopilot.plant import GRAVITY, Array, PlantTruth, into_body
 
 _HISTORY = 2.0
 _GAIN = 0.35
@@ -38,6 +38,8 @@ class Estimate:
     """Whether it knows where on earth that is, too: what has no home cannot return."""
     origin: Place | None = None
     """Where on earth zero is."""
+    specific_force: Array = field(default_factory=lambda: np.array([0.0, 0.0, GRAVITY]))
+    """What accelerometers feel, shape (3,), body frame [m/s²]."""
 
 
 class Estimator:
@@ -59,6 +61,7 @@ class Estimator:
         """Of the newest accepted pose [m]."""
         self._timeout = timeout
         self._random = np.random.default_rng(seed)
+        self._velocity: Array | None = None
         self._error = np.zeros(3)
         self._error_rate = np.zeros(3)
         self._bias = np.array([0.04, -0.03, 0.01])
@@ -98,6 +101,9 @@ class Estimator:
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         """Estimate at a time of the autopilot's clock [s]."""
+        gained = truth.velocity - (truth.velocity if self._velocity is None or dt <= 0.0 else self._velocity)
+        self._velocity = truth.velocity
+        acceleration = gained / max(dt, 1e-3) + [0.0, 0.0, GRAVITY]
         self._history.append((now, truth.position))
         while now - self._history[0][0] > _HISTORY:
             self._history.popleft()
@@ -121,6 +127,7 @@ class Estimator:
             valid,
             valid and self.has_origin,
             self.origin,
+            into_body(truth.quaternion, acceleration),
         )
 
     def lead_astray(self, offset: Array) -> None:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.hardware.emulators.autopilot_control import Demand, Task
-from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
+from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.plant import Array, yaw_of
 
 _SPEED, _ACCELERATION = 1.5, 1.5
 """Of the setpoint on the way [m/s], [m/s²]: the real ones limit its jerk, too."""

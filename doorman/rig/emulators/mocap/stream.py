@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.mocap_faults import StreamFaults
-from doorman.hardware.emulators.mocap_packets import SIZES, euler_xyz, item, packet
 from doorman.kinematics.rotations import rotation_body_to_world, skew
+from doorman.rig.emulators.mocap.faults import StreamFaults
+from doorman.rig.emulators.mocap.packets import SIZES, euler_xyz, item, packet
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 PX4_RATES = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: 20.0,
     mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: 50.0,
+    mavlink.MAVLINK_MSG_ID_HIGHRES_IMU: 20.0,
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30.0,
     mavlink.MAVLINK_MSG_ID_ODOMETRY: 30.0,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
@@ -37,7 +39,11 @@ SETTABLE = frozenset(
     }
 )
 """Messages whose interval may be set, and that may be asked for, of both;"""
-PX4_SETTABLE = SETTABLE | {mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, mavlink.MAVLINK_MSG_ID_TIMESYNC}
+PX4_SETTABLE = SETTABLE | {
+    mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS,
+    mavlink.MAVLINK_MSG_ID_HIGHRES_IMU,
+    mavlink.MAVLINK_MSG_ID_TIMESYNC,
+}
 """of PX4."""
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from doorman.hardware.emulators.servos_memory import ServoMemory
-from doorman.hardware.emulators.servos_table import (
+from doorman.rig.emulators.servos.memory import ServoMemory
+from doorman.rig.emulators.servos.table import (
     CURRENT_BASED_POSITION_MODE,
     EXTENDED_POSITION_MODE,
     POSITION_MODE,

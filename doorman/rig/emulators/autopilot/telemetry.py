@@ -9,17 +9,25 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot_brain import Brain
-from doorman.hardware.emulators.autopilot_control import Task
-from doorman.hardware.emulators.autopilot_earth import global_origin, global_position, home_position, satellites
-from doorman.hardware.emulators.autopilot_estimator import Estimate
-from doorman.hardware.emulators.autopilot_plant import Array, yaw_of
-from doorman.hardware.emulators.autopilot_return import Home
+from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.earth import global_origin, global_position, home_position, satellites
+from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.plant import Array, into_body, yaw_of
+from doorman.rig.emulators.autopilot.way_home import Home
 
 FLIP = np.array([1.0, -1.0, -1.0])
 """NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
 FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
 
+_SENSORS = (
+    mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
+    | mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
+)
+"""That every vehicle has, calibrated."""
+_VISION = mavlink.MAV_SYS_STATUS_SENSOR_VISION_POSITION
 _PREARM_CHECK = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _CAPABILITIES = (
     mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
@@ -29,6 +37,8 @@ _CAPABILITIES = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
 )
 """Those of the real ones that are emulated: no missions, fences or files."""
+_FIELD, _AIR = np.array([0.21, 0.0, -0.43]), 1013.25
+"""Of the earth in Switzerland, shape (3,), world frame [gauss], and pressure [mbar]."""
 _PX4_VERSION, _ARDUPILOT_VERSION = 0x01_10_00_FF, 0x04_06_03_FF
 """Releases 1.16.0 and 4.6.3."""
 
@@ -105,6 +115,8 @@ class Telemetry:
         if identifier == mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION:
             q, rates = estimate.quaternion * FLIP_QUATERNION * self._sense, estimate.body_rates * FLIP
             return mavlink.MAVLink_attitude_quaternion_message(boot_ms, *q.tolist(), *rates.tolist())
+        if identifier == mavlink.MAVLINK_MSG_ID_HIGHRES_IMU:
+            return _inertial(boot_seconds, estimate)
         if identifier == mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
             if not self._has_position(estimate):
                 return None
@@ -183,7 +195,7 @@ class Telemetry:
 
     def _odometry(self, boot_seconds: float, estimate: Estimate) -> Any:
         q = estimate.quaternion * FLIP_QUATERNION
-        speed = _into_body(estimate.quaternion, estimate.velocity) * FLIP
+        speed = into_body(estimate.quaternion, estimate.velocity) * FLIP
         unknown = [math.nan, *[0.0] * 20]
         return mavlink.MAVLink_odometry_message(
             int(boot_seconds * 1e6),
@@ -202,13 +214,15 @@ class Telemetry:
 
     def _system(self, estimate: Estimate) -> Any:
         ready = estimate.position_valid and not self.brain.refusal.active
-        health = _PREARM_CHECK if ready else 0
+        sensors = _SENSORS | (mavlink.MAV_SYS_STATUS_SENSOR_GPS if self._satellites else _VISION)
+        unwell = 0 if estimate.position_valid else mavlink.MAV_SYS_STATUS_SENSOR_GPS | _VISION
+        health = sensors & ~unwell | (_PREARM_CHECK if ready else 0)
         told = 0 if self.brain.vendor == mavlink.MAV_AUTOPILOT_PX4 else _PREARM_CHECK  # PX4 since 1.14: in health alone
         battery = self._battery
         power = round(battery.voltage * 1e3), round(battery.current * 1e2), round(battery.remaining * 1e2)
         unknown = 0xFFFF, -1, -1
         return mavlink.MAVLink_sys_status_message(
-            told, told, health, 200, *(unknown if battery.silent else power), 0, 0, 0, 0, 0, 0
+            told | sensors, told | sensors, health, 200, *(unknown if battery.silent else power), 0, 0, 0, 0, 0, 0
         )
 
     def _battery_status(self) -> Any:
@@ -220,21 +234,19 @@ class Telemetry:
         )  # fmt: skip
 
 
+def _inertial(boot_seconds: float, estimate: Estimate) -> Any:
+    """HIGHRES_IMU: accelerations and rates; a field that points north and down, and the air at sea level."""
+    force, rates = estimate.specific_force * FLIP, estimate.body_rates * FLIP
+    field = into_body(estimate.quaternion, _FIELD) * FLIP
+    return mavlink.MAVLink_highres_imu_message(
+        round(boot_seconds * 1e6), *force.tolist(), *rates.tolist(), *field.tolist(), _AIR, 0.0,
+        float(estimate.position[2]), 20.0, 0xFFFF >> 3,
+    )  # fmt: skip
+
+
 def _angles(quaternion: Array) -> Array:
     """Roll, pitch and yaw [rad]."""
     w, x, y, z = quaternion.tolist()
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
     return np.array([roll, pitch, yaw_of(quaternion)])
-
-
-def _into_body(quaternion: Array, vector: Array) -> Array:
-    w, x, y, z = quaternion.tolist()
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return np.asarray(rotation.T @ vector)

@@ -148,6 +148,19 @@ def thrust_axis(quaternion: Array) -> Array:
     return np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)])
 
 
+def into_body(quaternion: Array, vector: Array) -> Array:
+    """A vector of the world in the axes of a body with this attitude."""
+    w, x, y, z = quaternion.tolist()
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    return np.asarray(rotation.T @ vector)
+
+
 def yaw_of(quaternion: Array) -> float:
     """Yaw of an attitude [rad]."""
     w, x, y, z = quaternion.tolist()

@@ -18,11 +18,11 @@ import numpy as np
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.servos_bus import QUESTIONS, ServoBusLogic
-from doorman.hardware.emulators.servos_faults import BusFaults
-from doorman.hardware.emulators.servos_packets import InstructionStream
-from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoPlant
-from doorman.hardware.emulators.servos_unit import EmulatedServo, ServoSetup
+from doorman.rig.emulators.servos.bus import QUESTIONS, ServoBusLogic
+from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.packets import InstructionStream
+from doorman.rig.emulators.servos.plant import LaggingJoints, ServoPlant
+from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
 
 IDLE = 0.002
 """Silence after which a packet that was begun is given up [s]."""
