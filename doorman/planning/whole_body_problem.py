@@ -61,6 +61,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
         "vehicle.attitude_gain": control.attitude_gain, "vehicle.rate_gain": control.attitude_rate_gain,
+        "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         "mechanism.origin": door.hinge_position, "mechanism.point": coupling.contact_point(0.0),
         "mechanism.normal": -door.normal(0.0), "mechanism.along": door.leaf_direction(0.0),
@@ -83,7 +84,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
         "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
-        "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
+        "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
         "plan.time_step": scenario.planner.time_step,
         "weight.place": 40.0 / scale.length**2, "weight.position": 0.0, "weight.heading": 16.0,
         "weight.arm": 30.0,
@@ -206,6 +207,28 @@ def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
     depths = np.array([tip_on_face(model, x[:3], x[3:6], float(x[12]), x[14:])[0] for x in states])
     pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
     return np.asarray(numbers.one("contact.stiffness") * pressed)
+
+
+def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
+    """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up.
+
+    Args:
+        model: Model of the scenario.
+        attitude: Φ, shape (3,) [rad].
+        arm_angles: H, shape (n,) [rad].
+        force: Of the tip on the leaf, shape (3,), world frame [N].
+
+    Returns:
+        Shape (2,) [rad].
+    """
+    lever = model.vehicle.tip_position(arm_angles) - model.vehicle.center_of_mass(arm_angles)
+    moment = -np.cross(lever, rotation_body_to_world(attitude).T @ force)
+    return np.asarray(moment[:2] / tilt_stiffness(model))
+
+
+def tilt_stiffness(model: Model) -> Array:
+    """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
+    return np.asarray(model.scenario.control.attitude_stiffness * np.diag(model.vehicle_inertia)[:2])
 
 
 def tip_on_face(
