@@ -25,7 +25,7 @@ rig-demo: $(VENV)/.installed-for-rig
 #: make test       lint, types, and every test but the slow ones; needs chromium: about 15 minutes
 # First what runs in real time or takes signals, with kernels compiled ahead; then everything else, which takes all of two cores.
 # What a busy machine held up in real time gets a second chance; what fails twice fails.
-REAL_TIME := tests/hardware tests/test_recording_signals.py
+REAL_TIME := tests/hardware tests/recording/test_recording_signals.py
 CHOSEN := -m "not slow"
 
 test: lint

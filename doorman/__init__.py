@@ -10,8 +10,9 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
+    from doorman.campaign.batch import simulate_batch
     from doorman.exceptions import DoormanError
-    from doorman.mission import simulate
+    from doorman.mission.simulate import simulate
     from doorman.model import Model
     from doorman.ocp.problem.terms import Constraint, Cost, Residual
     from doorman.ocp.solvers.solution import PlanStatus
@@ -21,7 +22,7 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
 
 __all__ = [
     "Constraint", "Cost", "DoormanError", "Model", "Plan", "PlanStatus", "Planner", "Recording", "Residual", "Scenario",
-    "simulate",
+    "simulate", "simulate_batch",
 ]  # fmt: skip
 __version__ = "0.2.0"
 
@@ -37,6 +38,7 @@ _MODULES = {
     "Residual": "doorman.ocp.problem.terms",
     "Scenario": "doorman.scenario",
     "simulate": "doorman.mission",
+    "simulate_batch": "doorman.campaign.batch",
 }
 
 _PACKAGES = (

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import DimensionError
 
+_FLOAT = np.dtype(np.float64)
+
 
 def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
     """A fresh float vector of the right length with finite entries.
@@ -26,6 +28,11 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
     Raises:
         DimensionError: if the values are not numbers, have another shape, or are not all finite.
     """
+    if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (size,):
+        if math.isfinite(
+            sum(values.tolist())
+        ):  # what nearly every call is given; a sum may overflow, and is looked at below
+            return values.copy()
     array = numbers(values, field, f"shape ({size},)")
     if array.shape != (size,):
         raise DimensionError("wrong shape", field=field, given=array.shape, allowed=f"({size},)")

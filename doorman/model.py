@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 _TOUCHES_A_JAMB = 0.02
 """Depth to which a disc must reach into a jamb for a way to lead there: the check measures it exactly [m]."""
+_RIGHT_ANGLE = math.radians(1.0)
+"""A leaf that is open by no more beyond 90° leaves its vehicle between the jambs [rad]."""
 _RECESSED = 0.02
 """A leaf whose face lies so far behind the frame's is pulled by a vehicle whose disc may be between the jambs [m]."""
 
@@ -222,8 +224,7 @@ class Model:
     def _distance_from_hinge(self) -> float:
         """D_V [m]."""
         contact, distance = self.scenario.contact, self._place[0]
-        upright = not (self.door.slides or self.door.lies)
-        if contact.kind != "push" or not contact.fit_doorway or contact.frame is not None or not upright:
+        if contact.kind != "push" or not contact.fit_doorway or contact.frame is not None or not self.door.upright:
             return distance
         arm = start_arm(self.scenario, self.vehicle, self.door, self.travel, self._reduced(distance))
         reach = math.hypot(*self.vehicle.tip_position(arm)[:2])
@@ -240,15 +241,19 @@ class Model:
         return contact.distance_from_hinge, 0.5 * door.height if door.lies else contact.height
 
     def _surroundings(self) -> Surroundings:
-        """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb."""
-        if self.door.slides or self.door.lies:
+        """A vehicle that pulls stays before the wall; one whose tip is near an edge of the leaf begins beside a jamb.
+
+        One that opens a door beyond a right angle ends behind the jamb at the hinge.
+        """
+        if not self.door.upright:
             return "wall" if self.door.panel is None else "panel"
         if self.door.side == "pull":
             return "wall" if self.door.frame_depth - self.door.contact_offset < _RECESSED else "corners"
         width, radius = self.door.width, self.vehicle.radius
         behind_the_tip = radius - 1e-9 <= self._place[0] <= width - radius + 1e-9
         fitted = self.scenario.contact.kind == "push" and self.scenario.contact.fit_doorway
-        return "doorway" if behind_the_tip or fitted or width < 2.0 * radius else "corners"
+        between = (behind_the_tip or fitted) and min(self.travel.start, self.travel.goal) > -_RIGHT_ANGLE
+        return "doorway" if between or width < 2.0 * radius else "corners"
 
     def _check_contact(self) -> None:
         door, contact = self.door, self.scenario.contact

@@ -66,13 +66,15 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
     moving = _rate_at_the_end(recording)
     opened_at = time_to_open(time, angle, target) if abs(moving) < _STANDS else None
     outcome, reason = _outcome(recording)
+    states = recording["mission"]["state"].tolist()
     if outcome == COMPLETED and opened_at is None:
         outcome, reason = GOAL_MISSED, _missed(model.true_door, float(angle[-1]), target, moving, reason)
     return {
         "outcome": outcome,
         "reason": reason,
-        "attempts": 1 + recording["mission"]["state"].tolist()[1:].count("hover"),
+        "attempts": 1 + states[1:].count("hover"),
         "opened": opened_at is not None,
+        "went_through": outcome == COMPLETED and "through" in states,
         "final_door_angle_deg": math.degrees(float(angle[-1])),
         "target_door_angle_deg": math.degrees(target),
         **_where_it_ended(model.true_door, float(angle[-1]), target),
@@ -119,7 +121,8 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
         why = f"the tip was on the leaf for only {summary['contact_fraction']:.0%} of the time and " if lost else ""
         more = f" ({summary['reason']})" if summary["outcome"] == GOAL_MISSED else ""
         return False, f"The door was not opened: {why}{where}{more}."
-    return True, f"The door was opened in {summary['time_to_open_s']:.2f} s and nothing was touched; {where}."
+    passed = ", the vehicle is behind it" if summary["went_through"] else ""
+    return True, f"The door was opened in {summary['time_to_open_s']:.2f} s{passed} and nothing was touched; {where}."
 
 
 def _where_it_ended(door: Door, angle: float, target: float) -> dict[str, Any]:
@@ -181,8 +184,13 @@ def _missed(door: Door, angle: float, target: float, moving: float, said: str) -
 
 
 def _largest_violation(recording: Recording, model: Model) -> float:
-    truth = recording["truth"]
-    rows = flown_constraints(model, truth["position"], truth["attitude"], truth["door_angle"], truth["arm_angles"])
+    """Of the planner's constraints, which keep the vehicle before the wall: until it flies through the doorway."""
+    truth, mission = recording["truth"], recording["mission"]
+    through = mission.time[mission["state"] == "through"]
+    flown = slice(int(np.searchsorted(truth.time, through[0])) if len(through) else None)
+    rows = flown_constraints(
+        model, *(truth[field][flown] for field in ("position", "attitude", "door_angle", "arm_angles"))
+    )
     return float(max(rows.max(), 0.0))
 
 

@@ -123,6 +123,19 @@ def test_a_check_loads_neither_meshes_nor_plots(tmp_path):
     assert loaded_by(CHECK, {*unused, "fcl", "mujoco"}, tmp_path) == {"fcl", "mujoco"}
 
 
+def test_a_flight_and_its_page_load_neither_meshes_nor_plots(tmp_path):
+    """Figures bring matplotlib in when they are drawn; nothing brings in what reads meshes."""
+    unused = {"yourdfpy", "trimesh", "networkx", "matplotlib", "meshcat"}
+    page = FLIGHT.replace("open_door(", "open_door.__globals__.update(write_pictures=replay)\nopen_door(")
+    code = f"""
+from doorman.visualization.replay import replay_page
+def replay(recording, model, folder):
+    replay_page(recording, model, folder / "replay.html")
+{page}"""
+    assert loaded_by(code, {*unused, "mujoco"}, tmp_path) == {"mujoco"}
+    assert (tmp_path / "run" / "replay.html").is_file()
+
+
 @pytest.mark.parametrize(
     "arguments",
     [["--help"], ["--version"], ["open", "--help"], ["check", "--help"], ["warmup", "--help"]],

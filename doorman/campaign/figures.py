@@ -35,6 +35,7 @@ class Metric:
 _FREE = (-math.inf, math.inf)
 METRICS = (
     Metric("final_error_deg", "final angle minus target", "deg", (-5.0, 5.0)),
+    Metric("final_error_m", "final opening minus target", "m", (-0.05, 0.05)),
     Metric(f"{SUMMARY}hover_to_goal_s", "from hover to goal", "s", _FREE),
     Metric(f"{SUMMARY}contact_fraction_after_1s", "in contact from 1 s after the first touch", "", _FREE),
     Metric(f"{SUMMARY}door_angle_estimate_error_deg_max", "largest error of the estimated angle", "deg", (0.0, 5.0)),
@@ -78,6 +79,7 @@ def figures(rows: Sequence[Row], low_friction: float) -> dict[str, Any]:
 def failure(row: Row) -> dict[str, Any]:
     """What the report says of a failed run."""
     named = {name: row[name] for name in ("run", "seed", "outcome", "reason", "final_error_deg", "command")}
+    named["final_error_m"] = row.get("final_error_m")
     causes = row.get(f"{SUMMARY}true_causes")
     return named | {"true_causes": json.loads(causes) if causes else [], "told_truly": row.get("told_truly")}
 

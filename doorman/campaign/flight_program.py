@@ -23,12 +23,16 @@ from doorman.compilation import cache_directory, kernel_counts
 from doorman.exceptions import DoormanError
 from doorman.locks import locked
 from doorman.mission import simulate
+from doorman.model import Model
 from doorman.scenario import Scenario
 
 _INFRASTRUCTURE = (OSError, MemoryError, ImportError)
 """What a flight is not to blame for."""
 _contents: dict[str, str] = {}
 """Files of the orders, as the last preparation brought them."""
+
+_last: list[tuple[Scenario, Model]] = []
+"""Scenario that was flown last, and its model: in a batch the next flight's, too."""
 
 _REHEARSAL = 0.1
 """Length of a flight that only compiles [s]."""
@@ -92,11 +96,17 @@ def prepare(scenario: Scenario) -> None:
 
 def _fly(scenario: Scenario, order: dict[str, Any]) -> dict[str, Any]:
     """Fly a draw whatever the check would say: its row tells what happened."""
-    longest = {} if order["duration"] is None else {"duration": order["duration"]}
-    recording = simulate(scenario, seed=order["seed"], force=True, **longest)
+    model = _model(scenario)
+    recording = simulate(model, order["duration"], order["seed"], path=order.get("path"), force=True)
     if recording.summary is None:
         raise RuntimeError("the flight has no summary")
     return recording.summary
+
+
+def _model(scenario: Scenario) -> Model:
+    if not _last or _last[0][0] != scenario:
+        _last[:] = [(scenario, Model(scenario))]
+    return _last[0][1]
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from doorman.campaign.figures import METRICS, TORQUE, Metric, estimate_columns, estimated, numbers
-from doorman.campaign.judgement import ANGLE_TOLERANCE
+from doorman.campaign.judgement import TOLERANCE
 from doorman.campaign.results import Row
 from doorman.visualization.style import BLUE, CYCLE, RED, Axes, Figure, MaxNLocator
 
@@ -29,10 +29,14 @@ def histograms(rows: Sequence[Row], name: str) -> Figure:
     figure = Figure(figsize=(13.0, 6.6), layout="constrained")
     panels = figure.subplots(2, 3).ravel()
     good, bad = [[row for row in rows if row["success"] is success] for success in (True, False)]
-    for axes, metric in zip(panels, (metric for metric in METRICS if metric.limits), strict=False):
+    slides = len(numbers(rows, "final_error_m")) > 0
+    unused = "final_error_deg" if slides else "final_error_m"
+    drawn = (metric for metric in METRICS if metric.limits and metric.column != unused)
+    for axes, metric in zip(panels, drawn, strict=False):
         _draw(axes, metric, good, bad)
     _draw_deviations(panels[-1], rows)
-    panels[0].axvspan(-ANGLE_TOLERANCE, ANGLE_TOLERANCE, color="0.92", zorder=0, label="within 2°")
+    within, words = (TOLERANCE["m"], "within 1.4 cm") if slides else (TOLERANCE["deg"], "within 2°")
+    panels[0].axvspan(-within, within, color="0.92", zorder=0, label=words)
     panels[0].legend(fontsize=8)
     figure.suptitle(f"{name}: {len(good)} of {len(rows)} runs succeeded")
     return figure

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from doorman.scenario import CampaignSection
 from doorman.summary import COMPLETED, GIVEN_UP, GOAL_MISSED
 
-ANGLE_TOLERANCE = 2.0
-"""Largest |final angle − target| [deg]."""
+TOLERANCE = {"deg": 2.0, "m": 0.014}
+"""Largest |final angle − target|, or of a slide its opening, by unit: 2° are 1.4 cm at a lever of 0.4 m."""
+_WORDS: dict[str, Callable[[float], str]] = {
+    "deg": lambda error: f"{error:+.1f}°",
+    "m": lambda error: f"{1e2 * error:+.1f} cm",
+}
 _ENDS = (COMPLETED, GOAL_MISSED, GIVEN_UP)
 """Outcomes of missions that came to an end of their own."""
 
@@ -30,8 +34,8 @@ class Judgement:
 def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -> Judgement:
     """Judge a flight by its summary.
 
-    A success touched nothing, completed its mission, left the door within 2° of the target at the flight's end, kept its tip on
-    the leaf and never pushed it harder than the campaign allows.
+    A success touched nothing, completed its mission, and left the door within 2° of the target at the flight's end, a slide
+    within 1.4 cm. Its tip stayed on the leaf, and never pushed it harder than the campaign allows.
 
     Args:
         summary: As `doorman.simulate` gives it.
@@ -40,7 +44,7 @@ def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -
     Returns:
         The judgement; the reasons are the mission's own where it gave up.
     """
-    error = final_error(summary)
+    error, unit = final_error(summary), summary["unit"]
     reasons = []
     outcome = summary["outcome"]
     if summary["collisions"]:
@@ -48,8 +52,8 @@ def judge(summary: Mapping[str, Any], campaign: CampaignSection | None = None) -
     if outcome != COMPLETED:
         said = summary["reason"]
         reasons.append(f"{outcome}: {said}" if said else str(outcome))
-    if not abs(error) < ANGLE_TOLERANCE:
-        reasons.append(f"the door ended {error:+.1f}° from the target")
+    if not abs(error) < TOLERANCE[unit]:
+        reasons.append(f"the door ended {_WORDS[unit](error)} from the target")
     reasons += _contact(summary, campaign or CampaignSection())
     safe = not summary["collisions"] and outcome in _ENDS
     return Judgement(not reasons, "; ".join(reasons), safe)
@@ -69,6 +73,6 @@ def _contact(summary: Mapping[str, Any], campaign: CampaignSection) -> list[str]
 
 
 def final_error(summary: Mapping[str, Any]) -> float:
-    """Door's final angle minus target [deg]; NaN if the summary has none."""
-    final = summary["final_door_angle_deg"]
-    return math.nan if final is None else float(final) - float(summary["target_door_angle_deg"])
+    """Door's final angle minus target [deg], or a slide's opening [m], as its `unit` says; NaN if the summary has none."""
+    error = summary["final_error"]
+    return math.nan if error is None else float(error)

@@ -44,7 +44,7 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
     if summary is None:
         row |= {"success": False, "safe": False, "outcome": "error", "reason": answer["error"]}
         row["told_truly"] = None
-        row |= {"final_error_deg": None, "torque_error_n_m": None}
+        row |= {"final_error_deg": None, "final_error_m": None, "torque_error_n_m": None}
     else:
         judgement = judge(summary, flight.scenario.campaign)
         row |= {
@@ -52,7 +52,8 @@ def row_of(flight: Flight, answer: Mapping[str, Any]) -> Row:
             "safe": judgement.safe,
             "outcome": summary["outcome"],
             "reason": judgement.reason,
-            "final_error_deg": final_error(summary),
+            "final_error_deg": final_error(summary) if summary["unit"] == "deg" else None,
+            "final_error_m": final_error(summary) if summary["unit"] == "m" else None,
             "torque_error_n_m": _torque_error(summary),
             "told_truly": None if judgement.success else told_truly(summary),
         }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import threading
 import time
 import uuid
@@ -16,6 +15,7 @@ from typing import Any
 import dask
 from distributed import Client, Future, LocalCluster, get_worker, wait
 
+from doorman.campaign.batch import usable_cores
 from doorman.campaign.flight_process import FlightProcess, failed, lost
 from doorman.campaign.folder import RESULTS, claimed, write_not_flown
 from doorman.campaign.lease import Lease
@@ -90,7 +90,7 @@ def run_campaign(
         count = len(flights) - len(known)
         try:
             if count:
-                with connected(min(workers or _cores(), count), scheduler) as client:
+                with connected(min(workers or usable_cores(), count), scheduler) as client:
                     for flight, answer in _flown(client, campaign, missing):
                         if answer.get("lost"):
                             not_flown[flight.draw.run] = str(answer["error"])
@@ -296,8 +296,3 @@ def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
         ) from error
     with client:
         yield client
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -12,7 +12,14 @@ from doorman import __version__
 from doorman.cli.overrides import parse_overrides
 from doorman.exceptions import DoormanError
 from doorman.hardware.pixhawk import PixhawkConfig
-from doorman.hardware.pixhawk.parameter_file import AutopilotName, OnLoss, VehicleFigures, as_text, parameter_lines
+from doorman.hardware.pixhawk.parameter_file import (
+    AutopilotName,
+    OnLoss,
+    Port,
+    VehicleFigures,
+    as_text,
+    parameter_lines,
+)
 from doorman.hardware.vehicle import Places
 from doorman.hardware.vehicle_file import VehicleFile
 from doorman.model import GRAVITY, Model
@@ -29,6 +36,7 @@ def print_parameters(
     on_loss: OnLoss,
     mocap_delay: float | None,
     vehicle: str | None = None,
+    port: Port | None = None,
 ) -> int:
     """Print the file.
 
@@ -40,6 +48,7 @@ def print_parameters(
         on_loss: What the vehicle does without this computer.
         mocap_delay: From exposure to sending [s]; None leaves its parameter out.
         vehicle: Name or path of a vehicle file, if any.
+        port: Where this computer is wired to.
 
     Returns:
         Exit status: 0.
@@ -62,7 +71,7 @@ def print_parameters(
     if vehicle is not None:
         config = file.links_anywhere(model).pixhawk
     config = config if mocap is None else replace(config, mocap=mocap)
-    lines = parameter_lines(autopilot, config, figures, on_loss, mocap_delay)
+    lines = parameter_lines(autopilot, config, figures, on_loss, mocap_delay, port)
     title = f"doorman {__version__}: {autopilot} for scenario {model.scenario.name}, {model.vehicle.mass:.2f} kg"
     typer.echo(as_text(autopilot, lines, title), nl=False)
     return 0

@@ -165,9 +165,9 @@ def _starts(recording: Recording, model: Model) -> Iterator[tuple[NDArray[Any], 
 
 
 def _differences(recorded: Topic, k: int, plan: Plan, planner: Planner) -> dict[str, float]:
-    """Largest difference of every field that is not the same to the bit."""
+    """Largest difference of every field that is not the same to the bit; states are recorded with 32 bits."""
     states, inputs = planner.planning.reduced(plan.states, plan.inputs)
-    new = {"states": states, "inputs": inputs, "cost": plan.cost, "iterations": plan.iterations}
+    new = {"states": states.astype(np.float32), "inputs": inputs, "cost": plan.cost, "iterations": plan.iterations}
     fields = {name: _difference(recorded[name][k], new[name]) for name in _NUMBERS}
     found = {name: amount for name, amount in fields.items() if amount is not None}
     return found if recorded["status"][k] == plan.status.value else {**found, "status": 1.0}

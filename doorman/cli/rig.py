@@ -24,6 +24,7 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup
 from doorman.rig.emulated import AutopilotKind
+from doorman.rig.emulators.autopilot.motors import MotorKind
 
 _LOOK = 0.2
 _LISTENS_ON_LOOPBACK = ("127.0.0.1", "0.0.0.0")
@@ -42,6 +43,7 @@ def run_rig(
     seed: int = 0,
     as_json: bool = False,
     vehicle: str | None = None,
+    motors: MotorKind = "linear",
 ) -> int:
     """Run the rig until Ctrl-C.
 
@@ -56,6 +58,7 @@ def run_rig(
         seed: Of noise.
         as_json: Print command and links as JSON.
         vehicle: Name or path of a vehicle file, if any.
+        motors: Whether the autopilot linearises them.
 
     Returns:
         Exit status: 0, or 1 if the physics failed.
@@ -69,8 +72,9 @@ def run_rig(
     setup = RigSetup(
         autopilot, served_port(file, PIXHAWK, pixhawk_port, 14540), served_port(file, MOCAP, mocap_port, 51001), folder,
         vehicle=None if vehicle is None else file.links_anywhere(model), servos=served_device(file), seed=seed,
+        motors=motors,
     )  # fmt: skip
-    header = recorded_header(scenario) | {"rig": autopilot}
+    header = recorded_header(scenario) | {"rig": autopilot, "motors": motors}
     over = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: over.set())

@@ -22,7 +22,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.rig import judge
+from doorman.rig.judge import judge
 from doorman.summary import verdict
 
 _ENTRY = "from doorman.cli import main; main()"
@@ -38,6 +38,7 @@ def fly_the_rig(
     seed: int,
     as_json: bool,
     vehicle: str | None = None,
+    motors: str = "linear",
 ) -> int:
     """Start the rig, fly the mission against it over its real links, stop it, and judge.
 
@@ -45,10 +46,11 @@ def fly_the_rig(
         source: Name or path of the scenario.
         settings: Overrides, `key=value`.
         autopilot: `px4` or `ardupilot`.
-        out: Of the truth; the flight is recorded beside it. A temporary folder by default.
+        out: File of the truth, with the flight beside it; or folder for both. A temporary one by default.
         seed: Of noise.
         as_json: Print the summary as JSON and nothing else to stdout.
         vehicle: Name or path of a vehicle file, if any.
+        motors: Whether the autopilot linearises them: `linear` or `quadratic`.
 
     Returns:
         Exit status: 0 if the mission was flown to its end, the door was opened and nothing was touched, else 1.
@@ -57,10 +59,12 @@ def fly_the_rig(
         DoormanError: if the input cannot be used, or the rig does not start.
     """
     model = Model(load_task(source, settings, vehicle))
-    truth = out or Path(tempfile.mkdtemp(prefix="doorman-rig-")) / "truth.mcap"
+    place = out or Path(tempfile.mkdtemp(prefix="doorman-rig-"))
+    truth = place if place.suffix and not place.is_dir() else place / "truth.mcap"
+    truth.parent.mkdir(parents=True, exist_ok=True)
     flight = truth.with_name("flight.mcap")
     overrides = [word for setting in settings for word in ("--set", setting)]
-    options = ["--autopilot", autopilot, "--out", str(truth), "--seed", str(seed), *overrides]
+    options = ["--autopilot", autopilot, "--motors", motors, "--out", str(truth), "--seed", str(seed), *overrides]
     if vehicle is None:  # else the ports are the file's
         options += ["--pixhawk-port", str(free_port()), "--mocap-port", str(free_port())]
     else:
@@ -82,7 +86,7 @@ def fly_the_rig(
         typer.echo(json.dumps(summary, indent=2))
         typer.echo(sentence, err=True)
     else:
-        print_run(summary, sentence, truth.parent)
+        print_run(summary, sentence, place)
     return 0 if good and status == 0 else 1
 
 

@@ -132,8 +132,9 @@ def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         scenario, and warm from the plan before it wherever it was warm in flight. Compiled code of another processor, or of
         another version of doorman, numpy or numba, may round otherwise.
 
-        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. Plans
-        that the clock cut short in flight, and those that began with them, are not compared.
+        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. States
+        have the 32 bits with which they are recorded. Plans that the clock cut short in flight, and those that began with
+        them, are not compared.
         """
 
         def command() -> int:

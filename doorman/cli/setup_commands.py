@@ -69,6 +69,13 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
             float | None,
             typer.Option(metavar="SECONDS", help="From exposure to sending; for ArduPilot.", show_default="left out"),
         ] = None,
+        telem: Annotated[
+            int, typer.Option(min=0, max=3, help="Telemetry port that this computer is wired to; 0: USB.")
+        ] = 2,
+        baud: Annotated[int, typer.Option(help="Its baud rate.")] = 921_600,
+        flow_control: Annotated[
+            bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are wired, too.")
+        ] = False,
     ) -> None:
         """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
 
@@ -78,9 +85,11 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
 
         def command() -> int:
             from doorman.cli.parameters import print_parameters
+            from doorman.hardware.pixhawk.parameter_file import Port
 
+            port = Port(telem, baud, flow_control)
             return print_parameters(
-                autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay, vehicle
+                autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay, vehicle, port
             )
 
         leave(command)

@@ -22,6 +22,13 @@ class AutopilotKind(StrEnum):
     ARDUPILOT_SITL = "ardupilot-sitl"
 
 
+class Motors(StrEnum):
+    """What the rig's motors make of their signal."""
+
+    LINEAR = "linear"
+    QUADRATIC = "quadratic"
+
+
 class SetpointKind(StrEnum):
     """What is sent to the autopilot."""
 
@@ -61,6 +68,12 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             AutopilotKind,
             typer.Option(help="Whose rules it follows; px4-sitl, ardupilot-sitl: their own code, which you start."),
         ] = AutopilotKind.PX4,
+        motors: Annotated[
+            Motors,
+            typer.Option(
+                help="linear: the autopilot linearises them; quadratic: their thrust is the signal squared, 40 ms late."
+            ),
+        ] = Motors.LINEAR,
         pixhawk_port: Annotated[
             int | None,
             typer.Option(
@@ -73,7 +86,12 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 help="UDP port that the cameras send to; 0: no cameras.", show_default="the vehicle file's, or 51001"
             ),
         ] = None,
-        out: Annotated[Path | None, typer.Option(metavar="FILE", help="Record the truth, as MCAP.")] = None,
+        out: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE", help="Record the truth, as MCAP; with --fly, a folder for truth and flight, too."
+            ),
+        ] = None,
         seed: Annotated[int, typer.Option(min=0, help="Of noise.")] = 0,
         fly: Annotated[
             bool, typer.Option("--fly", help="Fly the mission against it, judge the flight, and leave.")
@@ -100,12 +118,12 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                     )
                 from doorman.cli.rig_demo import fly_the_rig
 
-                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json, vehicle)
+                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json, vehicle, motors.value)
             from doorman.cli.rig import run_rig
 
             return run_rig(
                 scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed, as_json=as_json,
-                vehicle=vehicle,
+                vehicle=vehicle, motors=motors.value,
             )  # fmt: skip
 
         leave(command)

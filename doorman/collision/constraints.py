@@ -81,15 +81,25 @@ def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
 
 def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
     """The rotor disc stays clear of the jambs' edges before, in and behind the doorway."""
-    door, radius, across = task.door, task.vehicle.radius, task.across_doorway
-    half, middle = 0.5 * (door.frame_depth + door.frame_back), 0.5 * (door.frame_back - door.frame_depth)
-    off = task.into_doorway - middle
-    before = _positive((off**2 + _ROUNDING**2) ** 0.5 - _ROUNDING - half)
-    beside = (door.width - across, across)
+    distances = distances_to_corners(task.across_doorway, task.into_doorway, task.door)
     return [
-        Constraint(name, radius + margin - (before**2 + _positive(each) ** 2 + _LEAST_EXTENT) ** 0.5)
-        for name, each in zip(JAMBS, beside, strict=True)
+        Constraint(name, task.vehicle.radius + margin - distance)
+        for name, distance in zip(JAMBS, distances, strict=True)
     ]
+
+
+def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
+    """Of a place from the jambs at latch and hinge, as they reach along the wall [m].
+
+    Args:
+        across: Distance of the place from the hinge along the closed leaf [m].
+        into: Its distance behind the hinge through the doorway, negative before it [m].
+        door: Numbers with `width`, `frame_depth` and `frame_back` [m].
+    """
+    half, middle = 0.5 * (door.frame_depth + door.frame_back), 0.5 * (door.frame_back - door.frame_depth)
+    before = _positive(((into - middle) ** 2 + _ROUNDING**2) ** 0.5 - _ROUNDING - half)
+    latch, hinge = ((before**2 + _positive(each) ** 2 + _LEAST_EXTENT) ** 0.5 for each in (door.width - across, across))
+    return latch, hinge
 
 
 def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:

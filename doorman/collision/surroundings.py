@@ -19,6 +19,15 @@ PANEL = "disc clear of panel"
 _ROWS: dict[Surroundings, tuple[str, ...]] = {"doorway": JAMBS, "corners": JAMBS, "wall": (WALL,), "panel": (PANEL,)}
 
 
+def rows_beside(surroundings: Surroundings) -> tuple[str, ...]:
+    """Names of the constraints with what stands beside the door.
+
+    Args:
+        surroundings: What that is.
+    """
+    return _ROWS[surroundings]
+
+
 def row_names(point_names: tuple[str, ...], above: bool, surroundings: Surroundings) -> tuple[str, ...]:
     """Names of the collision constraints, in their order.
 

@@ -6,13 +6,14 @@ States :math:`z = [\alpha, \dot\alpha, w, b, \tau_c, k, I_D, f_x, f_y]`. With th
 .. math::
 
    I\ddot\alpha = -D_V F_n - b\dot\alpha - \tau_c\,\mathrm{sgn}\,\dot\alpha - k(\alpha - \alpha_0) \mp \tau_p - w
-   - \tfrac{1}{2} D_W n_D^T f - G(\alpha)
+   - l_W n_D^T f - G(\alpha)
 
 w is a torque that comes and goes (gusts, what the model leaves out): a first-order Markov process. f is the mean wind on the
-leaf, which would pass for friction or a closer but for how it changes with the angle; it is expected to blow as the
-vehicle feels it before the touch. An extended Kalman filter measures the tip's angle. A door that stands still says nothing
-of its parameters but that its friction suffices: they rest until it moves. Their standard deviations are what the motion has
-taught; damping, friction and closer stay correlated where the door has only seen one speed.
+leaf, whose lever :math:`l_W` is half of a hinged leaf's width. It would pass for friction or a closer but for how it changes
+with the angle; it is expected to blow as the vehicle feels it before the touch. An extended Kalman filter measures the tip's
+angle. A door that stands still says nothing of its parameters but that its friction suffices: they rest until it moves. Their
+standard deviations are what the motion has taught; damping, friction and closer stay correlated where the door has only seen one
+speed.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ Array = NDArray[np.float64]
 
 ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = range(9)
 _STATES = 9
+_PARAMETERS = (DAMPING, FRICTION, STIFFNESS, INERTIA)
 _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
 _LONGEST_STEP = 0.02
@@ -40,6 +42,10 @@ _STUCK_DEVIATIONS = (0.002, 0.01)
 """Of angle and rate that are followed so, where they do not lag [rad], [rad/s]."""
 _INERTIA_SHARES = (0.4, 2.5)
 """Of the URDF's, between which an inertia is believed: a hand that shakes the leaf can make it seem anything."""
+_AJAR = 0.02
+"""A leaf that begins farther open stands there by its friction [rad]."""
+_PAST_ITS_END = 0.05
+"""A tip that is farther beyond the joint's range is beside the leaf, and not before it [rad]."""
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
 
@@ -86,7 +92,6 @@ class DoorFilter:
         start = float(model.start_state[3])
         self._door, self._rest = model.door, model.door.rest_angle
         self._preload = model.door.closing_torque
-        self._half_width = 0.5 * model.door.width
         inertia = model.door.inertia
         self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
         door = model.door
@@ -103,6 +108,8 @@ class DoorFilter:
         self._seen = -math.inf
         self._touched = False
         self._push_noise, self._torque_deviation = settings.push_noise, settings.torque_deviation
+        if door.opening_of(start) > door.per_angle * _AJAR:
+            self.stays()
 
     @property
     def angle(self) -> float:
@@ -126,19 +133,15 @@ class DoorFilter:
 
     def hinge(self) -> HingeEstimate:
         """Parameters with their standard deviations."""
-        chosen = [DAMPING, FRICTION, STIFFNESS, INERTIA]
-        deviations = np.sqrt(np.diag(self.covariance)[chosen])
-        turned, known = abs(self._rest - self.state[ANGLE]), abs(self._known())
         p = self.covariance
-        squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]
-        together = 2.0 * turned * p[FRICTION, STIFFNESS]
+        turned, known = abs(self._rest - self.angle), abs(self._known())
+        squares = p.item(FRICTION, FRICTION) + turned * turned * p.item(STIFFNESS, STIFFNESS)
+        together = 2.0 * turned * p.item(FRICTION, STIFFNESS)
         torque, spare = (math.sqrt(max(squares + sign * together, 0.0)) for sign in (1.0, -1.0))
-        b, c, k, inertia = (float(value) for value in self.state[chosen])
-        d = [float(value) for value in deviations]
+        b, c, k, inertia = (self.state.item(row) for row in _PARAMETERS)
+        d = [math.sqrt(max(p.item(row, row), 0.0)) for row in _PARAMETERS]
         wind = (-1.0 if self._door.side == "push" else 1.0) * float(self._wind_lever() @ self.state[WIND_X:])
-        return HingeEstimate(
-            b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - known - k * float(turned), spare
-        )
+        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - known - k * turned, spare)
 
     def update(
         self,
@@ -183,8 +186,9 @@ class DoorFilter:
         Args:
             tip_angle: Angle of the tip about the hinge [rad].
         """
-        if tip_angle < self.state[ANGLE]:
-            self.state[ANGLE] = tip_angle
+        end = self._door.lower_limit
+        if end - _PAST_ITS_END < tip_angle < self.state[ANGLE]:
+            self.state[ANGLE] = max(tip_angle, end)
             self.state[RATE] = min(self.state[RATE], 0.0)
 
     def meet(self, tip_angle: float) -> None:
@@ -206,7 +210,7 @@ class DoorFilter:
 
     def _wind_lever(self) -> Array:
         """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""
-        return self._half_width * self._door.normal(self.angle)[:2]
+        return self._door.wind_lever * self._door.normal(self.angle)[:2]
 
     def _expect(self, wind: Array) -> None:
         """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""

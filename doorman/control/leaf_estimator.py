@@ -84,14 +84,14 @@ class LeafEstimate:
     """Of the tip on the face, along and up, shape (2,) [N]."""
     wind: Array
     resistance: float
-    """Of the hinge against opening [N m],"""
+    """Of the joint against opening, beside the leaf's weight [N m],"""
     friction_share: float
     """of which this share does not drive it back."""
     inertia: float
     face_offset: float
     """Of the face from where the model has it, towards the vehicle [m],"""
     lever: float
-    """at this distance from the hinge [m]."""
+    """where a newton along the normal is so much torque in the joint [m]."""
     normal_pull: float
     """λ as felt: wind less outer force along the normal [N]."""
 
@@ -119,7 +119,7 @@ class LeafEstimator:
         self._met: float | None = None
         self._measured = 0.0
         self._angle_deviation = self._lever * settings.angle_deviation
-        self._levers = (self._lever, _ON_LEAF * 0.5 * model.door.width)
+        self._levers = (self._lever, _ON_LEAF * model.door.wind_lever)
         self._yaw = 0.0
 
     def update(
@@ -167,8 +167,12 @@ class LeafEstimator:
             self._friction_share(), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
         )  # fmt: skip
 
+    def _weight(self) -> float:
+        """Torque of the leaf's weight against opening [N m]."""
+        return self._model.travel.ahead(self._leaf.weight_torque(self._door.angle))
+
     def _friction_share(self) -> float:
-        """Share of friction in what the hinge resists with."""
+        """Share of friction in what the hinge resists with, beside the leaf's weight."""
         hinge = self._door.hinge()
         closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
         slides = hinge.friction + 0.05
@@ -177,7 +181,7 @@ class LeafEstimator:
     def _tip(self, measured: Measurement, velocity: Array) -> tuple[float, float]:
         """Angle and rate of a leaf that the tip is on [rad], [rad/s]."""
         angle, rate = self._converter.tip(measured, velocity)
-        return angle - math.asin(self._face / self._lever), rate
+        return angle - self._model.coupling.angle_of_face(self._face), rate
 
     def _first_touch(self, tip: tuple[float, float], time_step: float) -> tuple[bool, tuple[float, float]]:
         """Where the face stands, as a closed leaf stands at a known angle; and whether anything has been met."""
@@ -212,7 +216,8 @@ class LeafEstimator:
         self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
         self._bare = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
         self._deepest, self._ghost = math.inf, 0.0
-        self._resists, self._moved, self._more = _FIRST_RESISTANCE, False, 0.0
+        driven = max(-self._weight(), 0.0)  # its friction is more, as it stands
+        self._resists, self._moved, self._more = _FIRST_RESISTANCE + driven, False, 0.0
 
     def _contact(
         self, tip: tuple[float, float], normal: Array, push: float, now: float, time_step: float, seeks: bool
@@ -238,7 +243,7 @@ class LeafEstimator:
         if near and not touching and tip[0] < self._deepest - _PAST and math.isfinite(self._deepest):
             touching, self._touched_at = True, now
             monitor.declare(True)
-            expected = max((self._resists + self._more) / self._lever, _LEAST)
+            expected = max((self._resists + self._more + self._weight()) / self._lever, _LEAST)
             self._wind.met(normal, expected - force)
             force = expected
         if touching and self._is_none(tip, push + float(normal @ felt), force, now, time_step):
@@ -253,8 +258,10 @@ class LeafEstimator:
         gains = moves / self._mass / self._lever
         opens_itself = tip[1] < -_GHOST_RATE and self._lever * force - self._door.inertia * gains < -_GHOST
         self._ghost = self._ghost + time_step if opens_itself else max(0.0, self._ghost - time_step)
-        shuts = 1.0 - 2.0 * self._friction_share()
-        faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else 1.0) * (self._resists + self._more)
+        bears = max(self._resists + self._more + self._weight(), 0.0)
+        friction = self._friction_share() * (self._resists + self._more)
+        shuts = bears - 2.0 * friction
+        faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else bears)
         back = tip[1] > _MOVES and tip[0] - self._deepest > (_DRAWN_BACK if faded else _FAR_BACK)
         if now - self._touched_at <= _SETTLED or not (back or self._ghost > _GHOST_TIME):
             return False
@@ -280,15 +287,17 @@ class LeafEstimator:
         """λ of vehicle and leaf that move as one; the wind takes what no contact explains."""
         leaf, vehicle = self._door.inertia, self._mass * self._lever
         reaction = resistance if -self._door.rate > _MOVES else max(-self._torque.estimate, 0.0)
+        reaction += self._weight()
         force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * self._lever), _LEAST)
-        along, tip_force = self._leaf.leaf_direction(self._door.angle), self._wind.force - felt
+        along, up = self._leaf.leaf_direction(self._door.angle), self._leaf.up
+        tip_force = self._wind.force - felt
         pressed = float(normal @ tip_force)
-        dragged = np.array([along @ tip_force, tip_force[2]])
+        dragged = np.array([along @ tip_force, up @ tip_force])
         carried = _CARRIED * max(pressed, force)
         self._friction = dragged * min(1.0, carried / max(float(np.hypot(*dragged)), 1e-9))
         over = dragged - self._friction
         self._wind.unexplained(along, float(over[0]), time_step)
-        self._wind.unexplained(np.array([0.0, 0.0, 1.0]), float(over[1]), time_step)
+        self._wind.unexplained(up, float(over[1]), time_step)
         self._wind.unexplained(normal, min(pressed - _LEAST, 0.0), time_step)
         return force
 

@@ -125,7 +125,7 @@ class StateConverter:
             yaw=self.heading(plan, time + settings.attitude_look_ahead),
             force=self._force(plan, time + settings.attitude_look_ahead),
             normal=self.model.door.normal(self._at(plan, time)[0][3]),
-            arm_rates=np.clip(arm_rates, -self._rate_limits, self._rate_limits),
+            arm_rates=np.minimum(np.maximum(arm_rates, -self._rate_limits), self._rate_limits),
         )
 
     def door_rate(self, plan: Plan, time: float) -> float:
@@ -144,7 +144,7 @@ class StateConverter:
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)
-        return self._coupling.vehicle_motion(state, inputs[1:4], inputs[4:])
+        return self._coupling.motion_of(state, inputs[1:4], inputs[4:])
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
         """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.

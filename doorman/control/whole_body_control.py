@@ -104,9 +104,11 @@ class WholeBodyController:
         )  # fmt: skip
         if known.touching:
             place = stick_place(place, known.friction_force, max(known.normal_force, self._least_grip), numbers)
+        weight = self._model.travel.ahead(self._model.door.weight_torque(angle))
         aims = at_the_leaf(
-            numbers, angle, known.touching, known.resistance, known.friction_share, known.inertia, self.opening_rate
-        )
+            numbers, known.lever, angle, known.touching, known.resistance, known.friction_share, known.inertia,
+            self.opening_rate, weight,
+        )  # fmt: skip
         face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
         return state, {
             **aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face,

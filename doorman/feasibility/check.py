@@ -12,6 +12,7 @@ from doorman.feasibility.rehearsal import DURATION, rehearse
 from doorman.feasibility.report import Finding, Report, Severity, graded
 from doorman.feasibility.setup import setup_findings
 from doorman.feasibility.task import task_finding
+from doorman.feasibility.through import through_findings
 from doorman.model import Model
 from doorman.scenario import Scenario
 
@@ -45,6 +46,7 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
         *geometry_findings(model, DURATION),
         *mission_findings(model, rehearsal),
         *flight_findings(model, rehearsal),
+        *through_findings(model),
     )
     if not with_audit:
         return Report(model.scenario.name, findings)

@@ -11,7 +11,7 @@ from doorman.collision.audit import TOLERANCE, clearances_at
 from doorman.collision.scene import Clearance, CollisionScene
 from doorman.feasibility.geometry import inertia_in_words, shortest_swing
 from doorman.feasibility.lift import weight_on_joints
-from doorman.feasibility.rehearsal import Rehearsal, resistance
+from doorman.feasibility.rehearsal import Rehearsal, least_resistance
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -150,18 +150,17 @@ def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
 
 
 def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
-    r"""Force on the door, :math:`F_R = f_t R e_3 - m g e_3`: its pull, and the servo torques.
+    r"""Force on the door: its pull, and of :math:`F_R = f_t R e_3 - m g e_3` the servo torques.
 
     These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
     """
-    torques, pushes = [], []
+    torques = []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
         force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
-        pushes.append(float(model.door.normal(float(state[3])) @ force))
         by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
         torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
-    pull = _pull(model, max(0.0, -min(pushes)))
+    pull = _pull(model, max(0.0, -float(rehearsal.normal_forces.min())))
     return [_servo_torques(model, np.max(torques, axis=0)), pull] if model.n_arm else [pull]
 
 
@@ -192,7 +191,7 @@ def _pull(model: Model, pull: float) -> Finding:
 
 
 def stopping_findings(model: Model) -> list[Finding]:
-    """A tip that can only push needs a hinge that stops the door: the speed from which it does, at the start.
+    """A tip that can only push needs a joint that stops the leaf: the speed from which it does, at the start.
 
     Args:
         model: Model of the scenario.
@@ -202,21 +201,29 @@ def stopping_findings(model: Model) -> list[Finding]:
     """
     if model.scenario.contact.kind != "push":
         return []
-    torque, push, lever = resistance(model), model.scenario.push, model.coupling.lever_length
-    deceleration = push.stopping_share * torque / (model.door.inertia + model.vehicle.mass * lever**2)
-    way = abs(float(model.goal_state[3] - model.start_state[3]))
-    speed = min(math.sqrt(2.0 * deceleration * way), push.max_rate)
+    torque, push, lever, door = least_resistance(model), model.scenario.push, model.coupling.lever_length, model.door
+    deceleration = push.stopping_share * torque / (door.inertia + model.vehicle.mass * lever**2)
+    way = model.travel.length
+    speed = min(math.sqrt(2.0 * max(deceleration, 0.0) * way), push.max_rate)
     needed = 2.0 * way / model.scenario.mission.time_out.open
-    ok = speed >= needed
-    known = "" if model.door.friction > 0.0 else " (unknown: the mean of estimation.friction)"
+    ok = speed >= needed or _ends_at_its_stop(model)
+    known = "" if door.friction > 0.0 else " (unknown: the mean of estimation.friction)"
+    words = f"against {door.torque_in_words(torque)}{known} the door may be as fast as {door.rate_in_words(speed)}"
+    words += ", so that it stops by itself"
+    if torque <= 0.0:
+        words = f"weight or spring drive it on with {door.torque_in_words(-torque)} beyond its friction{known}"
     return [
         Finding(
-            "door can be stopped", graded(ok),
-            f"against {torque:.2f} N m{known} the door may be as fast as {speed:.3f} rad/s, so that it stops by itself",
-            speed, needed, "rad/s",
+            "door can be stopped", graded(ok), words, speed, needed, "rad/s",
             "" if ok else 'contact.kind = "grip": a door without resistance cannot be stopped by pushing',
         )
     ]  # fmt: skip
+
+
+def _ends_at_its_stop(model: Model) -> bool:
+    """Whether the goal is where the joint ends, which stops the leaf there."""
+    beyond = {-1.0: model.travel.goal - model.door.lower_limit, 1.0: model.door.upper_limit - model.travel.goal}
+    return beyond[model.travel.sense] < LARGEST_ERROR
 
 
 def _clearances(model: Model, rehearsal: Rehearsal) -> list[Finding]:

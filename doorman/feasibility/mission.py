@@ -13,6 +13,7 @@ from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.feasibility.lift import FIRST_TURN
 from doorman.feasibility.rehearsal import Rehearsal
 from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.resting import torques_at_rest
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.limits import largest_push
@@ -150,14 +151,10 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 
 def _stays_at_the_start(model: Model) -> list[Finding]:
     """A leaf whose own weight moves it is not where the vehicle comes to it; nothing for a vertical hinge."""
-    door, true, angle = model.true_door, model.scenario.simulation, model.travel.start
+    door, angle = model.true_door, model.travel.start
     if door.vertical:
         return []
-    arm = door.per_angle
-    friction = door.friction if true.door_friction is None else arm * true.door_friction
-    friction += door.stiction if true.door_stiction is None else arm * true.door_stiction
-    preload = arm * (door.section.preload if true.door_preload is None else true.door_preload)
-    torque = door.weight_torque(angle) + door.torque_of_closer(preload)
+    torque, friction = torques_at_rest(model, angle)
     shuts = door.opening_of(angle - math.copysign(_LEAST_WAY, torque)) < door.opening_of(angle)
     rests = shuts and door.opening_of(angle) < door.per_angle * _LEAST_WAY
     ok, words = rests or abs(torque) <= friction, door.torque_in_words

@@ -30,6 +30,10 @@ DURATION = 12.0
 PUSH_DURATION = 30.0
 """Longest of one with a tip that can only push; it ends where the door comes to rest at the goal [s]."""
 
+_AJAR, _STANDS = 0.02, 1.1
+"""A leaf that begins farther open [rad] has so many times the friction that holds it there."""
+_ALONG_THE_WAY = 20
+"""Angles of the way at which the least resistance is looked for."""
 _AT_GOAL, _RESTS = math.radians(2.0), 5e-4
 """A pushed door so near to the goal is at rest there if it is slower [rad], [rad/s]: it moves on by less than 0.1°."""
 _FASTEST_DOOR = 20.0
@@ -46,6 +50,8 @@ class Rehearsal:
     """Reduced, [Φ, α, α̇, H], shape (m, 5 + n)."""
     inputs: Array
     """Reduced, [f_t, Ω, Ḣ_d], at each state, shape (m, 4 + n); the last is repeated."""
+    normal_forces: Array
+    """Of the tip on the leaf along its normal, as the planner's model has it, at each state, shape (m,) [N]."""
     unusable_plans: int
     """Plans that the planner itself calls not to be flown."""
     failure: str
@@ -73,10 +79,32 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal takes the hinge to have [N m]."""
+    """Friction that a rehearsal takes the joint to have: a leaf that begins ajar stands by it [N m]."""
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
-        return float(model.scenario.estimation.friction[0])
+        ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
+        holds = _STANDS * abs(_drives(model, model.travel.start)) if ajar else 0.0
+        return max(float(model.scenario.estimation.friction[0]), holds)
     return model.door.friction
+
+
+def _drives(model: Model, angle: float) -> float:
+    """Torque of closer and weight at α, in the sense of damping [N m]."""
+    door = model.door
+    return door.closing_torque + door.stiffness * (angle - door.rest_angle) + door.weight_torque(angle)
+
+
+def least_resistance(model: Model) -> float:
+    """Least torque that friction, closer and weight make against the way to the goal, negative where they drive the leaf on.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        [N m].
+    """
+    travel = model.travel
+    way = np.linspace(travel.start, travel.goal, _ALONG_THE_WAY)
+    return resistance(model) + min(travel.ahead(_drives(model, float(angle))) for angle in way)
 
 
 def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
@@ -133,4 +161,6 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
             break
     inputs.append(inputs[-1] if inputs else planning.hover_input)
     times = np.arange(len(states), dtype=np.float64) * time_step
-    return Rehearsal(times, *planning.reduced(np.array(states), np.array(inputs)), unusable, failure)
+    moved, acted = np.array(states), np.array(inputs)
+    forces = planning.normal_forces(planning.numbers, moved, acted)
+    return Rehearsal(times, *planning.reduced(moved, acted), forces, unusable, failure)

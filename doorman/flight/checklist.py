@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.passage import Passage, has_doorway
 from doorman.feasibility import Finding, Report
 from doorman.flight.way_back import out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
@@ -265,10 +266,14 @@ def judge_limits(model: Model) -> Iterator[Check]:
 
 
 def _way(model: Model) -> list[NDArray[np.float64]]:
-    """Places of O_B from the pad to the open door and out again, shape (3,) each, world frame [m]."""
+    """Places of O_B from the pad to the open door and out again, or through, shape (3,) each, world frame [m]."""
     places, still = Places.of(model), np.zeros(3)
     swing = [model.coupling.vehicle_motion(state, still, np.zeros(model.n_arm)).position for state in _swing(model)]
-    return [places.pad, places.hover, *swing, *out_of_the_doorway(model, swing[-1])]
+    way = [places.pad, places.hover, *swing, *out_of_the_doorway(model, swing[-1])]
+    if model.scenario.mission.then == "through" and has_doorway(model):
+        passage = Passage(model)
+        way += [passage.entrance, passage.exit]
+    return way
 
 
 def _swing(model: Model) -> list[NDArray[np.float64]]:

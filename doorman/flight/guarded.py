@@ -11,8 +11,9 @@ from enum import Enum
 import numpy as np
 
 from doorman.copying import Uncopied
-from doorman.exceptions import BackendError, RecordingError
+from doorman.exceptions import RecordingError
 from doorman.flight.fall import FallWatch
+from doorman.flight.hover import measure_hover
 from doorman.flight.journal import Journal
 from doorman.flight.rest import RestWatch, tells_of_crash
 from doorman.flight.travel import fly_to
@@ -37,8 +38,6 @@ _LANDING_PATIENCE = 60.0
 """For a vehicle that somebody else flies or lands: until then it gets the cameras' poses [s]."""
 _STARVED = 2.0
 """For links to become fresh before the autopilot is engaged [s]."""
-_HOVER_TIME = 2.0
-"""For which the thrust in hover is measured [s]."""
 _ON_GROUND = 4.0
 """On the ground so long without disarming by itself, the vehicle is told to disarm [s]."""
 _LAST_LOOK = 1.0
@@ -178,27 +177,16 @@ class GuardedFlight(Uncopied):
         return ""
 
     def _measure_hover(self) -> str:
-        """Calibrate newtons in hover: the autopilot's own parameter may be a default. Returns what went wrong."""
+        """Calibrate newtons in hover, where they are sent. Returns what went wrong."""
         config = self.links.config.pixhawk
         if config.setpoints != "attitude" or config.hover_force is None:
             return ""
-        self.say("measure the thrust in hover")
-        self.links.autopilot.hold(at=PositionSetpoint(self.places.hover, self.places.yaw))
-        given = config.thrust_curve
-        compensated = given is not None and given.hover_voltage is not None
-        try:
-            curve = self.links.autopilot.calibrate_hover(
-                config.hover_force, _HOVER_TIME, compensate_battery=compensated
-            )
-        except BackendError as error:
-            return f"measure the thrust in hover: {error}"
-        self.say(f"{config.hover_force:.1f} N are {curve.hover_thrust:.2f} of full thrust")
-        voltage = self.links.autopilot.state().battery.voltage
-        self._recorder.write(
-            "hover", 0.0, {"thrust": curve.hover_thrust, "force": curve.hover_force, "voltage": voltage}
+        at = PositionSetpoint(self.places.hover, self.places.yaw)
+        reason = measure_hover(
+            self.links.autopilot, at, self.say, lambda figures: self._recorder.write("hover", 0.0, figures)
         )
-        if self.supervisor.action is not None:
-            return f"measure the thrust in hover: {self.supervisor.reason}"
+        if self.supervisor.action is not None or reason:
+            return f"measure the thrust in hover: {self.supervisor.reason or reason}"
         return "" if self.links.engaged else "measure the thrust in hover: the vehicle is not ours any more"
 
     def descend(self) -> End:
@@ -246,8 +234,11 @@ class GuardedFlight(Uncopied):
             if not autopilot.disarm().done:
                 autopilot.land()
         elif self.way_back.may_go_on():
-            self.say("back to the hover point")
-            self.way_back.fly()
+            if self.way_back.ends_here:
+                self.say("behind the door")
+            else:
+                self.say("back to the hover point")
+                self.way_back.fly()
             self.way_back.await_operator()
             if self.way_back.may_go_on():
                 self.say("land")

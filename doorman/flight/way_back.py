@@ -9,6 +9,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.passage import behind_the_door
+from doorman.control.way_out import way_out
 from doorman.exceptions import BackendError
 from doorman.flight.travel import fly_to
 from doorman.hardware.pixhawk import Authority
@@ -16,7 +18,6 @@ from doorman.hardware.pixhawk.straight_way import SPEED
 from doorman.hardware.safety import Action, Fault, Supervisor
 from doorman.hardware.vehicle import Places, VehicleLinks
 from doorman.hardware.vehicle.links import Whereabouts
-from doorman.mission.motion import way_out
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -87,6 +88,12 @@ class WayBack:
             return False
         autopilot.resume()  # the supervisor may have latched a hold, while nobody flew
         return True
+
+    @property
+    def ends_here(self) -> bool:
+        """Whether the vehicle has flown through the doorway, to land behind it."""
+        seen = self._links.whereabouts()
+        return seen.known and behind_the_door(self._model, seen.position)
 
     def fly(self) -> None:
         """Let go of the door, fly out of the doorway and to the hover point without turning, and turn there."""

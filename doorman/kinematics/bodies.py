@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio
@@ -46,7 +47,7 @@ class Bodies:
             frozen([body.inertia for body in bodies]),
         )
 
-    @property
+    @cached_property
     def balanced(self) -> bool:
         """Whether the centre of mass is O_B and the inertia the same in all postures: the arm has no mass (the paper's)."""
         massless = not self.masses[1:].any() and not self.inertias[1:].any()

@@ -86,6 +86,14 @@ class Coupling:
         """Where the tip touches the leaf at α, shape (3,), world frame [m]."""
         return self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
 
+    def angle_of_face(self, before: float) -> float:
+        """By how much α of a tip on the face is less if that stands so far before its place [rad].
+
+        Args:
+            before: Towards the vehicle [m].
+        """
+        return self.door.angle_of_face(before, self.distance_from_hinge)
+
     def vehicle_position(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
         r"""Position of O_B with the tip at the contact point, :math:`P = P_h + D_V c(\alpha) + D_H e_3 - R\,d`.
 
@@ -97,8 +105,10 @@ class Coupling:
         Returns:
             P, shape (3,), world frame [m].
         """
-        contact = self.contact_point(door_angle)
-        return contact - rotation_body_to_world(attitude) @ self.vehicle.tip_position(arm_angles)
+        n = self.vehicle.n_arm
+        angles = vector(arm_angles, n, "arm_angles")
+        tip = self._tip_in_world(vector(attitude, 3, "attitude"), np.zeros(3), angles, np.zeros(n))
+        return self.contact_point(float(door_angle)) - tip[:3]
 
     def translation_jacobian(self, attitude: ArrayLike, door_angle: float, arm_angles: ArrayLike) -> Array:
         r"""J_t of :math:`\dot P = J_t\dot q - R\dot d`: :math:`J_t = [R\,\hat d\,W^{-1},\ J]`.
@@ -147,10 +157,14 @@ class Coupling:
         """
         n = self.vehicle.n_arm
         x = vector(state, 5 + n, "state")
-        rates = vector(arm_rates, n, "arm_rates")
-        tip = self._tip_in_world(x[:3], vector(body_rates, 3, "body_rates"), x[5:], rates)
-        contact = self.contact_point(x[3])
-        return VehicleMotion(contact - tip[:3], x[4] * self.door.lever(x[3], self.distance_from_hinge) - tip[3:])
+        return self.motion_of(x, vector(body_rates, 3, "body_rates"), vector(arm_rates, n, "arm_rates"))
+
+    def motion_of(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
+        """`vehicle_motion` of finite arrays of these shapes, which are not looked at again."""
+        angle = float(state[3])
+        tip = self._tip_in_world(state[:3], body_rates, state[5:], arm_rates)
+        lever = self.door.lever(angle, self.distance_from_hinge)
+        return VehicleMotion(self.contact_point(angle) - tip[:3], float(state[4]) * lever - tip[3:])
 
     def door_state(
         self,

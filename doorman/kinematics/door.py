@@ -91,6 +91,7 @@ class Door:
         """Value of the URDF's joint where the door is closed [rad or m]."""
         along, opens = leaf_on_joint.directions(self.closed, self._sense)
         self.along, self.into = frozen(along + 0.0), frozen(-self._turns * opens + 0.0)
+        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
         self.up = frozen(leaf_on_joint.up(self.into, self.along) + 0.0)
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
         """Whether it is a hinge on a plumb axis, on which no weight acts."""
@@ -98,6 +99,8 @@ class Door:
         """Whether it is a hinge that lies rather than stands, as a hatch's: the doorway has no jamb beside the latch."""
         self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
         """`along` in the axes of the link that the joint carries, shape (3,)."""
+        self.upright = not (self.slides or self.lies)
+        """Whether it is a hinge that stands, with a jamb on either side of the doorway."""
         self.hand = float(np.sign(np.cross(self.into, self.along) @ self.up))
         """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
         self.azimuth = math.atan2(self.into[1], self.into[0])
@@ -113,6 +116,9 @@ class Door:
         """P_h, on the hinge's axis at the height of the leaf's lower edge, or a slide's lower corner, shape (3,), world [m]."""
         self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
         """Of the leaf, times the place of its centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
+        self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
+        self.wind_lever = self._motion.wind_lever(self.width)
+        """Torque in the joint for each newton that a wind presses on the face with [m]."""
         self.handle = None if frame is None else self._handle(leaf_on_joint, frame)
         """Of the contact frame: D_V, D_H, and how far it lies before the hinge axis [m]."""
         self.contact_offset = self.surface_offset if self.handle is None else self.handle[2]
@@ -133,18 +139,21 @@ class Door:
 
     def leaf_direction(self, door_angle: float) -> Array:
         """Unit vector along the leaf from hinge to latch, world frame."""
-        into, along = self._motion.leaf(door_angle)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.leaf(door_angle))
 
     def normal(self, door_angle: float) -> Array:
         """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
-        into, along = self._motion.normal(door_angle)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.normal(door_angle))
 
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
-        into, along = self._motion.bend(door_angle)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.bend(door_angle))
+
+    def _in_world(self, components: tuple[float, float]) -> Array:
+        """A level vector from its components along `into` and `along`; by hand, for it is asked for at every step."""
+        into, along = components
+        (ix, iy, iz), (ax, ay, az) = self._level
+        return np.array((into * ix + along * ax, into * iy + along * ay, into * iz + along * az))
 
     def face(self, door_angle: float) -> tuple[Array, Array]:
         """Two directions in the face, the more level one first: along leaf and hinge, or hinge and leaf, world frame."""
@@ -215,6 +224,10 @@ class Door:
         """A torque in the hinge, or a slide's force."""
         return f"{torque / self.per_angle:.2f} {'N' if self.slides else 'N m'}"
 
+    def rate_in_words(self, rate: float) -> str:
+        """A rate of α, or a slide's speed."""
+        return f"{self.per_angle * rate:.3f} {self.unit}/s"
+
     def way_in_words(self, way: float) -> str:
         """A difference of α as people say it: in degrees, or a slide's in centimetres."""
         return f"{1e2 * self.per_angle * way:.1f} cm" if self.slides else f"{math.degrees(way):.1f}°"
@@ -256,18 +269,28 @@ class Door:
         beside = distance_from_hinge * self.leaf_direction(door_angle) - before * self.normal(door_angle)
         return np.asarray(self.hinge_position + beside + height * self.up)
 
+    def center_of_mass(self, door_angle: float) -> Array:
+        """Of the leaf at α, shape (3,), world frame [m]."""
+        into, along, up = self._center
+        before = self.way(door_angle) - into
+        beside = along * self.leaf_direction(door_angle) - before * self.normal(door_angle)
+        return np.asarray(self.hinge_position + beside + up * self.up)
+
     def way(self, door_angle: float) -> float:
         """Of a slide's face towards the vehicle, from closed; 0 of a hinge's [m]."""
         return self._motion.way(door_angle)
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
         r"""How α moves that point, :math:`J = -D_V n_D - o\,c`, shape (3,), world frame [m]."""
-        into, along = self._motion.lever(door_angle, distance_from_hinge, self.contact_offset)
-        return np.asarray(into * self.into + along * self.along)
+        return self._in_world(self._motion.lever(door_angle, distance_from_hinge, self.contact_offset))
 
     def lever_length(self, distance_from_hinge: float) -> float:
         """Speed along the normal of that point for a unit rate of α: D_V, or `per_angle` [m]."""
         return self._motion.lever_length(distance_from_hinge)
+
+    def angle_of_face(self, before: float, distance_from_hinge: float) -> float:
+        """By how much α of a tip on the face is less if that stands so far before its place, for its D_V [rad]."""
+        return self._motion.angle_of_face(before, distance_from_hinge)
 
     def onto_face(self, point: Array, door_angle: float) -> Array:
         r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.

@@ -71,6 +71,23 @@ class LeafMotion(ABC):
         """
 
     @abstractmethod
+    def wind_lever(self, width: float) -> float:
+        """Torque in the joint for each newton that a wind presses on the face with [m].
+
+        Args:
+            width: Of the leaf, from its hinge [m].
+        """
+
+    @abstractmethod
+    def angle_of_face(self, before: float, distance: float) -> float:
+        """By how much α of a point is less if the face stands before its place [rad].
+
+        Args:
+            before: So far [m].
+            distance: D_V [m].
+        """
+
+    @abstractmethod
     def angle_of(self, into: float, along: float, offset: float, middle: float) -> float:
         """α at which a point is on the face [rad].
 
@@ -122,6 +139,14 @@ class Turning(LeafMotion):
         """See `LeafMotion`."""
         return distance
 
+    def wind_lever(self, width: float) -> float:
+        """On the middle of the leaf. See `LeafMotion`."""
+        return 0.5 * width
+
+    def angle_of_face(self, before: float, distance: float) -> float:
+        """See `LeafMotion`."""
+        return math.asin(before / distance)
+
     def angle_of(self, into: float, along: float, offset: float, middle: float) -> float:
         """See `LeafMotion`."""
         way = math.hypot(along, into)
@@ -161,6 +186,14 @@ class Sliding(LeafMotion):
     def lever_length(self, distance: float) -> float:
         """See `LeafMotion`."""
         return self.per_angle
+
+    def wind_lever(self, width: float) -> float:
+        """See `LeafMotion`."""
+        return self.per_angle
+
+    def angle_of_face(self, before: float, distance: float) -> float:
+        """See `LeafMotion`."""
+        return before / self.per_angle
 
     def angle_of(self, into: float, along: float, offset: float, middle: float) -> float:
         """See `LeafMotion`."""

@@ -16,6 +16,8 @@ _DEFAULT_GOAL = math.pi / 9
 """α of a door that is pushed open by 70° [rad]."""
 _DEFAULT_WAY = 0.3
 """Goal of a slide, from closed [m]."""
+_ENDS = ("opening", "joint_value", "door_angle")
+"""Keys of an end, of which one is given."""
 _OF_HINGES = {
     "door": ("rest_angle",),
     "simulation": ("door_rest_angle", "door_width", "door_face_offset"),
@@ -38,7 +40,7 @@ def read_door(scenario: Scenario) -> Door:
     if plain.slides:
         _check_slide(scenario)
     if contact.frame is None:
-        side = contact.side or (_side_of_slide(scenario) if plain.slides else _side_of_ends(scenario))
+        side = contact.side or (_side_of_slide(scenario, plain) if plain.slides else _side_of_ends(scenario))
         return plain if side == plain.side else Door(urdf, scenario.door, side)
     _, outward = read_leaf(plain.urdf, plain.model, plain.section).frame(contact.frame, plain.closed)
     side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
@@ -73,14 +75,15 @@ def read_travel(scenario: Scenario, door: Door) -> Travel:
 
 
 def _end(scenario: Scenario, door: Door, name: str, end: StartSection | GoalSection) -> float | None:
-    if end.opening is None:
-        return end.door_angle
-    if end.door_angle is not None:
+    given = [key for key in _ENDS if getattr(end, key) is not None]
+    if len(given) > 1:
         raise ScenarioError(
-            "an end is given twice", file=scenario.source, field=f"{name}.opening", given=end.opening,
-            allowed=f"either {name}.opening or {name}.door_angle",
+            "an end is given twice", file=scenario.source, field=f"{name}.{given[0]}", given=getattr(end, given[0]),
+            allowed=f"one of {', '.join(f'{name}.{key}' for key in _ENDS)}",
         )  # fmt: skip
-    return door.angle_of_opening(end.opening)
+    if end.joint_value is not None:
+        return door.angle_of_joint(end.joint_value)
+    return end.door_angle if end.opening is None else door.angle_of_opening(end.opening)
 
 
 def _check_slide(scenario: Scenario) -> None:
@@ -100,10 +103,10 @@ def _check_slide(scenario: Scenario) -> None:
                 )  # fmt: skip
 
 
-def _side_of_slide(scenario: Scenario) -> Side:
+def _side_of_slide(scenario: Scenario, plain: Door) -> Side:
     """A drawer is before the vehicle; a tip that can only push opens one that goes away from it."""
-    first, last = scenario.start.opening or 0.0, scenario.goal.opening
-    opens = last is None or last > first
+    travel = read_travel(scenario, plain)
+    opens = plain.opening_of(travel.goal) > plain.opening_of(travel.start)
     return "push" if scenario.contact.kind == "push" and opens else "pull"
 
 

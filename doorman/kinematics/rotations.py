@@ -27,15 +27,16 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
     Raises:
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, yaw = vector(attitude, 3, "attitude")
-    cr, sr, cp, sp, cy, sy = (f(a) for a in (roll, pitch, yaw) for f in (math.cos, math.sin))
+    roll, pitch, yaw = vector(attitude, 3, "attitude").tolist()
+    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
     return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
+        (
+            cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+            sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
+            -sp, cp * sr, cp * cr,
+        )
+    ).reshape(3, 3)  # fmt: skip
 
 
 def attitude_from_rotation(rotation: ArrayLike) -> Array:
@@ -125,14 +126,14 @@ def euler_rate_matrix(attitude: ArrayLike) -> Array:
         SingularityError: if θ = ±π/2.
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, _ = vector(attitude, 3, "attitude")
+    roll, pitch, _ = vector(attitude, 3, "attitude").tolist()
     cp = math.cos(pitch)
     if abs(cp) < _SMALLEST_COSINE:
         raise SingularityError(
             "Euler rates are singular", field="attitude[1]", given=float(pitch), allowed="|pitch| < π/2"
         )
     cr, sr, tp = math.cos(roll), math.sin(roll), math.tan(pitch)
-    return np.array([[1.0, sr * tp, cr * tp], [0.0, cr, -sr], [0.0, sr / cp, cr / cp]])
+    return np.array((1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp)).reshape(3, 3)
 
 
 def body_rate_matrix(attitude: ArrayLike) -> Array:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import chain
 
 import numpy as np
 
@@ -44,7 +45,7 @@ class GripWatch:
     def __init__(self, model: Model) -> None:
         self._least = (_MOVES * model.vehicle.mass * GRAVITY) ** 2
         self._rate = model.scenario.estimation.vehicle_observer_rate
-        self._poles = np.zeros(3)
+        self._poles = [0.0, 0.0, 0.0]
         self._recent: deque[tuple[float, float]] = deque()
         self._door, self._lever = model.door, model.coupling.lever_length
         self._stops = _stops_where_closed(model)
@@ -83,7 +84,9 @@ class GripWatch:
         if len(self._recent) * time_step <= _WINDOW:
             return False
         self._recent.popleft()
-        pushed, answered = np.var(np.array(self._recent), axis=0)
+        values = np.fromiter(chain.from_iterable(self._recent), np.float64, 2 * len(self._recent)).reshape(-1, 2)
+        beside = values - values.mean(axis=0)
+        pushed, answered = ((beside * beside).sum(axis=0) / len(values)).tolist()
         return bool(pushed > self._least and answered < _FELT**2 * pushed)
 
     def _is_behind(self, tip_angle: float) -> bool:

@@ -1,4 +1,4 @@
-"""Smooth reference motions in free flight: to the door, and back out of the doorway."""
+"""Smooth reference motions in free flight."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.doorway import Doorway
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.mission.schedule import TimedPlan
-from doorman.model import Model
 
 Array = NDArray[np.float64]
 
@@ -22,10 +20,6 @@ _YAW_RATE = 0.4
 _ARM_GAIN = 2.0
 _ARM_RATE = 0.5
 """Of the arm in free flight [1/s], [rad/s]."""
-_ROOM = 0.05
-"""Between disc and jambs on the way out [m]."""
-_BACK = 0.25
-"""Way straight back from the leaf before the way out [m]."""
 
 
 class Glide:
@@ -81,18 +75,6 @@ def arm_rates_to(target: Array, arm_angles: Array) -> Array:
     return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max()), 1e-9)))
 
 
-def in_the_doorway(model: Model, position: Array) -> bool:
-    """Whether some of the rotor disc is between the jambs, where a leaf that shuts reaches it.
-
-    Args:
-        model: Model of the scenario.
-        position: P, shape (3,), world frame [m].
-    """
-    before = model.door.in_doorway(position - model.door.hinge_position)[0]
-    upright = not (model.door.slides or model.door.lies)
-    return bool(upright and model.door.side == "push" and before > -model.door.frame_depth - model.vehicle.radius)
-
-
 def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now: float) -> float:
     """Speed with which a plan draws the tip back along the leaf's normal [m/s].
 
@@ -103,53 +85,3 @@ def planned_speed_back(converter: StateConverter, current: TimedPlan | None, now
     """
     rate = 0.0 if current is None else converter.door_rate(current.plan, now - current.start)
     return max(0.0, converter.model.coupling.lever_length * rate)
-
-
-def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
-    """Way from the leaf to a hover outside: straight out between the jambs, and back from the leaf first before the doorway.
-
-    A vehicle that pulls goes back along the leaf's normal to where the leaf, however it swings, does not reach it. One that has
-    moved a slide or a hatch goes back along the normal of its face.
-
-    Args:
-        model: Model of the scenario.
-        position: P, shape (3,), world frame [m].
-        door_angle: α [rad].
-
-    Returns:
-        Targets of O_B, each of shape (3,), world frame [m].
-    """
-    if model.door.slides or model.door.lies:
-        return [position - model.scenario.mission.hover_distance * model.door.normal(door_angle)]
-    if model.door.side == "pull":
-        return _out_of_swing(model, position, door_angle)
-    door, doorway = model.door, Doorway(model, margin=_ROOM)
-    outside = -model.vehicle.radius - model.scenario.mission.hover_distance
-
-    def placed(components: Array) -> Array:
-        return door.hinge_position + door.from_doorway(components)
-
-    into, _, up = door.in_doorway(position - door.hinge_position)
-    if in_the_doorway(model, position):
-        # away from the hinge, where a leaf that shuts comes from
-        beside = 0.5 * (doorway.middle + max(doorway.highest, doorway.middle))
-        out, beyond = placed(np.array([outside, beside, up])), doorway.beyond(position)
-        return [out] if beyond == 0.0 else [position - beyond * door.along, out]
-    back = position - _BACK * door.normal(door_angle)
-    into, along, _ = door.in_doorway(back - door.hinge_position)
-    return [back, placed(np.array([min(into, outside), along, up]))]
-
-
-def _out_of_swing(model: Model, position: Array, door_angle: float) -> list[Array]:
-    """Way back from a leaf that may come after the vehicle: along its normal, out of the leaf's circle, before the wall."""
-    door, radius = model.door, model.vehicle.radius
-    back = position - _BACK * door.normal(door_angle)
-    into, along, up = door.in_doorway(position - door.hinge_position)
-    away = door.in_doorway(-door.normal(door_angle))[:2]
-    reach, at = door.width + radius + _ROOM, np.array([into, along])
-    forward = float(at @ away)
-    room = forward**2 + reach**2 - float(at @ at)
-    far = max(math.sqrt(max(room, 0.0)) - forward, model.scenario.mission.hover_distance)
-    into, along = at + far * away
-    out = np.array([min(into, -door.frame_depth - radius - _ROOM), along, up])
-    return [back, door.hinge_position + door.from_doorway(out)]

@@ -223,7 +223,7 @@ class PlanSchedule:
                 "hinge": list(order.hinge),
                 "margin": order.margin,
                 "state": states[0],
-                "states": states,
+                "states": states.astype(np.float32),
                 "inputs": inputs,
                 "cost": plan.cost,
                 "max_violation": plan.max_violation,
@@ -234,7 +234,7 @@ class PlanSchedule:
                 "cut_short": bool(plan.solve_time > 0.5 * order.time_limit),
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
-                "normal_force": answer.normal_force,
+                "normal_force": answer.normal_force.astype(np.float32),
                 **_user_fields(answer.user_rows),
             },
         )

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from doorman.control.estimator import Estimate, Estimator, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
+from doorman.control.way_out import in_the_doorway
 from doorman.mission.grip_watch import GripWatch
-from doorman.mission.motion import in_the_doorway
 from doorman.mission.phases.approach import Approach
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.done import Done
@@ -27,6 +27,7 @@ from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase, Then
 from doorman.mission.phases.recover import Recover
 from doorman.mission.phases.release import Release
 from doorman.mission.phases.retreat import Retreat
+from doorman.mission.phases.through import Through
 from doorman.mission.phases.touch import Touch
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector
@@ -35,7 +36,7 @@ from doorman.model import Model
 Array = NDArray[np.float64]
 
 _PHASES: dict[Phase, type[MissionPhase]] = {
-    kind.phase: kind for kind in (Hover, Approach, Touch, Open, Hold, Recover, Release, Retreat, Done)
+    kind.phase: kind for kind in (Hover, Approach, Touch, Open, Hold, Recover, Release, Retreat, Through, Done)
 }
 
 

@@ -89,7 +89,7 @@ class Swing(DoorOpening):
             estimate: Of hinge and wind.
         """
         hinge = estimate.hinge
-        wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * 0.5 * self._model.door.width
+        wind = float(np.hypot(estimate.wind[0], estimate.wind[1])) * self._model.door.wind_lever
         return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
     def stuck(self, estimate: Estimate) -> str:

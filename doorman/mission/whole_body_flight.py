@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +30,7 @@ class WholeBodyFlight:
 
     def __init__(self, model: Model, converter: StateConverter, schedule: PlanSchedule) -> None:
         self._estimator, self._controller = LeafEstimator(model, converter), WholeBodyController(model)
-        self._schedule, self._hinge = schedule, Hinge.of(model.door)
+        self._model, self._schedule, self._hinge = model, schedule, Hinge.of(model.door)
         self._known: LeafEstimate | None = None
         self._at_the_leaf = False
 
@@ -56,7 +55,7 @@ class WholeBodyFlight:
             return replace(estimate, wind=known.wind)
         state = estimate.state.copy()
         state[3:5] = known.door_angle, known.door_rate
-        turned = math.asin(known.face_offset / known.lever)
+        turned = self._model.coupling.angle_of_face(known.face_offset)
         return replace(
             estimate, state=state, wind=known.wind, touching=known.touching, normal_force=known.normal_pull,
             tip_force=estimate.tip_force + known.wind - estimate.wind, tip_angle=estimate.tip_angle - turned,

@@ -62,15 +62,36 @@ def largest_body_rates(model: Model) -> Array:
     return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
 
 
-def largest_push(model: Model, tilt: float) -> float:
-    """Horizontal force that a vehicle which keeps its height has left [N].
+_ALONG_THE_WAY = 5
+"""Angles of the way at which the least of the largest pushes is looked for."""
+
+
+def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> float:
+    r"""Force on the leaf along its normal, towards the goal, that a vehicle which stays where it is has left.
+
+    The thrust is :math:`F n + m_A g e_3`. With the normal's parts :math:`n_h` and :math:`n_z`, level and upwards, and the
+    largest tilt θ and thrust,
+
+    .. math::
+        F (n_h - n_z\tan\theta) \le m_A g\tan\theta,\qquad
+        F^2 + 2 F n_z m_A g + (m_A g)^2 \le f_{\max}^2 .
 
     Args:
         model: Model of the scenario.
         tilt: Largest angle between the body's z axis and the vertical [rad].
+        door_angle: α [rad]; the least on the way from start to goal if not given.
+
+    Returns:
+        [N].
     """
-    weight = model.vehicle.mass * GRAVITY
-    return min(weight * math.tan(tilt), math.sqrt(max(model.vehicle.max_thrust**2 - weight**2, 0.0)))
+    if door_angle is None:
+        way = np.linspace(model.travel.start, model.travel.goal, 1 if model.door.vertical else _ALONG_THE_WAY)
+        return min(largest_push(model, tilt, float(angle)) for angle in way)
+    weight, upwards = model.vehicle.mass * GRAVITY, -model.travel.sense * float(model.door.normal(door_angle)[2])
+    level, slope = math.sqrt(1.0 - upwards**2), math.tan(tilt)
+    by_tilt = weight * slope / (level - upwards * slope) if level > upwards * slope else math.inf
+    left = (upwards * weight) ** 2 + model.vehicle.max_thrust**2 - weight**2
+    return min(by_tilt, max(math.sqrt(max(left, 0.0)) - upwards * weight, 0.0))
 
 
 def least_cosine(model: Model) -> float:

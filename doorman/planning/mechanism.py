@@ -10,7 +10,8 @@ n(q)             :math:`\mathrm{Rot}(a, q)\,n_0`                :math:`n_0`
 J at a point x   :math:`a \times (x - o)`                       :math:`a`
 ================ ============================================= =============================
 
-:math:`p_0` and :math:`n_0` are those at q = 0. A force F at x makes the torque, or force, :math:`J(x)^T F` in the joint.
+:math:`p_0` and :math:`n_0` are those at q = 0. A force F at x makes the torque, or force, :math:`J(x)^T F` in the joint, and so
+does the weight at the centre of mass c: in the sense of damping :math:`G(q) = m g\,e_3^T J(c(q))`.
 """
 
 from __future__ import annotations
@@ -39,11 +40,12 @@ class Mechanism(ABC):
         """
 
     @abstractmethod
-    def contact_point(self, position: Any) -> Any:
-        """p(q), (3, 1) [m].
+    def moved(self, position: Any, point: Any) -> Any:
+        """A point of the moving part, (3, 1) [m].
 
         Args:
             position: q [rad or m].
+            point: Where it is at q = 0, (3, 1) [m].
         """
 
     @abstractmethod
@@ -54,6 +56,16 @@ class Mechanism(ABC):
             point: Where the point is now, (3, 1) [m].
         """
 
+    def weight_torque(self, position: Any, center: Any, weight: Any) -> Any:
+        """G(q), in the sense of damping [N m, or N].
+
+        Args:
+            position: q [rad or m].
+            center: Of mass at q = 0, (3, 1) [m].
+            weight: m g [N].
+        """
+        return weight * self.lever(self.moved(position, center))[2]
+
 
 class Revolute(Mechanism):
     """A hinge.
@@ -61,20 +73,19 @@ class Revolute(Mechanism):
     Args:
         axis: a, a unit vector; plain numbers keep the expressions short, (3, 1).
         origin: o, any point of the axis, (3, 1) [m].
-        point: p₀, (3, 1) [m].
         sense: 1, or −1 where a growing q turns the other way about a; a symbol may say so in flight.
     """
 
-    def __init__(self, axis: Any, origin: Any, point: Any, sense: Any = 1.0) -> None:
-        self._axis, self._origin, self._point, self._sense = ca.SX(axis), origin, point, sense
+    def __init__(self, axis: Any, origin: Any, sense: Any = 1.0) -> None:
+        self._axis, self._origin, self._sense = ca.SX(axis), origin, sense
 
     def carried(self, position: Any, direction: Any) -> Any:
         """Turned by q. See `Mechanism`."""
         return rotation_about(self._axis, self._sense * position) @ direction
 
-    def contact_point(self, position: Any) -> Any:
+    def moved(self, position: Any, point: Any) -> Any:
         """On a circle about the axis. See `Mechanism`."""
-        return self._origin + self.carried(position, self._point - self._origin)
+        return self._origin + self.carried(position, point - self._origin)
 
     def lever(self, point: Any) -> Any:
         """A × (x − o). See `Mechanism`."""
@@ -85,21 +96,33 @@ class Prismatic(Mechanism):
     """A slide.
 
     Args:
-        axis: a, a unit vector, (3, 1).
-        point: p₀, (3, 1) [m].
+        axis: a, by which it moves with q, (3, 1) [1, or m/rad].
     """
 
-    def __init__(self, axis: Any, point: Any) -> None:
-        self._axis, self._point = ca.SX(axis), point
+    def __init__(self, axis: Any) -> None:
+        self._axis = ca.SX(axis)
 
     def carried(self, position: Any, direction: Any) -> Any:
         """Unchanged. See `Mechanism`."""
         return direction
 
-    def contact_point(self, position: Any) -> Any:
+    def moved(self, position: Any, point: Any) -> Any:
         """On a line along the axis. See `Mechanism`."""
-        return self._point + self._axis * position
+        return point + self._axis * position
 
     def lever(self, point: Any) -> Any:
         """A. See `Mechanism`."""
         return self._axis
+
+
+def mechanism_in_symbols(numbers: Any) -> Mechanism:
+    """The mechanism of a task, by the numbers that it has (`mechanism_numbers`).
+
+    Args:
+        numbers: Symbols of them: of a slide `slide`, of a hinge that does not stand plumb `axis`.
+    """
+    if hasattr(numbers, "slide"):
+        return Prismatic(numbers.slide)
+    if hasattr(numbers, "axis"):
+        return Revolute(numbers.axis, numbers.origin)
+    return Revolute([0.0, 0.0, 1.0], numbers.origin, numbers.hand)

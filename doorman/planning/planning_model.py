@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Protocol
 
@@ -10,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.exceptions import ScenarioError
-from doorman.kinematics.door import Door
 from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
@@ -22,10 +20,6 @@ from doorman.planning.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.whole_body_planning import WholeBodyPlanning
 
 Array = NDArray[np.float64]
-
-
-_PLUMB = math.cos(math.radians(0.25))
-"""Least upward component of a hinge's axis that a whole-body plan takes for vertical."""
 
 
 class PlanningModel(Protocol):
@@ -171,11 +165,6 @@ class PlanningModel(Protocol):
         """
 
 
-def _nearly_vertical(door: Door) -> bool:
-    """Whether a push does not notice that the hinge leans."""
-    return not door.slides and float(door.up[2]) >= _PLUMB
-
-
 def planning_model(model: Model) -> PlanningModel:
     """The model that a scenario plans with: by `planner.model`, or by `contact.kind` where that is not given.
 
@@ -195,11 +184,6 @@ def planning_model(model: Model) -> PlanningModel:
         raise ScenarioError(
             f'contact.kind = "{model.scenario.contact.kind}" is not planned with this', file=model.scenario.source,
             field="planner.model", given=given, allowed=", ".join(kinds),
-        )  # fmt: skip
-    if given == "whole_body" and not _nearly_vertical(model.door):
-        raise ScenarioError(
-            "a tip that only pushes moves doors on vertical hinges alone", file=model.scenario.source, field="contact.kind",
-            given="push", allowed='"grip"',
         )  # fmt: skip
     if given == "lagrangian" and not model.door.vertical:
         raise ScenarioError(

@@ -152,10 +152,13 @@ def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str
     most = model.scenario.control.max_tilt
     if abs(angle - goal) < _AT_GOAL:
         return None
-    push = largest_push(model, min(limits.tilt, most) if limits.enabled else most)
-    worst = max(resistance(model, hinge, angle), resistance(model, hinge, goal + math.copysign(_AT_GOAL, angle - goal)))
-    if worst <= push * lever:
+    tilt = min(limits.tilt, most) if limits.enabled else most
+    ends = (angle, goal + math.copysign(_AT_GOAL, angle - goal))
+    missing = [resistance(model, hinge, end) - lever * largest_push(model, tilt, end) for end in ends]
+    if max(missing) <= 0.0:
         return None
+    hardest = ends[missing.index(max(missing))]
+    worst, push = resistance(model, hinge, hardest), largest_push(model, tilt, hardest)
     words = f"resists by {worst:.2f} N m; {push:.1f} N, {lever:.2f} m from the hinge, make {push * lever:.2f} N m"
     if model.door.slides:
         words = f"resists by {model.door.torque_in_words(worst)}; the vehicle has {push:.2f} N"

@@ -20,7 +20,7 @@ is the tip's force on the mechanism. Then
     m\,a &= f R e_3 - m g e_3 + F_w - F,\\
     \ddot\phi &= \kappa_r\big(\kappa_a(\phi_c + M_x/s_x + b_x - \phi) - \dot\phi\big)\ \text{(and θ with y)},\\
     I_z\ddot\psi &= \tau_z - e_3^T\big((p_t - P - R\,c)\times F\big),\\
-    I\ddot q &= J(p_t)^T F - b\dot q - \tau_c\tanh(\dot q/\epsilon_q) - k_q(q - q_r) - \tau .
+    I\ddot q &= J(p_t)^T F - b\dot q - \tau_c\tanh(\dot q/\epsilon_q) - k_q(q - q_r) - \tau - G(q) .
 
 with the acceleration a and the place c(H) of the centre of mass. An arm without mass has c = 0 and :math:`\dot V = a`; else
 :math:`\dot V = a - R\big(\dot\Omega\times c + \Omega\times(\Omega\times c)\big)`. The attitude loop holds the static moment
@@ -30,6 +30,9 @@ Roll and pitch reach what is commanded with the lag of the vehicle's attitude lo
 moment :math:`M = -R^T\big((p_t - P - R\,c)\times F\big)` turns the vehicle beside it by the loop's stiffness s, and b is what
 else does (`control.tilt_observer`). Yaw has no such loop that can be relied on: rotors make little torque about the vertical, so
 :math:`\tau_z` is bounded, and the moment of the tip's force is in the equation.
+
+Friction that would stop the leaf within a step h is taken at the step's end instead: of the rate that the leaf would have without
+it, no more than :math:`h\tau_c/I` is lost, rounded by ε.
 
 There are no phases. `reference.*` and `weight.*` are numbers: approach, touch, swing, hold and letting go are other numbers of
 the same problem. A step is semi-implicit: rates change first, and places with the new rates.
@@ -52,6 +55,7 @@ from typing import Any
 import casadi as ca
 
 from doorman.collision.constraints import arm_off_the_rotors
+from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.body_symbols import SymbolicBodies
 from doorman.kinematics.numbers import Numbers
@@ -59,8 +63,9 @@ from doorman.kinematics.symbols import arm_points, body_rates, rotation_body_to_
 from doorman.kinematics.vehicle import GRAVITY
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.ocp.symbolic_model import SymbolicModel
-from doorman.planning.mechanism import Mechanism, Revolute
+from doorman.planning.mechanism import Mechanism, mechanism_in_symbols
 from doorman.planning.static_moment import static_moment
+from doorman.planning.whole_body_planes import planes
 
 _LEAST_EXTENT = 1e-12
 """Under the root: a disc parallel to a plane has a slope, too."""
@@ -73,9 +78,17 @@ class WholeBodyTask:
         pattern: Of the arm's constants.
         point_names: Of the arm's points, the tip last.
         numbers: Their names and sizes become symbols, see `whole_body_problem`.
+        surroundings: What stands beside the door.
     """
 
-    def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
+    def __init__(
+        self,
+        pattern: ArmPattern,
+        point_names: tuple[str, ...],
+        numbers: Numbers,
+        surroundings: Surroundings = "doorway",
+    ) -> None:
+        self._surroundings = surroundings
         n = pattern.n_joints
         symbol = ca.SX.sym
         self.time = symbol("time")
@@ -116,8 +129,7 @@ class WholeBodyTask:
             self._bodies = SymbolicBodies(pattern, named["arm.numbers"], self.arm_angles, self.of["bodies"])
         self.balance = self.of.get("balance")
         """Numbers of `Balance`; None of an arm without mass."""
-        face = self.of["mechanism"]
-        self.mechanism: Mechanism = Revolute([0.0, 0.0, 1.0], face.origin, face.point, face.hand)
+        self.mechanism: Mechanism = mechanism_in_symbols(self.of["mechanism"])
 
     @cached_property
     def rotation(self) -> Any:
@@ -154,7 +166,7 @@ class WholeBodyTask:
     @cached_property
     def off_place(self) -> Any:
         """The tip relative to the contact point, (3, 1) [m]."""
-        return self.tip - self.mechanism.contact_point(self.joint)
+        return self.tip - self.mechanism.moved(self.joint, self.of["mechanism"].point)
 
     @cached_property
     def up_the_face(self) -> Any:
@@ -250,11 +262,35 @@ class WholeBodyTask:
         turning = (self.yaw_torque + self.contact_yaw_torque) / vehicle.yaw_inertia
         pushed = ca.dot(self.mechanism.lever(self.tip), self.force)
         resists = (
-            joint.damping * self.joint_rate + joint.friction * ca.tanh(self.joint_rate / joint.friction_rate)
-            + joint.stiffness * (self.joint - joint.rest) + joint.torque
+            joint.damping * self.joint_rate + self._friction(pushed)
+            + joint.stiffness * (self.joint - joint.rest) + joint.torque + self.weight_torque
         )  # fmt: skip
         acceleration -= self._around_the_center(ca.vertcat(tilting, turning))
         return ca.vertcat(acceleration, tilting, turning, (pushed - resists) / joint.inertia)
+
+    def _friction(self, pushed: Any) -> Any:
+        """Of the joint [N m, or N]: by its rate, or where that would oscillate in a step, by the rate at the step's end.
+
+        Args:
+            pushed: Torque, or force, of the tip [N m, or N].
+        """
+        joint = self.of["mechanism"]
+        per_rate = joint.inertia / self.of["plan"].time_step
+        drives = pushed - joint.stiffness * (self.joint - joint.rest) - joint.torque - self.weight_torque
+        free, stops, rounding = (
+            self.joint_rate + drives / per_rate,
+            joint.friction / per_rate,
+            0.5 * joint.friction_rate,
+        )
+        held = 0.5 * (ca.sqrt((free + stops) ** 2 + rounding**2) - ca.sqrt((free - stops) ** 2 + rounding**2))
+        slides = joint.friction * ca.tanh(self.joint_rate / joint.friction_rate)
+        return (1 - joint.sticks) * slides + joint.sticks * per_rate * held
+
+    @property
+    def weight_torque(self) -> Any:
+        """G of the leaf's weight, in the sense of damping; 0 about a vertical [N m, or N]."""
+        leaf = self.of["mechanism"]
+        return self.mechanism.weight_torque(self.joint, leaf.center, leaf.weight) if hasattr(leaf, "weight") else 0
 
     def _around_the_center(self, bent: Any) -> Any:
         """Acceleration of the centre of mass less that of O_B, for Φ̈, (3, 1), world frame [m/s²]."""
@@ -284,6 +320,11 @@ class WholeBodyTask:
     def to_go(self) -> Any:
         """From q to the goal, positive before it [rad or m]."""
         return self.of["mechanism"].sense * (self.of["reference"].joint - self.joint)
+
+    @cached_property
+    def planes(self) -> dict[str, Any]:
+        """By how much the rotor disc is nearer to face, jambs or walls than the margin, by their names [m]."""
+        return planes(self, self._surroundings)
 
     def clear_of(self, normal: Any, distance: Any) -> Any:
         """How much nearer to a plane the rotor disc is than the margin; not positive where it is clear [m].
@@ -318,7 +359,14 @@ class WholeBodyTask:
 
     def names(self) -> list[str]:
         """Everything that an expression may use."""
-        every = {*vars(self), *vars(type(self))} - {"names", "symbolic_model", "parameters", "state", "inputs"}
+        every = {*vars(self), *vars(type(self))} - {
+            "names",
+            "symbolic_model",
+            "planes",
+            "parameters",
+            "state",
+            "inputs",
+        }
         return sorted(each for each in every if not each.startswith("_"))
 
 
@@ -329,7 +377,7 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
     rows = [
         *static_moment(task),
         *arm_off_the_rotors(task, limits.margin),
-        *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in planes(task).items()),
+        *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in task.planes.items()),
         Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
         Constraint("too fast", task.opening_rate - limits.speed, "rad/s"),
         Constraint("can be stopped", stoppable - limits.creep, "rad²/s²", 0.1),
@@ -342,18 +390,6 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
         widened.append(Constraint(row.name, wider, row.unit, row.scale))
         at += count
     return widened
-
-
-def planes(task: WholeBodyTask) -> dict[str, Any]:
-    """By how much the rotor disc is nearer to face and jambs than the margin [m]."""
-    hinge_side = task.of["mechanism"].across
-    across = ca.dot(hinge_side, task.position - task.of["mechanism"].origin)
-    before = ca.dot(task.normal, task.position - task.mechanism.contact_point(task.joint))
-    return {
-        "face": task.clear_of(task.normal, before),
-        "latch jamb": task.clear_of(-hinge_side, task.of["limits"].width - across),
-        "hinge jamb": task.clear_of(hinge_side, across),
-    }
 
 
 def residuals(task: WholeBodyTask) -> list[Residual]:
@@ -372,7 +408,7 @@ def residuals(task: WholeBodyTask) -> list[Residual]:
         Residual("force", task.normal_force - goes.force, weigh.force),
         Residual("least force", _positive(goes.least_force - task.normal_force, 0.2), weigh.least_force),
         Residual("largest force", _positive(task.normal_force - goes.largest_force, 0.2), weigh.largest_force),
-        Residual("near a plane", _positive(ca.vertcat(*planes(task).values()) + goes.room, 0.01), weigh.near),
+        Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, 0.01), weigh.near),
         Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
         Residual("turning", task.attitude_rates[2], weigh.turning),

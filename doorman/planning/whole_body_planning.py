@@ -75,12 +75,14 @@ class WholeBodyPlanning:
     def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
         """References of a tip that opens the door, and the hinge as it is known, see `PlanningModel`."""
         numbers, joint = self.numbers, float(start[12])
-        against = max(resistance(self.model, hinge, joint) - hinge.damping * float(start[13]), 0.0)
+        weight = self.model.travel.ahead(self.model.door.weight_torque(joint))
+        against = max(resistance(self.model, hinge, joint) - weight - hinge.damping * float(start[13]), 0.0)
         force = float(contact_forces(numbers, self.model, start[None])[0])
         touching = force > 0.5 * self._resting
         turned = turned_by(self.model, start[3:6], start[14:], force * self.model.door.normal(joint))
         rate = numbers.one("reference.opening_speed")
-        known = at_the_leaf(numbers, joint, touching, against, 1.0, hinge.inertia, rate)
+        lever = self.model.coupling.lever_length
+        known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
         return numbers.replaced(
             {
                 **known,

@@ -6,11 +6,13 @@ All that changes in flight is a number: wind, hinge, where the tip sticks, refer
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.collision.surroundings import Surroundings, rows_beside
 from doorman.exceptions import BackendError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
@@ -24,6 +26,7 @@ from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
+from doorman.planning.mechanism_numbers import mechanism_numbers
 
 Array = NDArray[np.float64]
 
@@ -43,18 +46,23 @@ ARM_WEIGHT = 50.0
 oscillations."""
 
 
+_ROOM = (0.03, 1e3, 1.0, 1.0)
+"""By which rows are widened for the shipped vehicle: planes, force, speed and stopping. Noise moves a start across tight rows,
+and plans of one iteration do not converge there; residuals keep the distance instead."""
+
+
 def whole_body_numbers(model: Model) -> Numbers:
     """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
 
     Args:
         model: Model of the scenario.
     """
-    vehicle, door, coupling, scenario = model.vehicle, model.door, model.coupling, model.scenario
+    vehicle, door, scenario = model.vehicle, model.door, model.scenario
     start, goal = model.start_state, model.goal_state
     control, scale = scenario.control, scale_of(model)
     slope = (start - goal) / (start[3] - goal[3])
     balance = balance_numbers(vehicle)
-    rows = len(vehicle.point_names) + 6 + len(balance.get("balance.reaches", ()))
+    before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
     return Numbers({
         **balance,
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
@@ -63,13 +71,12 @@ def whole_body_numbers(model: Model) -> Numbers:
         "vehicle.attitude_gain": control.attitude_gain, "vehicle.rate_gain": control.attitude_rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
-        "mechanism.origin": door.hinge_position, "mechanism.point": coupling.contact_point(0.0),
-        "mechanism.normal": -door.normal(0.0), "mechanism.along": door.leaf_direction(0.0),
-        "mechanism.hand": door.hand, "mechanism.across": door.along,
+        **mechanism_numbers(model),
+        **_beside(model),
         "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
         "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
         "mechanism.friction_rate": 0.02 * scale.rate, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
-        "mechanism.torque": 0.0,
+        "mechanism.torque": 0.0, "mechanism.sticks": 0.0,
         "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
         "contact.smoothing": 1e-3 * scale.length,
         "contact.friction": scenario.push.friction_coefficient,
@@ -77,7 +84,8 @@ def whole_body_numbers(model: Model) -> Numbers:
         "contact.slip_damping": 10.0 * scale.damping,
         "limits.margin": scenario.planner.margin, "limits.width": door.width, "limits.force": 15.0 * scale.force,
         "limits.speed": scenario.push.max_rate, "limits.deceleration": 0.0, "limits.rounding": 0.01,
-        "limits.creep": 0.5 * (0.015 * scale.rate) ** 2, "limits.widened": np.zeros(rows),
+        "limits.creep": 0.5 * (0.015 * scale.rate) ** 2,
+        "limits.widened": np.concatenate([np.zeros(before), *_room_of_rows(model)]),
         "reference.joint": goal[3], "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
         "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
         "reference.depth": 0.02 * scale.length, "reference.approach_speed": 0.08 * scale.speed,
@@ -93,6 +101,27 @@ def whole_body_numbers(model: Model) -> Numbers:
         "weight.largest_force": 1.0 / scale.force**2, "weight.tilting": 300.0,
         "weight.velocity_in_world": 0.3 / scale.speed**2, "weight.turning": 0.5 / scale.rate**2,
     })  # fmt: skip
+
+
+def _room_of_rows(model: Model) -> tuple[Array, Array]:
+    """By how much rows are widened: the planes, and force, speed and stopping."""
+    scale, planes = scale_of(model), 1 + len(rows_beside(model.surroundings))
+    units = np.array([scale.force, scale.rate, scale.rate**2])
+    return np.full(planes, _ROOM[0] * scale.length), np.array(_ROOM[1:]) * units
+
+
+def _beside(model: Model) -> dict[str, Any]:
+    """Numbers of what stands beside the door, where it is not the jambs all the way."""
+    door = model.door
+    wall = {"beside.into": door.into, "beside.frame_depth": door.frame_depth}
+    of: dict[Surroundings, dict[str, Any]] = {
+        "doorway": {},
+        "wall": wall,
+        "corners": {**wall, "beside.frame_back": door.frame_back, "beside.width": door.width},
+    }
+    if door.panel is not None:
+        of["panel"] = {"beside.panel": door.from_doorway(door.panel[0]), "beside.panel_distance": door.panel[1]}
+    return of[model.surroundings]
 
 
 def scale_of(model: Model) -> Scale:
@@ -145,14 +174,15 @@ def whole_body_problem(model: Model, numbers: Numbers | None = None, extras: Ext
         SolverError: if an expression of the user is none.
     """
     numbers, planner = numbers or whole_body_numbers(model), model.scenario.planner
-    text = task_text("whole body", _task, model, numbers, _constraints, extras, _residuals)
+    make, beside = partial(_task, surroundings=model.surroundings), model.surroundings
+    text = task_text(f"whole body {beside}", make, model, numbers, _constraints, extras, _residuals)
     return printed_problem(text, planner.horizon_steps, planner.time_step, _cost(model), _bounds(model), numbers.vector)
 
 
-def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
+def _task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers, surroundings: Surroundings) -> Any:
     from doorman.planning.whole_body import WholeBodyTask  # CasADi
 
-    return WholeBodyTask(pattern, point_names, numbers)
+    return WholeBodyTask(pattern, point_names, numbers, surroundings)
 
 
 def _constraints(task: Any) -> list[Constraint]:
@@ -248,7 +278,7 @@ def tip_on_face(
     """
     tip = position + rotation_body_to_world(attitude) @ model.vehicle.tip_position(arm_angles)
     off = tip - model.coupling.contact_point(door_angle)
-    place = np.array([model.door.leaf_direction(door_angle) @ off, off[2]])
+    place = np.array([model.door.leaf_direction(door_angle) @ off, model.door.up @ off])
     return float(model.door.normal(door_angle) @ off), place
 
 

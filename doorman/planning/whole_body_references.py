@@ -23,10 +23,6 @@ _BRAKED, _LONGEST = 0.77, 0.5
 [rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
 _LEAST_RESISTANCE = 0.05
 """Of a hinge, for the shipped vehicle [N m]."""
-_ROOM = (0.03, 0.03, 0.03, 1e3, 1.0, 1.0)
-"""By which rows are widened for the shipped vehicle: three planes, force, speed and stopping. Noise moves a start across tight
-rows, and plans of one iteration do not converge there; residuals keep the distance instead."""
-
 _JAMBS, _NOWHERE = slice(-5, -3), 1e3
 """Their rows, and what takes them away [m]."""
 _PLACE, _UNHURRIED = 30.0, 20.0
@@ -36,8 +32,8 @@ _SHIPPED_RATE, _SHIPPED_FORCE = 0.11, 0.83
 
 
 def at_the_leaf(
-    numbers: Numbers, door_angle: float, touching: bool, resistance: float, sliding_share: float, inertia: float,
-    opening_rate: float,
+    numbers: Numbers, lever: float, door_angle: float, touching: bool, resistance: float, sliding_share: float,
+    inertia: float, opening_rate: float, weight_torque: float = 0.0,
 ) -> dict[str, Any]:  # fmt: skip
     """References and weights of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
 
@@ -45,12 +41,14 @@ def at_the_leaf(
 
     Args:
         numbers: Of the scenario's task.
+        lever: Torque in the joint for each newton along the normal [m].
         door_angle: q [rad].
         touching: Whether the tip touches.
-        resistance: Torque of the hinge against opening [N m].
+        resistance: Torque of the joint against opening, beside the leaf's weight [N m].
         sliding_share: Share of it that does not drive the door back.
         inertia: I of the leaf [kg m²].
         opening_rate: That the leaf is to have far from the goal [rad/s].
+        weight_torque: Of the leaf's weight against opening, negative where that opens it [N m].
 
     Returns:
         By the names of the task's numbers.
@@ -58,24 +56,25 @@ def at_the_leaf(
     scale = _scale(numbers)
     left = door_angle - numbers.one("reference.joint")
     holds = 1.0 / (1.0 + math.exp(min((left - _AT_GOAL) / (0.4 * _AT_GOAL), 50.0)))
-    lever = float(np.hypot(*(numbers["mechanism.point"] - numbers["mechanism.origin"])[:2]))
-    steady = resistance / lever
-    least, depth = min(numbers.one("reference.least_force"), 0.5 * steady), numbers.one("reference.depth")
+    steady, lifts = resistance / lever, weight_torque / lever
+    carried = max(steady + lifts, 0.0)
+    least, depth = min(numbers.one("reference.least_force"), 0.5 * carried), numbers.one("reference.depth")
     fastest, length = numbers.one("reference.opening_speed"), numbers.one("reference.opening_length")
-    braked = _BRAKED * fastest**2 * inertia / max(resistance, _LEAST_RESISTANCE * scale.torque)
-    touch, moves = float(touching), numbers.one("mechanism.inertia") * fastest / (lever * scale.time)
+    braked = _BRAKED * fastest**2 * inertia / max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
+    touch, friction = float(touching), sliding_share * resistance
+    slows = friction * numbers.one("plan.time_step") / inertia
+    moves = numbers.one("mechanism.inertia") * fastest / (lever * scale.time)
     rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
     force = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
-        "mechanism.friction": sliding_share * resistance,
+        "mechanism.friction": friction, "mechanism.sticks": float(slows > numbers.one("mechanism.friction_rate")),
         "mechanism.torque": -(1.0 - sliding_share) * resistance,
         "mechanism.damping": 0.0, "mechanism.stiffness": 0.0, "mechanism.inertia": inertia,
-        "limits.widened": _widened(numbers),
         "reference.depth": depth * (1.0 - holds),
         "reference.opening_speed": opening_rate,
         "reference.opening_length": min(max(braked, length), _LONGEST),
-        "reference.force": steady * (1.0 - holds * _HOLD_SLACK * sliding_share),
-        "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * steady),
+        "reference.force": max(steady * (1.0 - holds * _HOLD_SLACK * sliding_share) + lifts, 0.0),
+        "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried),
         "weight.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
         "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
         "weight.force": 0.2 * touch / force**2,
@@ -96,8 +95,10 @@ def at_a_place(numbers: Numbers, position: Array, heading: float, arm: Array, be
     Returns:
         By the names of the task's numbers.
     """
-    scale, widened = _scale(numbers), _widened(numbers)
-    if not between_jambs:
+    scale, widened = _scale(numbers), numbers["limits.widened"].copy()
+    if not (
+        between_jambs or any(name.startswith("beside.") for name in numbers.sizes)
+    ):  # else it counts in the doorway alone
         widened[_JAMBS] = _NOWHERE
     nothing = ("place", "approach", "opening", "force", "least_force", "largest_force", "near")
     return {
@@ -110,10 +111,3 @@ def at_a_place(numbers: Numbers, position: Array, heading: float, arm: Array, be
 
 def _scale(numbers: Numbers) -> Scale:
     return Scale.of(numbers.one("vehicle.radius"), numbers.one("vehicle.mass"))
-
-
-def _widened(numbers: Numbers) -> Array:
-    """All rows' room: the first rows have none."""
-    scale = _scale(numbers)
-    room = np.array(_ROOM) * [*[scale.length] * 3, scale.force, scale.rate, scale.rate**2]
-    return np.concatenate([np.zeros(numbers.sizes["limits.widened"] - len(room)), room])

@@ -90,6 +90,6 @@ def beside_the_normal(goal: Array, start: float, room: Room, scenario: Scenario,
     goal, yaw = goal.copy(), float(goal[YAW])
     for beside in np.linspace(0.0, BESIDE, 15):
         goal[YAW] = yaw + door.hand * math.copysign(beside, start - goal[3])
-        if room.constraints(goal)[room.latch] < -(scenario.planner.margin + _RESERVE):
+        if room.to_latch(goal) < -(scenario.planner.margin + _RESERVE):
             break
     return goal

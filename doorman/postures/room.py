@@ -5,8 +5,8 @@ r"""Room of a posture at rest: its distances from everything that bounds it, eac
 - mobility: :math:`\lVert J_d^T R^T n_D\rVert`, by how much the arm moves the tip along the leaf's normal [m/rad]; it is zero in
   a singular posture,
 - of an arm with mass: the centre of mass' distance from where the rotors no longer hold the vehicle level, see `Balance` [m],
-- of a tip that pushes: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the leaf's direction t, so that the tip lies within β of
-  the normal [m].
+- of a tip that pushes: :math:`n_D^T R d\,\tan\beta \mp t^T R d` along the level direction t in the face, so that the tip lies
+  within β of the normal [m].
 
 The width of a posture is the least of them.
 """
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
+from doorman.collision.surroundings import JAMBS
 from doorman.kinematics.balance import balance_of
 from doorman.kinematics.coupling import BESIDE
 from doorman.kinematics.door import Door
@@ -60,8 +61,7 @@ class Room:
         self._pushes, self._mobile = pushes, mobile
         self._balance = balance_of(vehicle)
         self._leaf = len(vehicle.point_names)
-        self.latch = self._leaf + 1
-        """Index of the constraint between disc and latch jamb."""
+        self._latch = reduced.row_names.index(JAMBS[0]) if JAMBS[0] in reduced.row_names else None
         self._counted = self._leaf + (reduced.n_rows - self._leaf if jambs else 1)
         span = vehicle.upper_limits - vehicle.lower_limits
         self._bounded = np.flatnonzero(np.isfinite(span) & (span > 0.0))
@@ -70,6 +70,10 @@ class Room:
     def constraints(self, state: Array) -> Array:
         """h(x), shape (k,) [m]."""
         return self._reduced.constraints(state)[: self._counted]
+
+    def to_latch(self, state: Array) -> float:
+        """Row of the constraint between disc and latch jamb; −∞ where the door has none [m]."""
+        return -math.inf if self._latch is None else float(self._reduced.constraints(state)[self._latch])
 
     def constraint_slopes(self, state: Array) -> Array:
         """Jacobian of `constraints`, shape (k, 5 + n)."""
@@ -168,5 +172,5 @@ class Room:
 
     def _limits_beside(self, state: Array) -> Array:
         angle = float(state[3])
-        ahead, aside = math.tan(BESIDE) * self._door.normal(angle), self._door.leaf_direction(angle)
+        ahead, aside = math.tan(BESIDE) * self._door.normal(angle), self._door.face(angle)[0]
         return np.array([ahead - aside, ahead + aside])

@@ -1,91 +1,37 @@
-"""Type of a topic's messages: fixed by the first message, checked against every later one, written as JSON with a schema.
+"""Type of a topic's messages: fixed by the first message, checked against every later one, written as CDR with a schema.
 
-Floats keep all their digits. JSON has no NaN and no infinities: they are written as the strings "NaN", "Infinity" and
-"-Infinity", and read back as the floats they were. Long arrays of floats, such as a plan's states, are written as the
-base64 text of their bytes, as their schema says: digits would take seven times as long, too long for a control loop.
+Floats keep all their digits, and NaN and infinities are what they are. An array of 32-bit floats is stored as such: a plan's
+states, of which a viewer shows curves, take half the room.
 """
 
 from __future__ import annotations
 
-import base64
-import json
-import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-import orjson
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
+from doorman.recording.cdr import TIME, Field, Kind, Layout, native, read_fields
 
 Value: TypeAlias = float | int | bool | str | NDArray[Any] | Sequence[Any]
-Kind = Literal["number", "integer", "boolean", "string"]
-Row: TypeAlias = tuple[Any, ...]
 Columns: TypeAlias = tuple[NDArray[np.float64], dict[str, NDArray[Any]]]
 """Times, shape (m,) [s], and for every field an array of m rows."""
 
 HEADER = "header"
 """Topic whose only message is the header."""
 
-TIME = "time"
-"""Every message's first entry, in seconds; no field may have this name."""
-
-_LONG = 64
-"""Arrays of more floats than this are written as bytes."""
-_BYTES = np.dtype("<f8")
-_DTYPES: dict[Kind, type] = {"number": np.float64, "integer": np.int64, "boolean": np.bool_, "string": np.str_}
+_DTYPES: dict[Kind, type] = {
+    "number": np.float64, "single": np.float32, "integer": np.int64, "boolean": np.bool_, "string": np.str_,
+}  # fmt: skip
 _KINDS: dict[str, Kind] = {"f": "number", "i": "integer", "u": "integer", "b": "boolean", "U": "string"}
-_WORDS = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "string": "a text"}
-
-
-class Field(NamedTuple):
-    """One named value of a message."""
-
-    name: str
-    kind: Kind
-    shape: tuple[int, ...]
-    """() for a single value."""
-
-    @property
-    def packed(self) -> bool:
-        """Whether the field is written as the base64 text of its bytes."""
-        return self.kind == "number" and math.prod(self.shape) > _LONG
-
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of the field."""
-        if self.packed:
-            what = "row-major little-endian 64-bit floats"
-            return {"type": "string", "contentEncoding": "base64", "shape": self.shape, "description": what}
-        schema: dict[str, Any] = {"type": self.kind}
-        for size in reversed(self.shape):
-            schema = {"type": "array", "items": schema, "minItems": size, "maxItems": size}
-        return schema
-
-    @classmethod
-    def from_schema(cls, name: str, schema: Mapping[str, Any]) -> Field:
-        """The field that `schema` describes; KeyError, TypeError or ValueError if it is not one of ours."""
-        if "contentEncoding" in schema:
-            return cls(name, "number", tuple(schema["shape"]))
-        shape: list[int] = []
-        while schema["type"] == "array":
-            shape.append(int(schema["minItems"]))
-            schema = schema["items"]
-        if schema["type"] not in _DTYPES:
-            raise ValueError(schema["type"])
-        return cls(name, schema["type"], tuple(shape))
-
-    def plain(self, value: Any) -> Any:
-        """A copied value as JSON can hold it, but for floats that are not finite."""
-        if self.packed:
-            return base64.b64encode(value.astype(_BYTES, copy=False).tobytes()).decode("ascii")
-        return value.tolist() if self.shape else value
-
-    def read(self, value: Any) -> Any:
-        """What `plain` made of a value, as something that numpy turns into the value."""
-        if not self.packed:
-            return value
-        return np.frombuffer(base64.b64decode(value, validate=True), _BYTES).reshape(self.shape)
+_ACCEPTED: dict[Kind, str] = {"number": "fiu", "single": "f", "integer": "iu", "boolean": "b", "string": "U"}
+"""Of numpy's kinds, those that a field takes."""
+_WORDS: dict[Kind, str] = {
+    "number": "a number", "single": "a number of 32 bits", "integer": "a whole number", "boolean": "true or false",
+    "string": "a text",
+}  # fmt: skip
 
 
 class MessageType:
@@ -93,14 +39,13 @@ class MessageType:
 
     Args:
         topic: Name of the topic, for errors.
-        fields: The fields, in the order in which they are written.
+        fields: The fields, in the order in which they were first given.
     """
 
     def __init__(self, topic: str, fields: Sequence[Field]) -> None:
         self.topic = topic
         self.fields = tuple(fields)
-        self._converters = [(field.name, _converter(field)) for field in self.fields]
-        self._plain = [(field.name, field.plain if field.shape else None) for field in self.fields]
+        self.layout = Layout(fields)
 
     @classmethod
     def of(cls, topic: str, message: Mapping[str, Value]) -> MessageType:
@@ -112,94 +57,71 @@ class MessageType:
         return cls(topic, [_field(topic, name, value) for name, value in message.items()])
 
     @classmethod
-    def from_schema(cls, topic: str, schema: Mapping[str, Any]) -> MessageType:
+    def from_schema(cls, topic: str, schema: str) -> MessageType:
         """The type that `schema` describes, as `MessageType.schema` writes it.
 
         Raises:
             RecordingError: if the schema was not written by doorman.
         """
         try:
-            entries = schema["properties"].items()
-            fields = [Field.from_schema(name, entry) for name, entry in entries if name != TIME]
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise RecordingError("not a schema of doorman's", field=topic, given=str(schema)[:80]) from error
-        return cls(topic, fields)
+            return cls(topic, read_fields(schema))
+        except (ValueError, TypeError) as error:
+            raise RecordingError("not a schema of doorman's", field=topic, given=schema[:80]) from error
 
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of a message."""
-        properties: dict[str, Any] = {TIME: {"type": "number", "description": "[s]"}}
-        properties |= {field.name: field.schema() for field in self.fields}
-        return {
-            "type": "object",
-            "description": 'Numbers that are not finite are the strings "NaN", "Infinity" and "-Infinity".',
-            "properties": properties,
-            "required": list(properties),
-        }
+    def schema(self) -> str:
+        """The schema of a message (ros2msg)."""
+        return self.layout.schema(self.fields)
 
-    def row(self, time: float, message: Mapping[str, Value]) -> Row:
-        """Copy a message into a row [time, value of every field].
-
-        Raises:
-            RecordingError: if the message has other fields than the topic's first one, or a field has another type or shape.
-        """
-        row: list[Any] = [time]
-        name = ""
-        try:
-            for name, convert in self._converters:
-                row.append(convert(message[name]))
-        except KeyError:
-            raise self._other_fields(message) from None
-        except (TypeError, ValueError, OverflowError):
-            field = next(field for field in self.fields if field.name == name)
-            raise RecordingError(
-                "another type or shape than in the topic's first message",
-                field=f"{self.topic}.{name}", given=repr(message[name])[:80], allowed=_describe(field),
-            ) from None  # fmt: skip
-        if len(message) != len(self._converters):
-            raise self._other_fields(message)
-        return tuple(row)
-
-    def encode(self, row: Row) -> bytes:
-        """A row as JSON."""
-        plain: dict[str, Any] = {TIME: row[0]}
-        for (name, to_plain), value in zip(self._plain, row[1:], strict=True):
-            plain[name] = value if to_plain is None else to_plain(value)
-        data = orjson.dumps(plain)
-        if b"null" in data:  # it writes numbers that are not finite so
-            data = orjson.dumps(_with_words(plain))
-        return data
-
-    def decode(self, data: bytes) -> Row:
-        """The row that `encode` turned into `data`.
-
-        Raises:
-            ValueError: if the data is no JSON.
-            KeyError: if a field is missing.
-        """
-        message = json.loads(data)
-        return (message[TIME], *(field.read(message[field.name]) for field in self.fields))
-
-    def columns(self, rows: Sequence[Row]) -> Columns:
-        """Stack rows, be they copied or decoded.
+    def columns(self, rows: NDArray[Any], tails: Sequence[bytes] = ()) -> Columns:
+        """Take messages apart.
 
         Args:
-            rows: m ≥ 1 rows of this type.
+            rows: The fixed parts of m ≥ 1 messages.
+            tails: What follows each of them; nothing where the type has no texts.
 
         Returns:
             Times, shape (m,) [s], and for every field an array of shape (m, *shape); all of them read-only.
-        """
-        time, *values = zip(*rows, strict=True)
-        columns = {
-            field.name: _frozen(np.array(column, dtype=_DTYPES[field.kind]).reshape(len(rows), *field.shape))
-            for field, column in zip(self.fields, values, strict=True)
-        }
-        return _frozen(np.array(time, dtype=np.float64)), columns
 
-    def _other_fields(self, message: Mapping[str, Value]) -> RecordingError:
+        Raises:
+            ValueError: if a tail is not one of this type.
+        """
+        texts = self._texts(tails)
+        columns = {
+            field.name: _frozen(texts[field.name] if field.kind == "string" else native(rows, field))
+            for field in self.fields
+        }
+        return _frozen(np.array(rows[TIME], dtype=np.float64)), columns
+
+    def _texts(self, tails: Sequence[bytes]) -> dict[str, NDArray[np.str_]]:
+        if not self.layout.texts:
+            return {}
+        read = {tail: self.layout.read_tail(tail) for tail in set(tails)}  # most are like many others
+        rows, found, place = [read[tail] for tail in tails], {}, 0
+        for field in self.layout.texts:
+            values = [row[place : place + field.entries] for row in rows]
+            found[field.name] = np.array(values, dtype=np.str_).reshape(len(rows), *field.shape)
+            place += field.entries
+        return found
+
+    def other_value(self, name: str, value: object) -> RecordingError:
+        """The error for a value of another type or shape than the field has."""
+        field = next(field for field in self.fields if field.name == name)
+        return RecordingError(
+            "another type or shape than in the topic's first message",
+            field=f"{self.topic}.{name}", given=repr(value)[:80], allowed=_describe(field),
+        )  # fmt: skip
+
+    def other_fields(self, message: Mapping[str, Value]) -> RecordingError:
+        """The error for a message with other fields."""
         names = ", ".join(field.name for field in self.fields)
         return RecordingError(
             "other fields than in the topic's first message", field=self.topic, given=", ".join(message), allowed=names
         )
+
+
+def converter(field: Field) -> Callable[[Any], Any]:
+    """A function that takes a value of this field as it is stored, or raises TypeError, ValueError or OverflowError."""
+    return _array_converter(field) if field.shape else _SCALAR_CONVERTERS[field.kind]
 
 
 def joined(blocks: Sequence[Columns]) -> Columns:
@@ -235,12 +157,15 @@ def header_schema(value: Any) -> dict[str, Any]:
         return {"type": "object", "properties": {name: schema for name, schema in entries.items() if schema}}
     if isinstance(value, list):
         kinds = [header_schema(entry) for entry in value]
-        plain = bool(kinds) and all(kind == kinds[0] and kind.get("type") in _DTYPES for kind in kinds)
+        plain = bool(kinds) and all(kind == kinds[0] and kind.get("type") in _PLAIN for kind in kinds)
         return {"type": "array", "items": kinds[0]} if plain else {}
     for type_, name in ((bool, "boolean"), (str, "string"), ((int, float), "number")):
         if isinstance(value, type_):
             return {"type": name}
     return {}
+
+
+_PLAIN = ("boolean", "string", "number")
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:
@@ -261,6 +186,8 @@ def _field(topic: str, name: str, value: Value) -> Field:
         raise RecordingError(
             "cannot be recorded", field=where, given=repr(value)[:80], allowed="numbers, texts, and arrays of them"
         )
+    if array.dtype == np.float32 and array.shape:
+        kind = "single"
     return Field(name, kind, array.shape)
 
 
@@ -273,29 +200,15 @@ def _describe(field: Field) -> str:
     return f"an array of shape {field.shape}, each {_WORDS[field.kind]}" if field.shape else _WORDS[field.kind]
 
 
-def _with_words(value: Any) -> Any:
-    """The same with NaN and infinities as strings."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
-    if isinstance(value, dict):
-        return {key: _with_words(entry) for key, entry in value.items()}
-    return [_with_words(entry) for entry in value] if isinstance(value, list) else value
-
-
-def _converter(field: Field) -> Callable[[Any], Any]:
-    """A function that copies a value of this field, or raises TypeError, ValueError or OverflowError."""
-    return _array_converter(field) if field.shape else _SCALAR_CONVERTERS[field.kind]
-
-
 def _array_converter(field: Field) -> Callable[[Any], Any]:
-    dtype, shape = _DTYPES[field.kind], field.shape
-    accepted = {"number": "fiu", "integer": "iu", "boolean": "b", "string": "U"}[field.kind]
+    dtype, shape, accepted = _DTYPES[field.kind], field.shape, _ACCEPTED[field.kind]
+    casting: Any = "same_kind" if field.kind == "single" else "safe"
 
     def convert(value: Any) -> NDArray[Any]:
         given = np.asarray(value)
         if given.shape != shape or given.dtype.kind not in accepted:
             raise TypeError
-        return given.astype(dtype, casting="safe")  # always a copy
+        return given.astype(dtype, casting=casting, copy=False)
 
     return convert
 

@@ -10,26 +10,30 @@ from __future__ import annotations
 import json
 import struct
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from typing import IO, Any, NamedTuple
 
+import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema, Statistics
-from mcap.stream_reader import breakup_chunk
+from mcap.records import Attachment, Channel, Chunk, Metadata, Schema, Statistics
+from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from doorman.exceptions import RecordingError
-from doorman.recording.messages import HEADER, Columns, MessageType, Row, joined
+from doorman.recording.mcap_file import COMPRESSION
+from doorman.recording.messages import HEADER, Columns, MessageType
 
 TOPIC = "topic"
 """Name of the metadata record that repeats a topic's schema."""
 
 _PREFIX = struct.Struct("<BQ")
 """Opcode and length of a record."""
-_COMPRESSION = b"\x03\x00\x00\x00lz4"
+_MESSAGE = struct.Struct("<HIQQ")
+"""Topic, sequence and times of a message before its data."""
+_COMPRESSION = struct.pack("<I", len(COMPRESSION)) + COMPRESSION.encode()
 _BEFORE_COMPRESSION = _PREFIX.size + 28
 """Bytes of a chunk's record before the name of its compression."""
 _FOOTER = struct.Struct("<BQQQI")
@@ -66,12 +70,44 @@ class _Record(NamedTuple):
             return None
 
 
-class _Known(NamedTuple):
-    """A topic's name and type."""
+@dataclass
+class _Known:
+    """A topic's name and type, and what was read of it."""
 
     topic: str
     type: MessageType | RecordingError | None
     """None for the header; the error for what doorman has not written."""
+    size: int = 0
+    """Of the fixed part of a message [bytes]."""
+    messages: list[bytes] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.type, MessageType):
+            self.size = self.type.layout.dtype().itemsize
+
+    def take(self, messages: list[bytes]) -> None:
+        """Take in messages of one chunk.
+
+        Raises:
+            ValueError: if they are none of this type.
+        """
+        if isinstance(self.type, MessageType):
+            texts = bool(self.type.layout.texts)
+            if any(len(one) < self.size or (len(one) > self.size and not texts) for one in messages):
+                raise ValueError("a message of another length")
+            if texts:
+                for tail in {one[self.size :] for one in messages}:
+                    self.type.layout.read_tail(tail)
+            self.messages += messages
+
+    def columns(self) -> Columns:
+        """What was read, taken apart; at least one message."""
+        assert isinstance(self.type, MessageType)
+        size, messages = self.size, self.messages
+        if not self.type.layout.texts:
+            return self.type.columns(np.frombuffer(b"".join(messages), self.type.layout.dtype()))
+        rows = np.frombuffer(b"".join([one[:size] for one in messages]), self.type.layout.dtype())
+        return self.type.columns(rows, [one[size:] for one in messages])
 
 
 def read_contents(stream: IO[bytes], size: int | None = None) -> Contents:
@@ -96,7 +132,8 @@ class _Reader:
         self._stream, self._size = stream, size
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, _Known] = {}
-        self._blocks: dict[str, list[Columns]] = {}
+        self._topics: dict[str, _Known] = {}
+        """Those with messages, in the order of the first ones."""
         self._found = Contents()
         self._whole = self._messages = self._bad = 0
         self._foreign: RecordingError | None = None
@@ -112,7 +149,7 @@ class _Reader:
             self._take(opcode, parsed)
         if found.header is not None and self._foreign is not None:
             raise self._foreign
-        found.topics = {topic: joined(blocks) for topic, blocks in self._blocks.items()}
+        found.topics = {topic: known.columns() for topic, known in self._topics.items()}
         found.damaged_chunks = self._bad
         if summary is not None:
             found.damaged_chunks = max(self._bad, summary.chunk_count - self._whole)
@@ -200,27 +237,27 @@ class _Reader:
         except (KeyError, ValueError):
             return  # a second copy
 
-    def _take_chunk(self, records: Sequence[Any]) -> None:
-        rows: dict[str, tuple[MessageType, list[Row]]] = {}
-        header, count = None, 0
-        for record in records:
-            if isinstance(record, Schema):
-                self._schemas[record.id] = record
-            elif isinstance(record, Channel):
-                self._learn_channel(record)
-            elif isinstance(record, Message) and (known := self._channels.get(record.channel_id)) is not None:
-                count += 1
-                if isinstance(known.type, MessageType):
-                    rows.setdefault(known.topic, (known.type, []))[1].append(known.type.decode(record.data))
-                elif known.type is None:
-                    header = dict(json.loads(record.data))
-                else:
-                    self._foreign = known.type
-        blocks = {topic: type_.columns(block) for topic, (type_, block) in rows.items()}
-        for topic, columns in blocks.items():
-            self._blocks.setdefault(topic, []).append(columns)
-        self._found.header = self._found.header if header is None else header
-        self._messages += count
+    def _take_chunk(self, content: bytes) -> None:
+        messages: dict[int, list[bytes]] = {}
+        for opcode, start, end in _records_of(content):
+            if opcode == Opcode.MESSAGE:
+                (number, *_) = _MESSAGE.unpack_from(content, start)
+                messages.setdefault(number, []).append(content[start + _MESSAGE.size : end])
+            elif opcode == Opcode.SCHEMA:
+                schema = Schema.read(_stream_of(content[start:end]))
+                self._schemas[schema.id] = schema
+            elif opcode == Opcode.CHANNEL:
+                self._learn_channel(Channel.read(_stream_of(content[start:end])))
+        found = [(self._channels[number], block) for number, block in messages.items() if number in self._channels]
+        for known, block in found:
+            known.take(block)
+            if isinstance(known.type, MessageType):
+                self._topics.setdefault(known.topic, known)
+            elif known.type is None:
+                self._found.header = dict(json.loads(block[-1]))
+            else:
+                self._foreign = known.type
+            self._messages += len(block)
         self._whole += 1
 
     def _learn_channel(self, channel: Channel) -> None:
@@ -257,7 +294,7 @@ class _Reader:
 
 def _type(topic: str, schema: bytes) -> MessageType | RecordingError:
     try:
-        return MessageType.from_schema(topic, json.loads(schema))
+        return MessageType.from_schema(topic, schema.decode())
     except RecordingError as error:
         return error
     except ValueError:
@@ -281,7 +318,10 @@ def _parsed(opcode: int, content: bytes) -> Any:
     """What a record outside chunks holds; None or any exception if it makes no sense."""
     if opcode == Opcode.CHUNK:
         chunk = Chunk.read(_stream_of(content))
-        return breakup_chunk(chunk, validate_crc=True) if chunk.uncompressed_crc else None
+        if not chunk.uncompressed_crc:
+            return None
+        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
+        return stream.read(length)
     if opcode == Opcode.ATTACHMENT:
         whole = zlib.crc32(content[:-4]) == int.from_bytes(content[-4:], "little")
         return Attachment.read(_stream_of(content)) if whole else None
@@ -294,6 +334,24 @@ def _parsed(opcode: int, content: bytes) -> Any:
     if opcode == Opcode.DATA_END:
         return len(content) == 4 or None
     return opcode in _IGNORED or None
+
+
+def _records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
+    """Opcode, beginning and end of every record of a chunk.
+
+    Raises:
+        ValueError: if one does not fit.
+    """
+    place = 0
+    while place < len(content):
+        if place + _PREFIX.size > len(content):
+            raise ValueError("a record is cut off")
+        opcode, length = _PREFIX.unpack_from(content, place)
+        start = place + _PREFIX.size
+        place = start + length
+        if place > len(content):
+            raise ValueError("a record is cut off")
+        yield opcode, start, place
 
 
 def _stream_of(content: bytes) -> Any:

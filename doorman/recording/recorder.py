@@ -1,8 +1,8 @@
 """Recorder: writes what simulation and flight alike report, into an MCAP file that survives a crash, or into memory.
 
-Messages are gathered for a tenth of a second of their own time, or until they fill a chunk, and then written out: what a
+Messages are gathered for a tenth of a second of their own time, or until a topic's rows are full, and then written out: what a
 killed process loses is less than that. A thread has the disk take what was written; a power cut costs little more. A message
-enters the gathered batch by one append, and batches are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never
+counts once its row is whole, and batches are written with SIGINT, SIGTERM and SIGHUP held back, so Ctrl-C never
 leaves half a message. What is in the file is read back from there; only what no file takes stays in memory.
 """
 
@@ -21,14 +21,16 @@ from types import FrameType, TracebackType
 from typing import IO, Any, TypeAlias
 
 import numpy as np
-from mcap.writer import CompressionType, Writer
 
 from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.locks import lock_stream
-from doorman.recording.messages import HEADER, MessageType, Row, Value, header_schema, joined
+from doorman.recording.cdr import type_name
+from doorman.recording.mcap_file import McapFile
+from doorman.recording.messages import HEADER, Columns, MessageType, Value, header_schema, joined
 from doorman.recording.reading import TOPIC, Contents, header_text, read_contents
 from doorman.recording.recording import Recording, Topic
+from doorman.recording.rows import Framed, Rows
 from doorman.recording.syncer import Syncer, sync_folder
 
 Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
@@ -36,8 +38,6 @@ Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
 
 _BATCH_TIME = 0.1
 """Longest stretch of message time that waits in memory [s]."""
-_BATCH_SIZE = 64_000
-"""Most bytes that wait in memory; also the size of the file's chunks."""
 _LAST_TIME = 1e10
 """MCAP counts nanoseconds in 64 bits [s]."""
 _PROFILE = "x-doorman"
@@ -48,10 +48,15 @@ class _Channel:
     """What the recorder keeps of one topic."""
 
     def __init__(self, type_: MessageType) -> None:
-        self.type = type_
-        self.rows: list[Row] = []
+        self.rows = Rows(type_)
+        """What waits to be written."""
+        self.kept: list[Columns] = []
         """What no file has taken."""
         self.file_id: int | None = None
+
+    def recorded(self) -> list[Columns]:
+        """What is in memory."""
+        return [*self.kept, self.rows.columns()] if self.rows else self.kept[:]
 
 
 class Recorder(Uncopied):
@@ -84,14 +89,14 @@ class Recorder(Uncopied):
         self.header: dict[str, Any] = json.loads(text)
         self._attachments = dict(attachments or {})
         self._channels: dict[str, _Channel] = {}
-        self._batch: list[tuple[_Channel, int, bytes]] = []
-        self._batch_size = 0
+        self._waiting: dict[str, _Channel] = {}
+        """Topics with messages that are to be written."""
         self._batch_start = 0.0
         self._listener, self._keeps = listener, keep
         self._closed = False
         self._error: OSError | None = None
         self._stream: IO[bytes] | None = None
-        self._writer: Writer | None = None
+        self._writer: McapFile | None = None
         self._syncer: Syncer | None = None
         self._written = 0
         """So much of the file is whole [bytes]."""
@@ -118,18 +123,13 @@ class Recorder(Uncopied):
         if not 0.0 <= time <= _LAST_TIME:
             raise RecordingError("not a time", field=f"{topic}.time", given=time, allowed=f"0 to {_LAST_TIME:g} s")
         channel = self._channels.get(topic) or self._new_channel(topic, fields)
-        row = channel.type.row(time, fields)
-        data = channel.type.encode(row) if self._writer is not None else b""
+        if not self._waiting:
+            self._batch_start = time
+        self._waiting[topic] = channel
+        channel.rows.add(time, fields)
         self._channels[topic] = channel
-        if self._keeps and self._writer is None:
-            channel.rows.append(row)
-        if self._writer is not None:
-            if not self._batch:
-                self._batch_start = time
-            self._batch.append((channel, round(time * 1e9), data))
-            self._batch_size += len(data)
-            if self._batch_size > _BATCH_SIZE or abs(time - self._batch_start) >= _BATCH_TIME:
-                self.flush()
+        if channel.rows.full or (self._writer is not None and abs(time - self._batch_start) >= _BATCH_TIME):
+            self.flush()
         if self._listener is not None:
             self._listener(topic, time, fields)
 
@@ -152,7 +152,7 @@ class Recorder(Uncopied):
             with self._errors_remembered():
                 self._hand_over()
                 if self._writer is not None and self._stream is not None:
-                    self._writer.finish()  # type: ignore[no-untyped-call]
+                    self._writer.finish()
                     self._stream.flush()
                     if self._syncer is not None:
                         self._written = self._stream.tell()
@@ -179,9 +179,8 @@ class Recorder(Uncopied):
         found = self._read_back()
         blocks = {topic: [columns] for topic, columns in found.topics.items()}
         for name, channel in list(self._channels.items()):
-            rows = channel.rows[:]
-            if rows:
-                blocks.setdefault(name, []).append(channel.type.columns(rows))
+            if parts := channel.recorded():
+                blocks.setdefault(name, []).extend(parts)
         topics = {name: Topic(name, *joined(parts)) for name, parts in blocks.items()}
         whole = self._error is None and not found.damaged_chunks
         return Recording(topics, self.header, whole, attachments=self._attachments, damaged_chunks=found.damaged_chunks)
@@ -207,20 +206,19 @@ class Recorder(Uncopied):
             raise RecordingError("another recorder writes to this file", file=path) from error
         except OSError as error:
             raise RecordingError(f"cannot be written: {error.strerror}", file=path) from error
-        self._writer = Writer(self._stream, chunk_size=_BATCH_SIZE, compression=CompressionType.LZ4)
         with _signals_held_back(), self._errors_remembered():
             if _is_regular(self._stream):
                 self._syncer = Syncer(self._stream.fileno())
                 weakref.finalize(self, self._syncer.stop)
                 sync_folder(path.parent)
-            self._writer.start(profile=_PROFILE, library="doorman")
-            self._writer.add_metadata(HEADER, {k: header_text(v) for k, v in self.header.items()})
+            self._writer = writer = McapFile(self._stream, _PROFILE)
+            writer.add_metadata(HEADER, {k: header_text(v) for k, v in self.header.items()})
             for name, data in self._attachments.items():
                 kind = _MEDIA_TYPES.get(Path(name).suffix.lower(), "application/octet-stream")
-                self._writer.add_attachment(0, 0, name, kind, data)
-            schema = self._writer.register_schema(HEADER, "jsonschema", json.dumps(header_schema(self.header)).encode())
-            channel = self._writer.register_channel(HEADER, "json", schema)
-            self._writer.add_message(channel, 0, header.encode(), 0)
+                writer.add_attachment(name, kind, data)
+            schema = json.dumps(header_schema(self.header)).encode()
+            channel = writer.add_channel(HEADER, "json", (HEADER, "jsonschema", schema))
+            writer.add_chunk([(channel, Framed.of(channel, header.encode()))])
             self._hand_over()
 
     def _new_channel(self, topic: str, fields: Mapping[str, Value]) -> _Channel:
@@ -231,33 +229,45 @@ class Recorder(Uncopied):
     def _hand_over(self) -> None:
         """Hand what was gathered to the operating system, and have the disk take it soon."""
         self._write_batch()
-        if self._writer is None or self._stream is None:
+        if self._writer is None or self._stream is None or self._syncer is None:
+            self._keep_batch()  # memory, or a device, from which nothing is read back
             return
-        self._writer.flush()  # type: ignore[no-untyped-call]
-        if self._syncer is None:
-            self._keep_batch()  # a device, from which nothing is read back
-            return
-        self._written, self._batch, self._batch_size = self._stream.tell(), [], 0
+        self._stream.flush()
+        self._written = self._stream.tell()
+        self._clear_batch()
         self._syncer.ask()
 
     def _write_batch(self) -> None:
         if self._writer is None:
             return
-        for channel, log_time, data in self._batch:
+        batch = []
+        for channel in filter(_has_messages, self._waiting.values()):
             if channel.file_id is None:
-                schema = json.dumps(channel.type.schema())
-                schema_id = self._writer.register_schema(channel.type.topic, "jsonschema", schema.encode())
-                channel.file_id = self._writer.register_channel(channel.type.topic, "json", schema_id)
-                copy = {"id": str(channel.file_id), "topic": channel.type.topic, "schema": schema}
-                self._writer.add_metadata(TOPIC, copy)
-            self._writer.add_message(channel.file_id, log_time, data, log_time)
+                channel.file_id = self._register(self._writer, channel.rows.type)
+            batch.append((channel.file_id, channel.rows.framed(channel.file_id)))
+        if batch:
+            self._writer.add_chunk(batch)
+
+    @staticmethod
+    def _register(writer: McapFile, type_: MessageType) -> int:
+        """Make a topic known to the file; its schema stands there twice."""
+        topic, schema = type_.topic, type_.schema()
+        number = writer.add_channel(topic, "cdr", (type_name(topic), "ros2msg", schema.encode()))
+        writer.add_metadata(TOPIC, {"id": str(number), "topic": topic, "schema": schema})
+        return number
 
     def _keep_batch(self) -> None:
         """Keep in memory what the file has not taken."""
-        batch, self._batch, self._batch_size = self._batch, [], 0
         if self._keeps:
-            for channel, _, data in batch:
-                channel.rows.append(channel.type.decode(data))
+            for channel in self._waiting.values():
+                channel.kept = channel.recorded()
+                channel.rows.clear()
+        self._clear_batch()
+
+    def _clear_batch(self) -> None:
+        for channel in self._waiting.values():
+            channel.rows.clear()
+        self._waiting.clear()
 
     def _read_back(self) -> Contents:
         """What the file holds that was handed over whole."""
@@ -283,6 +293,10 @@ class Recorder(Uncopied):
                     self._stream.close()
             except OSError:
                 pass  # the same failure again, as its buffer is written out
+
+
+def _has_messages(channel: _Channel) -> bool:
+    return bool(channel.rows)
 
 
 def _claimed_stream(path: Path) -> IO[bytes]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.emulators.autopilot_plant import PlantTruth
-from doorman.hardware.emulators.mocap_stream import BodyPose
-from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
 from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, multiply, quaternion_from_euler
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
 from doorman.model import GRAVITY
+from doorman.rig.emulators.autopilot.plant import PlantTruth
+from doorman.rig.emulators.mocap.stream import BodyPose
+from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
 from doorman.rig.plant import RigPlant, Snapshot
 
 Array = NDArray[np.float64]

@@ -22,6 +22,7 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.frames import flu_to_frd
 from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.rig.emulators.autopilot.motors import MotorKind
 from doorman.rig.rotor_pilot import listener, specific_force
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.truth import Truth
@@ -92,6 +93,7 @@ class ArduPilotSitl(Uncopied):
     Args:
         layout: Rotors of the vehicle.
         port: UDP port on loopback.
+        motors: Whether the plant undoes what the autopilot makes of thrust by default, or has the signal squared.
 
     Raises:
         BackendError: if ArduPilot does not know such a frame.
@@ -100,10 +102,11 @@ class ArduPilotSitl(Uncopied):
     program = "ArduPilot"
     rate = STATE_RATE
 
-    def __init__(self, layout: RotorLayout, port: int = SERVO_PORT) -> None:
+    def __init__(self, layout: RotorLayout, port: int = SERVO_PORT, motors: MotorKind = "linear") -> None:
         self.wiring = Wiring.of(layout)
         self.directions = self.wiring.directions
         self._limits, self._port = layout.max_thrusts, port
+        self._expo = EXPO if motors == "linear" else 1.0
         self._socket: socket.socket | None = None
         self._peer: tuple[str, int] | None = None
         self._pwm = np.zeros(max(_MAGICS.values()))
@@ -145,7 +148,7 @@ class ArduPilotSitl(Uncopied):
         if not (outputs > _LEAST_PWM).any():
             return None
         spin = np.clip((outputs - 1000.0) / 1000.0, 0.0, 1.0)
-        share = _thrust(spin) / _thrust(np.array(FULL))
+        share = _thrust(spin, self._expo) / _thrust(np.array(FULL), self._expo)
         return np.minimum(share, 1.0) * self._limits
 
     def tell(self, truth: Truth) -> None:
@@ -212,8 +215,8 @@ class ArduPilotSitl(Uncopied):
         return True
 
 
-def _thrust(spin: Array) -> Array:
-    return (1.0 - EXPO) * spin + EXPO * spin * spin
+def _thrust(spin: Array, expo: float) -> Array:
+    return (1.0 - expo) * spin + expo * spin * spin
 
 
 def _turned(vector: Array) -> str:

@@ -15,12 +15,6 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.dynamixel.registers import BAUD_CODES
-from doorman.hardware.emulators.autopilot import EmulatedAutopilot
-from doorman.hardware.emulators.autopilot_onboard import Flavour
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
-from doorman.hardware.emulators.mocap import MocapEmulator, TrackerSetup
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk.signing import load_key
 from doorman.hardware.vehicle import VehicleConfig
@@ -28,6 +22,13 @@ from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
+from doorman.rig.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot.motors import MotorKind
+from doorman.rig.emulators.autopilot.onboard import Flavour
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_MOCAP, PX4_MOCAP
+from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.px4_sitl import Px4Sitl, simulator_port
 from doorman.rig.rotor_pilot import RotorPilot
@@ -49,6 +50,8 @@ _SAFE = {
 """Parameters as the check of the adapter wants them: without us the vehicle flies back as high as it is, and lands on its pad."""
 
 
+MOTOR_LAG = 0.04
+"""Time constant of motors whose thrust is the signal squared: of propellers of 10 to 13 inches [s]."""
 SPRING = 0.25
 """Current that balances the gripper's spring [A]."""
 
@@ -117,6 +120,8 @@ class RigSetup:
     """Link to the servos' pseudo-terminal; None: `servos` in `folder`."""
     sitl_port: int | None = None
     """Port on loopback that the autopilot's own code calls; None: the one that it calls by itself."""
+    motors: MotorKind = "linear"
+    """Whether the autopilot linearises the motors; else their thrust is the signal squared, and lags by `MOTOR_LAG`."""
 
     def __post_init__(self) -> None:
         for name, least in (("pixhawk_port", 1), ("mocap_port", 0), ("sitl_port", 1)):
@@ -154,7 +159,8 @@ class Rig(Uncopied):
         self.setup = setup or RigSetup()
         self.pilot = self._own_code()
         """The autopilot's own code; None where it is emulated."""
-        self.plant = RigPlant(model, recorder, self.pilot)
+        motor_lag = MOTOR_LAG if self.setup.motors == "quadratic" else 0.0
+        self.plant = RigPlant(model, recorder, self.pilot, motor_lag)
         self.gripper = model.scenario.contact.kind == "grip"
         self._folder = self.setup.folder or self._temporary_folder()
         self._servos = self.setup.servos or self._folder / SERVOS
@@ -175,6 +181,7 @@ class Rig(Uncopied):
                 start_up=2.0,
                 heartbeat_rate=self.setup.heartbeat_rate,
                 hover_thrust=model.vehicle.mass * GRAVITY / model.vehicle.max_thrust,
+                motors=self.setup.motors,
                 seed=self.setup.seed,
                 **_autopilot_settings(self.setup.vehicle),
             )
@@ -245,8 +252,8 @@ class Rig(Uncopied):
             return None
         layout = rotor_layout(self.model.vehicle, self.model.scenario.simulation.torque_per_thrust)
         if setup.autopilot == "px4-sitl":
-            return Px4Sitl(layout, setup.sitl_port or simulator_port(setup.pixhawk_port))
-        return ArduPilotSitl(layout, setup.sitl_port or SERVO_PORT)
+            return Px4Sitl(layout, setup.sitl_port or simulator_port(setup.pixhawk_port), setup.motors)
+        return ArduPilotSitl(layout, setup.sitl_port or SERVO_PORT, setup.motors)
 
     def _parameters(self, flavour: Flavour) -> dict[str, float]:
         mocap = (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}

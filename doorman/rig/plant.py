@@ -52,9 +52,16 @@ class RigPlant(Uncopied):
         recorder: Gets a message `truth` per tick while the motors run or the vehicle is in the air; written by the plant's
             thread only.
         pilot: Flies the rotors, and is started and stopped with the plant; None lets whoever calls `fly`.
+        motor_lag: Least time constant of the motors, where the scenario gives them one [s].
     """
 
-    def __init__(self, model: Model, recorder: Recorder | None = None, pilot: RotorPilot | None = None) -> None:
+    def __init__(
+        self,
+        model: Model,
+        recorder: Recorder | None = None,
+        pilot: RotorPilot | None = None,
+        motor_lag: float = 0.0,
+    ) -> None:
         self.model = model
         self.places = Places.of(model)
         self.gear = LandingGear(float(self.places.pad[2]))
@@ -72,6 +79,8 @@ class RigPlant(Uncopied):
         self._recorded_epoch: float | None = None
         self._simulator = Simulator(model, self.period / self._steps, self._acting)
         self._gains = self._simulator.plant.engine_model.actuator_gainprm
+        lags = self._simulator.plant.engine_model.actuator_dynprm[: self._simulator.layout.count, 0]
+        lags[:] = np.where(lags > 0.0, np.maximum(lags, motor_lag), 0.0)
         self._thrust, self._attitude = 0.0, np.array([0.0, 0.0, self.places.yaw])
         plant = self._simulator.plant
         self._free = float(plant.engine_model.dof_frictionloss[plant.hinge_velocity])

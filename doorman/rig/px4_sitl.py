@@ -23,6 +23,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.frames import flu_to_frd
 from doorman.hardware.pixhawk.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.rig.emulators.autopilot.motors import MotorKind
 from doorman.rig.rotor_pilot import listener, specific_force
 from doorman.simulation.rotors import RotorLayout
 from doorman.simulation.truth import Truth
@@ -84,6 +85,7 @@ class Px4Sitl(Uncopied):
     Args:
         layout: Rotors of the vehicle.
         port: TCP port on loopback.
+        motors: Whether the plant undoes what the autopilot makes of thrust by default, or has the signal squared.
 
     Raises:
         BackendError: if PX4 knows no vehicle with so many rotors.
@@ -92,13 +94,13 @@ class Px4Sitl(Uncopied):
     program = "PX4"
     rate = STATE_RATE
 
-    def __init__(self, layout: RotorLayout, port: int = SIMULATOR_PORT) -> None:
+    def __init__(self, layout: RotorLayout, port: int = SIMULATOR_PORT, motors: MotorKind = "linear") -> None:
         if layout.count > MOST_ROTORS:
             raise BackendError(
                 "PX4 has no such vehicle", field="rotors", given=layout.count, allowed=f"up to {MOST_ROTORS}"
             )
         self.directions = layout.directions
-        self._layout, self._port = layout, port
+        self._layout, self._port, self._motors = layout, port, motors
         self._listener: socket.socket | None = None
         self._peer: socket.socket | None = None
         self._mavlink = _parser()
@@ -146,8 +148,8 @@ class Px4Sitl(Uncopied):
         self._in_step = answered or self._heard > before  # one that is a state behind is worth waiting for
         if not answered or self._controls is None:
             return None
-        thrusts: Array = np.clip(self._controls[: self._layout.count], 0.0, 1.0) * self._layout.max_thrusts
-        return thrusts
+        signals: Array = np.clip(self._controls[: self._layout.count], 0.0, 1.0)
+        return (signals if self._motors == "linear" else signals * signals) * self._layout.max_thrusts
 
     def tell(self, truth: Truth) -> None:
         """Send what PX4's sensors measure.

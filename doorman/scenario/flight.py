@@ -129,6 +129,7 @@ class MissionTimeOutsSection(Section):
     """Without coming nearer to the goal by a degree; three times that in all."""
     release: Positive = 8.0
     retreat: Positive = 30.0
+    through: Positive = 60.0
 
 
 class MissionSection(Section):
@@ -136,8 +137,9 @@ class MissionSection(Section):
 
     start: Literal["hover", "contact"] = "hover"
     """Where a flight begins: away from the door, or with the tip on the leaf."""
-    then: Literal["return", "stay"] = "return"
-    """What follows where the door stands at its goal: back to a hover before it, or the tip stays and holds it."""
+    then: Literal["return", "stay", "through"] = "return"
+    """What follows where the door stands at its goal: back to a hover before it, the tip stays and holds it, or the vehicle lets
+    go and flies through the doorway to a hover 1 m behind it."""
     hover_distance: Positive = 0.6
     """Between tip and leaf before the approach [m]."""
     approach_speed: Positive = 0.15

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Pitch, Positive, Section, Switch
+from doorman.scenario.values import Angle, DoorAngle, Name, NonNegative, Number, Pitch, Positive, Section, Switch
 
 
 class VehicleSection(Section):
@@ -96,7 +96,9 @@ class StartSection(Section):
     door_angle: DoorAngle | None = None
     """α [rad]; by default the closed door's, π/2."""
     opening: NonNegative | None = None
-    """From the closed door, in place of `door_angle` [rad]."""
+    """From the closed door, in place of `door_angle` [rad, or m]."""
+    joint_value: Number | None = None
+    """Of the URDF's joint, in place of either [rad, or m]."""
     arm: tuple[Angle, ...] | None = None
     """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints that keeps all limits with it, else what is found."""
 
@@ -109,6 +111,8 @@ class GoalSection(Section):
     door_angle: DoorAngle | None = None
     """α [rad]; by default that of an opening of 70°, or of what the hinge's limits leave of it."""
     opening: NonNegative | None = None
-    """From the closed door, in place of `door_angle` [rad]."""
+    """From the closed door, in place of `door_angle` [rad, or m]."""
+    joint_value: Number | None = None
+    """Of the URDF's joint, in place of either [rad, or m]."""
     arm: tuple[Angle, ...] | None = None
     """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints that keeps all limits with it, else what is found."""

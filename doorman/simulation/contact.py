@@ -8,8 +8,7 @@ virtual mass 1/R.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,14 +34,17 @@ TOUCH = 1e-6
 """Smallest force that counts as touching [N]."""
 
 
-@dataclass(frozen=True)
-class ContactForces:
+class ContactForces(NamedTuple):
     """Contacts of one physics step."""
 
     tip: Array
     """Force of the tip on the door, shape (3,), world frame [N]."""
     others: tuple[tuple[int, int], ...]
     """Pairs of shapes, by index, of all contacts but that of tip and leaf."""
+
+
+NO_FORCES = ContactForces(np.zeros(3), ())
+"""Where nothing touches anything; not to be written to."""
 
 
 def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> None:
@@ -200,9 +202,11 @@ class ContactReader:
     def read(self) -> ContactForces:
         """Force of the tip on the door, and the other contacts."""
         data = self._data
-        count = data.ncon
+        count, closed = data.ncon, self._gripper.closed
+        if not count and not closed:
+            return NO_FORCES
         # the tie's rows come first; they hold the force on its first site, the tip
-        tip = -data.efc_force[:3] if self._gripper.closed else np.zeros(3)
+        tip = -data.efc_force[:3] if closed else np.zeros(3)
         others = []
         for index in range(count):
             contact = data.contact[index]

@@ -15,7 +15,7 @@ from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_t
 from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
-from doorman.simulation.contact import TOUCH, ContactReader, Gripper
+from doorman.simulation.contact import NO_FORCES, TOUCH, ContactReader, Gripper
 from doorman.simulation.engine import check_stability, engine
 from doorman.simulation.hinge_torques import HingeTorques
 from doorman.simulation.onboard import OnboardParameters, onboard_step
@@ -92,7 +92,7 @@ class Simulator(Uncopied):
         self._steps = 0
         self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
         self._begin_interval()
-        self._note_contacts(self.plant.door_angle)
+        self._note_contacts(self._qpos.item(self.plant.hinge_position))
 
     def _compile(self, parameters: OnboardParameters) -> None:
         """Run the onboard loop once, on memory of its own: nothing is compiled in flight."""
@@ -149,7 +149,7 @@ class Simulator(Uncopied):
         """
         self._begin_interval()
         engine_model, data, step = self.plant.engine_model, self.plant.data, self._mujoco.mj_step
-        hinge, place = self.plant.hinge, self.plant.hinge_position
+        qpos, place = self._qpos, self.plant.hinge_position
         for _ in range(steps):
             if self._disturbance is not None:
                 self._disturb(self._disturbance(self.time))
@@ -161,10 +161,10 @@ class Simulator(Uncopied):
             if self._drag is not None:
                 self._drag.act()
             self._hinge_torques.act()
-            door_angle = hinge.angle_of_joint(self._qpos[place])
+            hinge_value = qpos.item(place)
             step(engine_model, data)
             self._steps += 1
-            self._note_contacts(door_angle)
+            self._note_contacts(hinge_value)
         check_stability(self._mujoco, data)
 
     def truth(self) -> Truth:
@@ -197,10 +197,10 @@ class Simulator(Uncopied):
             arm_rates=frozen(self._qvel[plant.arm_velocities]),
             tip_force=frozen(self._tip_force),
             tip_normal_force=self._normal_force,
-            touching=self._gripper.closed or bool(np.abs(self._tip_force).max() > TOUCH),
+            touching=self._gripper.closed or max(map(abs, self._tip_force.tolist())) > TOUCH,
             max_pull=self._max_pull,
             collisions=self._collisions,
-            collision_pairs=tuple(sorted({" and ".join(map(plant.shape_name, pair)) for pair in self._pairs})),
+            collision_pairs=self._pair_names(),
             rotor_thrusts=frozen(plant.rotor_thrusts),
             max_push=self._max_push,
             gripping=self._gripper.closed,
@@ -208,15 +208,24 @@ class Simulator(Uncopied):
             outer_force=self._outer_force,
         )
 
+    def _pair_names(self) -> tuple[str, ...]:
+        """Of the shapes that have touched, but tip and leaf."""
+        if not self._pairs:
+            return ()
+        return tuple(sorted({" and ".join(map(self.plant.shape_name, pair)) for pair in self._pairs}))
+
     def _begin_interval(self) -> None:
         self._max_pull, self._max_push, self._collisions = 0.0, 0.0, 0
         self._pairs: set[tuple[int, int]] = set()
 
-    def _note_contacts(self, door_angle: float) -> None:
-        """Take in the contacts of a step that began at this door angle."""
+    def _note_contacts(self, hinge_value: float) -> None:
+        """Take in the contacts of a step that began with the hinge at this value."""
         forces = self._contacts.read()
         self._tip_force = forces.tip
-        normal = self.plant.hinge.normal(door_angle)
+        if forces is NO_FORCES:
+            self._normal_force = 0.0
+            return
+        normal = self.plant.hinge.normal(self.plant.hinge.angle_of_joint(hinge_value))
         self._normal_force = float(normal @ forces.tip)
         self._gripper.strain(forces.tip, normal)
         self._max_pull = max(self._max_pull, -self._normal_force)

@@ -1,13 +1,25 @@
-"""Figures, replay page and live view of a flight; needs the extra `viz`."""
+"""Figures, replay page and live view of a flight; needs the extra `viz`.
 
-from doorman.visualization.constraint_figure import constraints_and_forces_figure
-from doorman.visualization.figures import states_figure
-from doorman.visualization.live import LiveView
-from doorman.visualization.pictures import PicturesMissing, write_pictures
-from doorman.visualization.replay import replay_page
-from doorman.visualization.style import save
-from doorman.visualization.swing_figure import swing_figure
-from doorman.visualization.timing_figure import planner_time_figure
+A name brings in its module when it is first asked for: matplotlib takes a second, and a page needs none of it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from typing import TYPE_CHECKING
+
+from doorman.exceptions import DoormanError, how_to_install
+
+if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
+    from doorman.visualization.constraint_figure import constraints_and_forces_figure
+    from doorman.visualization.figures import states_figure
+    from doorman.visualization.live import LiveView
+    from doorman.visualization.pictures import PicturesMissing, write_pictures
+    from doorman.visualization.replay import replay_page
+    from doorman.visualization.style import save
+    from doorman.visualization.swing_figure import swing_figure
+    from doorman.visualization.timing_figure import planner_time_figure
 
 __all__ = [
     "LiveView",
@@ -20,3 +32,31 @@ __all__ = [
     "swing_figure",
     "write_pictures",
 ]
+
+_MODULES = {
+    "LiveView": "live",
+    "PicturesMissing": "pictures",
+    "constraints_and_forces_figure": "constraint_figure",
+    "planner_time_figure": "timing_figure",
+    "replay_page": "replay",
+    "save": "style",
+    "states_figure": "figures",
+    "swing_figure": "swing_figure",
+    "write_pictures": "pictures",
+}
+
+if importlib.util.find_spec("matplotlib") is None:
+    raise DoormanError("figures need matplotlib", field="matplotlib", allowed=how_to_install("viz"))
+
+if not TYPE_CHECKING:  # a type checker would take any name for granted
+
+    def __getattr__(name: str) -> object:
+        if name not in _MODULES:
+            raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
+        value = getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

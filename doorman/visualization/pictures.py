@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 from doorman.exceptions import DoormanError
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.visualization.constraint_figure import constraints_and_forces_figure
-from doorman.visualization.figures import states_figure
+from doorman.visualization.files import FORMATS, Drawn, lay_out, save_as
 from doorman.visualization.replay import replay_page
-from doorman.visualization.style import FORMATS, Figure, save_as
-from doorman.visualization.swing_figure import swing_figure
-from doorman.visualization.timing_figure import planner_time_figure
 
-_FIGURES: dict[str, Callable[[Recording, Model], Figure]] = {
-    "states": states_figure,
-    "constraints": constraints_and_forces_figure,
-    "swing": swing_figure,
-    "planner_time": planner_time_figure,
+Draw: TypeAlias = Callable[[Recording, Model], Drawn]
+
+
+def _drawn_by(module: str, function: str) -> Draw:
+    """A function that draws a figure, whose module, and matplotlib with it, comes when it is called."""
+
+    def draw(recording: Recording, model: Model) -> Drawn:
+        drawn: Drawn = getattr(importlib.import_module(f"doorman.visualization.{module}"), function)(recording, model)
+        return drawn
+
+    return draw
+
+
+_FIGURES: dict[str, Draw] = {
+    "states": _drawn_by("figures", "states_figure"),
+    "constraints": _drawn_by("constraint_figure", "constraints_and_forces_figure"),
+    "swing": _drawn_by("swing_figure", "swing_figure"),
+    "planner_time": _drawn_by("timing_figure", "planner_time_figure"),
 }
 
 
@@ -50,6 +61,7 @@ def write_pictures(recording: Recording, model: Model, folder: Path) -> list[Pat
     missing: dict[str, OSError] = {}
     for name, draw in _FIGURES.items():
         figure = draw(recording, model)
+        lay_out(figure)
         for suffix in FORMATS:
             _write(partial(save_as, figure), folder / f"{name}.{suffix}", written, missing)
     _write(partial(replay_page, recording, model), folder / "replay.html", written, missing)

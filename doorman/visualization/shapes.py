@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeAlias, cast
 
 import numpy as np
-import yourdfpy
 from numpy.typing import NDArray
 
-from doorman.kinematics.urdf import frozen, load_description
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf import frozen
+from doorman.kinematics.urdf_shapes import UrdfShape, read_visuals
+from doorman.kinematics.urdf_structure import check_structure
 
 Array = NDArray[np.float64]
+Kind: TypeAlias = Literal["box", "cylinder", "sphere"]
+Color: TypeAlias = tuple[float, float, float, float]
+"""Red, green, blue, opacity; each 0 to 1."""
 
 _GREY = (0.6, 0.6, 0.6, 1.0)
 _ROD_RADIUS = 0.008
@@ -24,13 +30,13 @@ class VisualShape:
     """One primitive shape, fixed to a link."""
 
     link: str
-    kind: Literal["box", "cylinder", "sphere"]
+    kind: Kind
     size: tuple[float, ...]
     """Edges (x, y, z), or (radius, length) of a cylinder about z, or (radius,) [m]."""
     placement: Array
     """Of the shape's centre in the link, homogeneous, shape (4, 4)."""
-    color: tuple[float, float, float, float]
-    """Red, green, blue, opacity; each 0 to 1."""
+    color: Color
+    """Of its surface."""
 
 
 def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
@@ -47,35 +53,46 @@ def visual_shapes(path: Path) -> tuple[VisualShape, ...]:
     Raises:
         UrdfError: if the URDF cannot be read.
     """
-    robot = load_description(path)
-    colors = {material.name: material.color for material in robot.robot.materials}
+    root = check_structure(path)
+    written = list(zip(read_visuals(path), root.findall("link/visual"), strict=True))
+    named = {
+        str(material.get("name")): color for material in root.findall("material") if (color := _color(path, material))
+    }
     shapes: list[VisualShape] = []
-    for name, link in robot.link_map.items():
-        primitives = [shape for visual in link.visuals if (shape := _primitive(name, visual, colors)) is not None]
-        if link.visuals and not primitives:
-            joints = [joint for joint in robot.robot.joints if joint.parent == name and joint.origin is not None]
-            primitives = _rods(name, [np.asarray(joint.origin)[:3, 3] for joint in joints])
-        shapes.extend(primitives)
+    for link in (str(link.get("name")) for link in root.findall("link")):
+        own = [(shape, visual) for shape, visual in written if shape.link == link]
+        primitives = [_primitive(path, shape, visual, named) for shape, visual in own if shape.kind != "mesh"]
+        shapes += primitives if primitives or not own else _rods(link, _joints_carried(root, link))
     return tuple(shapes)
 
 
-def _primitive(link: str, visual: yourdfpy.Visual, colors: dict[str, yourdfpy.Color | None]) -> VisualShape | None:
-    geometry = visual.geometry
-    placement = frozen(np.eye(4) if visual.origin is None else visual.origin)
-    material = visual.material
-    color = None if material is None else material.color or colors.get(material.name)
-    red, green, blue, opacity = _GREY if color is None else (float(value) for value in color.rgba)
-    rgba = (red, green, blue, opacity)
-    if geometry is None:
+def _primitive(path: Path, shape: UrdfShape, visual: ElementTree.Element, named: Mapping[str, Color]) -> VisualShape:
+    material = visual.find("material")
+    color = None if material is None else _color(path, material) or named.get(material.get("name", ""))
+    kind = cast(Kind, shape.kind)  # a mesh is none of ours
+    return VisualShape(shape.link, kind, shape.size, shape.placement, color or _GREY)
+
+
+def _color(path: Path, material: ElementTree.Element) -> Color | None:
+    """Of a material; None if it only names one."""
+    color = material.find("color")
+    if color is None:
         return None
-    if geometry.box is not None:
-        return VisualShape(link, "box", tuple(float(edge) for edge in geometry.box.size), placement, rgba)
-    if geometry.cylinder is not None:
-        size = (float(geometry.cylinder.radius), float(geometry.cylinder.length))
-        return VisualShape(link, "cylinder", size, placement, rgba)
-    if geometry.sphere is not None:
-        return VisualShape(link, "sphere", (float(geometry.sphere.radius),), placement, rgba)
-    return None
+    text = color.get("rgba", "")
+    try:
+        red, green, blue, opacity = (float(word) for word in text.split())
+    except ValueError as error:
+        raise UrdfError(
+            "not a colour", file=path, field=f"material {material.get('name')}/color@rgba", given=text,
+            allowed="four numbers from 0 to 1",
+        ) from error  # fmt: skip
+    return red, green, blue, opacity
+
+
+def _joints_carried(root: ElementTree.Element, link: str) -> list[Array]:
+    """Where the joints are that hang on a link, each of shape (3,), in the link [m]."""
+    origins = [joint.find("origin") for joint in root.findall("joint") if joint.find("parent").get("link") == link]  # type: ignore[union-attr]
+    return [np.array([float(x) for x in one.get("xyz", "0 0 0").split()]) for one in origins if one is not None]
 
 
 def _rods(link: str, ends: Sequence[Array]) -> list[VisualShape]:

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.exceptions import DoormanError, how_to_install
 from doorman.recording import Recording
+from doorman.visualization.files import FORMATS, lay_out, save_as
 
 
 def _import_matplotlib() -> None:
@@ -31,18 +31,15 @@ def _import_matplotlib() -> None:
             os.environ["MPLBACKEND"] = backend
 
 
-try:
-    _import_matplotlib()
-    from matplotlib import colormaps
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
-    from matplotlib.ticker import FuncFormatter, MaxNLocator
-except ImportError as error:
-    raise DoormanError("figures need matplotlib", field="matplotlib", allowed=how_to_install("viz")) from error
+_import_matplotlib()
+from matplotlib import colormaps  # noqa: E402
+from matplotlib.axes import Axes  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from matplotlib.patches import Circle  # noqa: E402
+from matplotlib.ticker import FuncFormatter, MaxNLocator  # noqa: E402
 
 __all__ = [
-    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "save", "save_as", "true_states",
+    "Axes", "Circle", "Figure", "FuncFormatter", "MaxNLocator", "colormaps", "flight_name", "save", "true_states",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -50,9 +47,6 @@ Array = NDArray[np.float64]
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7"
 )  # fmt: skip
-FORMATS = ("png", "pdf")
-_DPI = 140
-"""Of a figure in pixels."""
 CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK)
 
 
@@ -86,16 +80,7 @@ def save(figure: Figure, folder: str | Path, name: str) -> tuple[Path, Path]:
         OSError: if a file cannot be written.
     """
     png, pdf = (Path(folder) / f"{name}.{suffix}" for suffix in FORMATS)
+    lay_out(figure)
     save_as(figure, png)
     save_as(figure, pdf)
     return png, pdf
-
-
-def save_as(figure: Figure, file: Path) -> None:
-    """Write a figure in the format that the file's suffix names; its folder is made if it does not exist.
-
-    Raises:
-        OSError: if the file cannot be written.
-    """
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=_DPI if file.suffix == ".png" else "figure")

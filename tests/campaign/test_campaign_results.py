@@ -9,7 +9,8 @@ import pyarrow.parquet as parquet
 from doorman.campaign.results import read_parts, row_of, write_part, write_table
 
 SUMMARY = {
-    "final_door_angle_deg": 21.0, "target_door_angle_deg": 20.0, "collisions": 0, "opened": True, "time_to_open_s": None,
+    "final_door_angle_deg": 21.0, "target_door_angle_deg": 20.0, "final_error": 1.0, "unit": "deg",
+    "collisions": 0, "opened": True, "time_to_open_s": None,
     "planner_ms": {"median": 1.0, "p99": 2.0, "max": 3.0}, "phases": ["hover", "open"], "outcome": "completed",
     "reason": "", "estimates": {"torque": {"value": 1.2, "true": 1.5, "deviation": 0.1}},
 }  # fmt: skip

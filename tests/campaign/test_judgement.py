@@ -11,7 +11,7 @@ from doorman.campaign.statistics import wilson_interval
 from doorman.scenario import CampaignSection
 
 GOOD = {
-    "final_door_angle_deg": 20.4, "target_door_angle_deg": 20.0, "collisions": 0, "outcome": "completed", "reason": "",
+    "final_error": 0.4, "unit": "deg", "collisions": 0, "outcome": "completed", "reason": "",
     "contact_fraction": 0.99, "max_push_force_n": 4.0,
 }  # fmt: skip
 
@@ -20,12 +20,14 @@ GOOD = {
     ("change", "words"),
     [
         ({}, ""),
-        ({"final_door_angle_deg": 21.99}, ""),
-        ({"final_door_angle_deg": 18.01}, ""),
-        ({"final_door_angle_deg": 22.0}, "+2.0° from the target"),
-        ({"final_door_angle_deg": 3.0}, "-17.0° from the target"),
-        ({"final_door_angle_deg": math.nan}, "nan° from the target"),
-        ({"final_door_angle_deg": None}, "from the target"),
+        ({"final_error": 1.99}, ""),
+        ({"final_error": -1.99}, ""),
+        ({"final_error": 2.0}, "+2.0° from the target"),
+        ({"final_error": -17.0}, "-17.0° from the target"),
+        ({"final_error": math.nan}, "nan° from the target"),
+        ({"final_error": None}, "from the target"),
+        ({"final_error": 0.0139, "unit": "m"}, ""),
+        ({"final_error": -0.021, "unit": "m"}, "-2.1 cm from the target"),
         ({"collisions": 3}, "3 contacts other than tip and leaf"),
         ({"outcome": "given up", "reason": "contact was lost 9 times"}, "given up: contact was lost 9 times"),
         ({"outcome": "cut off", "reason": ""}, "cut off"),
@@ -49,7 +51,7 @@ def test_a_success_ended_at_the_target_touched_nothing_and_was_completed(change,
     ("change", "safe"),
     [
         ({}, True), ({"outcome": "given up"}, True), ({"contact_fraction": 0.5}, True),
-        ({"outcome": "goal missed"}, True), ({"final_door_angle_deg": 90.0}, True), ({"collisions": 1}, False),
+        ({"outcome": "goal missed"}, True), ({"final_error": 70.0}, True), ({"collisions": 1}, False),
         ({"outcome": "given up", "collisions": 1}, False), ({"outcome": "failed"}, False), ({"outcome": "cut off"}, False),
     ],
 )  # fmt: skip
@@ -71,7 +73,7 @@ def test_a_campaign_says_what_contact_it_asks_for(asked, figures, success):
 
 
 def test_every_reason_is_told():
-    reason = judge(GOOD | {"collisions": 1, "outcome": "cut off", "final_door_angle_deg": 90.0}).reason
+    reason = judge(GOOD | {"collisions": 1, "outcome": "cut off", "final_error": 70.0}).reason
     assert reason == "1 contacts other than tip and leaf; cut off; the door ended +70.0° from the target"
 
 

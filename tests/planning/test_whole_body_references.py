@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from doorman import Planner, Scenario
-from doorman.mission.motion import in_the_doorway, way_out
+from doorman.control.way_out import in_the_doorway, way_out
 from doorman.planning.whole_body_references import at_a_place, at_the_leaf
 
 RESISTANCE = 0.6
@@ -67,7 +67,8 @@ class Flight:
             touching = self.force > 0.25
             rate = min(max(rate, -self.x[13]) + 0.06 * 0.02, 0.11) if touching else max(-self.x[13], 0.0)
             inertia = self.first.one("mechanism.inertia")
-            given = at_the_leaf(self.first, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate)
+            lever = self.model.coupling.lever_length
+            given = at_the_leaf(self.first, lever, float(self.x[12]), touching, RESISTANCE, 0.0, inertia, rate)
             self.step(given)
 
 

@@ -11,12 +11,12 @@ from multiprocessing.connection import Connection
 from operator import attrgetter
 from typing import Any, cast
 
-from doorman.hardware.emulators.mocap import StreamFaults
 from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.recording.messages import Value
 from doorman.rig import Rig, RigSetup
+from doorman.rig.emulators.mocap.emulator import StreamFaults
 from doorman.scenario import Scenario
 
 _START = 300.0

@@ -18,10 +18,10 @@ from flight_rig import AUTOPILOT, SCENARIO, Flight, FlightRig, until
 
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.flight import End, FlightReport
-from doorman.hardware.emulators.servos_memory import WATCHDOG_ERROR
-from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD
 from doorman.hardware.safety import Action, Fault
 from doorman.ocp.solvers.solution import PlanStatus
+from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR
+from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD
 
 TIMES = int(os.environ.get("DOORMAN_FAULT_TIMES", "1"))
 LATEST = {"paper": 16.0, "push": 26.0}[SCENARIO]

@@ -8,9 +8,9 @@ from flight_ends import at_hover, found, lands_on_the_pad, swinging
 from flight_rig import until
 
 from doorman.flight import End
-from doorman.hardware.emulators.servos_unit import OVERLOAD
 from doorman.hardware.safety import Fault
 from doorman.rig.emulated import SPRING
+from doorman.rig.emulators.servos.unit import OVERLOAD
 
 
 def test_gripper_fails_while_it_grips(rig):

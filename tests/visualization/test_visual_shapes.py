@@ -57,3 +57,11 @@ def test_links_of_meshes_become_rods_to_their_joints():
 def test_missing_file(tmp_path):
     with pytest.raises(UrdfError):
         visual_shapes(tmp_path / "missing.urdf")
+
+
+@pytest.mark.parametrize("rgba", ["0.1 0.2 0.3", "red", ""])
+def test_colours_that_are_none(tmp_path, rgba):
+    path = tmp_path / "shapes.urdf"
+    path.write_text(URDF.replace("1 0 0 1", rgba), encoding="utf-8")
+    with pytest.raises(UrdfError, match="material own/color@rgba"):
+        visual_shapes(path)

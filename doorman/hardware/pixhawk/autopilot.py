@@ -26,11 +26,14 @@ from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoin
 from doorman.hardware.pixhawk.status import LinkStatus, link_status
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
+from doorman.hardware.pixhawk.thrust_slope import BOB_TIME, Slope, SlopeMeasurement, bob
 
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
 """Of a take-off [m]."""
 _REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
 """From the question why it would not arm to the first answer, and to the last one after that [s]."""
+_BOB_PERIOD = 0.02
+"""Between setpoints of a bob [s]."""
 _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
@@ -298,6 +301,42 @@ class Autopilot(Uncopied):
                 old, hover_thrust=curve.hover_thrust, hover_force=hover_force, hover_voltage=curve.hover_voltage
             )
         self._link.stream.curve = curve
+        return curve
+
+    def measure_slope(self, at: PositionSetpoint) -> Slope | None:
+        """Measure how steeply thrust grows with its setpoint, by bobbing up and down a little; the vehicle must hold.
+
+        Args:
+            at: Where it holds.
+
+        Returns:
+            The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
+        """
+        curve, measurement = self._link.stream.curve, SlopeMeasurement()
+        begin = time.monotonic()
+        while (passed := time.monotonic() - begin) < BOB_TIME:
+            if not self.setpoint(bob(at, passed)):
+                return None
+            sequences.wait_for_sample(self._link, measurement.add, _BOB_PERIOD)
+        if not self.hold(at=at).done:
+            return None
+        return None if curve is None else measurement.slope(curve.hover_thrust)
+
+    def shape_thrust(self, shape: float) -> ThrustCurve:
+        """Use the same curve with another shape from now on.
+
+        Args:
+            shape: k, 0 to 1.
+
+        Returns:
+            The curve.
+
+        Raises:
+            BackendError: if there is no curve yet.
+        """
+        if self._link.stream.curve is None:
+            raise BackendError("there is no curve to shape", field="thrust_curve", allowed="calibrate_hover before")
+        self._link.stream.curve = curve = replace(self._link.stream.curve, shape=shape)
         return curve
 
     # ------------------------------------------------------------

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.parameter_rules import When, rules_for
@@ -15,7 +16,9 @@ DIALECTS = {"px4": PX4, "ardupilot": ARDUPILOT}
 AutopilotName = Literal["px4", "ardupilot"]
 OnLoss = Literal["land", "return"]
 BAUD_RATE = 921_600
-"""Of the telemetry port [1/s]."""
+"""Of the telemetry port, unless another one is asked for [1/s]."""
+TELEMS = {"px4": (0, 1, 2, 3), "ardupilot": (0, 1, 2)}
+"""Telemetry ports that have the same number on every board; 0 is USB."""
 
 _FACTORY = {"FS_OPTIONS": 16.0}
 """Values before any change, of parameters of which a bit is set; 0 otherwise."""
@@ -27,6 +30,8 @@ _REAL = frozenset(
      "EKF2_EV_DELAY", "MPC_THR_HOVER", "BAT_LOW_THR", "MIS_TAKEOFF_ALT"}
 )  # fmt: skip
 """Parameters of PX4 that are no integers."""
+_SLOWEST, _FASTEST = 57_600, 3_000_000
+"""Rates of a port: setpoints and poses need 5 kB a second [1/s]."""
 _HOVER_LIMITS = {"px4": (0.1, 0.8), "ardupilot": (0.125, 0.6875)}
 """Hover thrust that the autopilots take."""
 _PX4_INTEGER, _PX4_REAL = 6, 9
@@ -41,6 +46,18 @@ class Line:
     value: float
     comment: str
     """Why, in words."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """Where this computer is wired to the autopilot."""
+
+    telem: int = 2
+    """Number of the telemetry port; 0: USB, which needs no parameters."""
+    baud_rate: int = BAUD_RATE
+    """[1/s]."""
+    flow_control: bool = False
+    """Whether RTS and CTS are wired, too."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +76,7 @@ class VehicleFigures:
 
 def parameter_lines(
     autopilot: AutopilotName, config: PixhawkConfig, figures: VehicleFigures, on_loss: OnLoss = "land",
-    mocap_delay: float | None = None,
+    mocap_delay: float | None = None, port: Port | None = None,
 ) -> list[Line]:  # fmt: skip
     """Parameters for a set-up, in the order of the rules, and after them those of port and vehicle.
 
@@ -69,7 +86,16 @@ def parameter_lines(
         figures: Of the vehicle.
         on_loss: What the vehicle does without us: land where it is, or on its pad.
         mocap_delay: From exposure to sending [s]; of use to ArduPilot alone.
+        port: Where this computer is wired to; TELEM 2 by default.
+
+    Raises:
+        BackendError: if the autopilot has no such port, or no such rate.
     """
+    port = port or Port()
+    if port.telem not in TELEMS[autopilot]:
+        raise BackendError("no such port", field="telem", given=port.telem, allowed=f"{TELEMS[autopilot]}; 0 is USB")
+    if not _SLOWEST <= port.baud_rate <= _FASTEST:
+        raise BackendError("no such rate", field="baud", given=port.baud_rate, allowed=f"{_SLOWEST} to {_FASTEST} 1/s")
     name, reaction = _REACTION[autopilot][on_loss]
     values, lines = {name: reaction}, []
     for rule in rules_for(DIALECTS[autopilot], config, mocap_delay):
@@ -80,23 +106,31 @@ def parameter_lines(
         values[first] = value
         older = f"; {', '.join(rule.names[1:])} in older firmware" if rule.names[1:] else ""
         lines.append(Line(first, value, f"{rule.wanted}, {_for(rule.when)}{rule.why}{older}"))
-    return [*lines, *_port(autopilot), *_vehicle(autopilot, figures)]
+    return [*lines, *_port(autopilot, port), *_vehicle(autopilot, figures)]
 
 
 def _for(when: When) -> str:
     return "" if when is When.ALWAYS else f"for {when.value}: "
 
 
-def _port(autopilot: AutopilotName) -> Iterator[Line]:
+def _port(autopilot: AutopilotName, port: Port) -> Iterator[Line]:
+    number, wired = (
+        port.telem,
+        "RTS and CTS are wired" if port.flow_control else "without RTS and CTS it would wait for them",
+    )
+    if number == 0:
+        return
     if autopilot == "px4":
-        yield Line("MAV_1_CONFIG", 102, "MAVLink on TELEM 2, to this computer; where it is on USB, this is not needed")
-        yield Line("MAV_1_MODE", 2, "onboard: the messages of a companion")
-        yield Line("SER_TEL2_BAUD", BAUD_RATE, "baud rate of TELEM 2; this line takes effect after a reboot")
+        link = f"MAV_{0 if number == 1 else 1}"
+        yield Line(f"{link}_CONFIG", 100 + number, f"MAVLink on TELEM {number}, to this computer")
+        yield Line(f"{link}_MODE", 2, "onboard: the messages of a companion")
+        yield Line(f"{link}_RATE", 0, "up to half of what the line carries [B/s]; a radio's port has 1200")
+        yield Line(f"{link}_FLOW_CTRL", int(port.flow_control), wired)
+        yield Line(f"SER_TEL{number}_BAUD", port.baud_rate, f"baud rate of TELEM {number}; takes effect after a reboot")
     else:
-        yield Line(
-            "SERIAL2_PROTOCOL", 2, "MAVLink 2 on TELEM 2, to this computer; where it is on USB, this is not needed"
-        )
-        yield Line("SERIAL2_BAUD", BAUD_RATE // 1000, "baud rate of TELEM 2, in thousands")
+        yield Line(f"SERIAL{number}_PROTOCOL", 2, f"MAVLink 2 on TELEM {number}, to this computer")
+        yield Line(f"SERIAL{number}_BAUD", port.baud_rate // 1000, f"baud rate of TELEM {number}, in thousands")
+        yield Line(f"BRD_SER{number}_RTSCTS", int(port.flow_control), wired)
 
 
 def _vehicle(autopilot: AutopilotName, figures: VehicleFigures) -> Iterator[Line]:

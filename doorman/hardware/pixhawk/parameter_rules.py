@@ -265,6 +265,12 @@ ARDUPILOT_RULES = (
 
 MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20.0), "ArduPilot": ("VISO_DELAY_MS", 20.0)}
 """Parameter of the pose's delay [ms], and by how much it may miss."""
+THRUST_MODEL = {"PX4": "THR_MDL_FAC", "ArduPilot": "MOT_THST_EXPO"}
+"""Parameter by which the autopilot bends thrust into the motors' signal: 0 not at all, 1 as the square root."""
+_LEAST_BENT = 0.2
+"""Of that, together with the curve's own shape: what measured motors have at least."""
+_EARLIER = 0.2
+"""By which the mission is given up before, for the sag of a manoeuvre [V]."""
 
 
 def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
@@ -278,13 +284,58 @@ def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None
     Returns:
         The rules in the order of the tables.
     """
+    thrust = thrust_model_rule(dialect, 0.0 if config.thrust_curve is None else config.thrust_curve.shape)
     if dialect is PX4:
-        rules = [*PX4_RULES, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged
+        rules = [*PX4_RULES, thrust, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged
     else:
-        rules = [*ARDUPILOT_RULES, station_rule(config.system_id)]
+        rules = [*ARDUPILOT_RULES, thrust, *voltage_rules(config.min_voltage), station_rule(config.system_id)]
         if mocap_delay is not None:  # it removes a constant lag from the stamps, and must be told what that was
             rules.append(delay_rule(dialect, mocap_delay))
     return tuple(rule for rule in rules if rule.applies(config))
+
+
+def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
+    """Thrust that is bent by the autopilot, by the curve here, or by both a little, but not by neither or by both wholly.
+
+    Args:
+        dialect: Of the autopilot.
+        shape: k of the thrust curve.
+    """
+    low, high = max(0.0, _LEAST_BENT - shape), min(1.0, 1.0 + _LEAST_BENT - shape)
+    return Rule(
+        (THRUST_MODEL[dialect.name],),
+        f"{low:g} to {high:g}",
+        lambda given: low - 1e-4 <= given <= high + 1e-4,
+        None,
+        _W,
+        When.ATTITUDE,
+        "the thrust of real motors grows with the square of their signal; hover measures it, but the autopilot's own loops "
+        "are steeper than they were tuned for",
+    )
+
+
+def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
+    """ArduPilot's own look at the voltage must not land the vehicle in the doorway before the mission is given up.
+
+    Args:
+        min_voltage: At which it is given up [V]; None: by the charge alone.
+    """
+    most = 0.0 if min_voltage is None else min_voltage - _EARLIER
+
+    def rule(name: str, action: str) -> Rule:
+        return Rule(
+            (name,),
+            "0, or below pixhawk.min_voltage",
+            lambda given: given <= max(most, 0.0),
+            None,
+            _W,
+            When.ALWAYS,
+            "it lands where it is, in the doorway: the mission must be given up at a higher voltage",
+            optional=True,
+            only_with=(action, 1),
+        )
+
+    return rule("BATT_LOW_VOLT", "BATT_FS_LOW_ACT"), rule("BATT_CRT_VOLT", "BATT_FS_CRT_ACT")
 
 
 def station_rule(system_id: int) -> Rule:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from doorman.control.estimator import Estimator
+from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.door_opening import DoorOpening
@@ -28,6 +29,9 @@ class Attempt:
         self.grips = model.scenario.contact.kind == "grip"
         self.leaf = AtTheLeaf(model, converter)
         self.opening = self._make_opening()
+        through = self.settings.then == "through" and has_doorway(model)
+        self.passage = Passage(model) if through else None
+        """The way through the doorway, where the vehicle is to fly it."""
         self.number = 1
         self.again = self.aborted = False
         """Whether another attempt follows; whether none may, as the mission was aborted."""

@@ -75,6 +75,8 @@ class Hold(MissionPhase):
         self._waits = self.attempt.comes_back
         if self._waits:
             return None
+        if settings.then == "through":
+            return GiveUp("the door would not stay by itself, and the vehicle does not fly through")
         self.attempt.keeps_hold = True
         return Next(Phase.DONE)
 

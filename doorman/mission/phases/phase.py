@@ -29,6 +29,7 @@ class Phase(Enum):
     RECOVER = "recover"
     RELEASE = "release"
     RETREAT = "retreat"
+    THROUGH = "through"
     DONE = "done"
 
 

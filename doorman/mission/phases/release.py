@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import in_the_doorway
+from doorman.control.way_out import in_the_doorway
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from doorman.control.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.mission.motion import Glide, arm_rates_to, in_the_doorway, way_out
+from doorman.control.way_out import in_the_doorway, way_out
+from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
 
@@ -49,6 +50,12 @@ class Retreat(MissionPhase):
             return setpoint, None
         if self.attempt.again:
             return setpoint, Next(Phase.HOVER, self.attempt.begin_anew())
+        if (
+            self.attempt.opened
+            and self.attempt.passage is not None
+            and not (self.attempt.failure or self.attempt.aborted)
+        ):
+            return setpoint, Next(Phase.THROUGH)
         return setpoint, Next(Phase.DONE, self.attempt.failure)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:

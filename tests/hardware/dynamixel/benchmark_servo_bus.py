@@ -14,7 +14,7 @@ import numpy as np
 
 from doorman.hardware.dynamixel import ServoBus, ServoConfig
 from doorman.hardware.dynamixel.telemetry import BLOCK_SIZE
-from doorman.hardware.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos import ServoEmulator
 
 
 def emulate(channel: Connection, baud_rate: int) -> None:

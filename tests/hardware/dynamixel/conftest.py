@@ -12,8 +12,8 @@ from servo_client import Client
 from servo_rig import FASTEST, LOWER, UPPER, Rig
 
 from doorman.hardware.dynamixel import ServoConfig
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_plant import LaggingJoints
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.plant import LaggingJoints
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, EventLog
 from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.telemetry import BLOCK_SIZE
-from doorman.hardware.emulators.servos_packets import HEADER, Instruction, InstructionStream, checksum, status_packet
+from doorman.rig.emulators.servos.packets import HEADER, Instruction, InstructionStream, checksum, status_packet
 
 IDS = (1, 2, 3, 4)
 CONFIG = ServoConfig("nowhere", [-3.1] * 4, [3.1] * 4, [3.1] * 4, ids=IDS)

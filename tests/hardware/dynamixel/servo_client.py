@@ -7,7 +7,7 @@ import select
 
 import dynamixel_sdk as sdk
 
-from doorman.hardware.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos import ServoEmulator
 
 
 class PatientPort(sdk.PortHandler):

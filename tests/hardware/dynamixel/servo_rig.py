@@ -11,8 +11,8 @@ import pytest
 
 from doorman.hardware.dynamixel import BusState, ServoBus, ServoConfig, ServoEvent, ServoFault, ServoSample
 from doorman.hardware.dynamixel.units import VELOCITY_UNIT
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_unit import EmulatedServo
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.unit import EmulatedServo
 
 SLOW = [0.2, 0.2, 0.2, 0.2]
 LOWER, UPPER, FASTEST = [-np.pi, -1.65, -1.65, -1.80], [np.pi, 1.65, 1.65, 1.80], [3.1] * 4

@@ -13,7 +13,7 @@ from servo_rig import LOWER, UPPER, follows
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault
 from doorman.hardware.dynamixel.units import RADIANS_PER_TICK, VELOCITY_UNIT
-from doorman.hardware.emulators.servos_unit import READY, ServoSetup
+from doorman.rig.emulators.servos.unit import READY, ServoSetup
 
 POSTURE = [0.3, 1.0, -0.6, -0.4]
 

@@ -14,7 +14,7 @@ from doorman.hardware.dynamixel import ServoConfig, ServoFault
 from doorman.hardware.dynamixel.registers import OLDEST_FIRMWARE, STARTUP_FIRMWARE
 from doorman.hardware.dynamixel.settings import SETTINGS, TOLERATED_RETURN_DELAY
 from doorman.hardware.dynamixel.units import VELOCITY_UNIT
-from doorman.hardware.emulators.servos_table import ITEMS
+from doorman.rig.emulators.servos.table import ITEMS
 
 HERE = Path(__file__).parent
 PAGE = (HERE.parents[2] / "docs" / "hardware" / "servos.md").read_text(encoding="utf-8")

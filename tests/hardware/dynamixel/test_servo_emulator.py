@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from servo_client import exchange
 
-from doorman.hardware.emulators.servos_packets import HEADER, checksum
-from doorman.hardware.emulators.servos_unit import READY, ServoSetup
+from doorman.rig.emulators.servos.packets import HEADER, checksum
+from doorman.rig.emulators.servos.unit import READY, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
 TORQUE, GOAL_VELOCITY, WATCHDOG, VELOCITY, POSITION = 64, 104, 98, 128, 132

@@ -6,11 +6,11 @@ import dynamixel_sdk as sdk
 import pytest
 from servo_client import Client, PatientPort, exchange
 
-from doorman.hardware.emulators.servos_bus import ServoBusLogic
-from doorman.hardware.emulators.servos_faults import BusFaults
-from doorman.hardware.emulators.servos_packets import Instruction
-from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_unit import READY, EmulatedServo, ServoSetup
+from doorman.rig.emulators.servos.bus import ServoBusLogic
+from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.packets import Instruction
+from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.unit import READY, EmulatedServo, ServoSetup
 
 TORQUE, LED, BAUD_RATE, WATCHDOG = 64, 65, 8, 98
 RATES = {9600: 0, 57_600: 1, 115_200: 2, 1_000_000: 3, 2_000_000: 4, 3_000_000: 5, 4_000_000: 6}

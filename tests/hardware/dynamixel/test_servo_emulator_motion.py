@@ -11,13 +11,13 @@ import pytest
 from servo_client import exchange
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_bus import ServoBusLogic
-from doorman.hardware.emulators.servos_faults import BusFaults
-from doorman.hardware.emulators.servos_packets import BROADCAST, Instruction
-from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_table import RATE_UNIT
-from doorman.hardware.emulators.servos_unit import ENCODER, OVERHEATING, OVERLOAD, READY, EmulatedServo, ServoSetup
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.bus import ServoBusLogic
+from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
+from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.table import RATE_UNIT
+from doorman.rig.emulators.servos.unit import ENCODER, OVERHEATING, OVERLOAD, READY, EmulatedServo, ServoSetup
 
 ACCESS, RANGE, LIMIT, LENGTH = 7, 4, 6, 5
 TORQUE, GOAL_VELOCITY, WATCHDOG, VELOCITY, POSITION = 64, 104, 98, 128, 132

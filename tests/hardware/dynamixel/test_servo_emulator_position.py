@@ -7,11 +7,11 @@ import time
 import numpy as np
 import pytest
 
-from doorman.hardware.emulators.servos_bus import ServoBusLogic
-from doorman.hardware.emulators.servos_faults import BusFaults
-from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_table import RATE_UNIT
-from doorman.hardware.emulators.servos_unit import EmulatedServo, ServoSetup
+from doorman.rig.emulators.servos.bus import ServoBusLogic
+from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.table import RATE_UNIT
+from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
 
 RANGE, LIMIT = 4, 6
 MODE, TORQUE, PROFILE_VELOCITY, GOAL_POSITION, POSITION = 11, 64, 112, 116, 132

@@ -10,9 +10,9 @@ import pytest
 from servo_rig import SLOW, assert_moving, assert_stopped, follows, has, holds
 
 from doorman.hardware.dynamixel import STOPPING, ServoFault
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_plant import LaggingJoints, ServoMotion
-from doorman.hardware.emulators.servos_unit import ENCODER, OVERLOAD, READY, SHOCK, ServoSetup
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
+from doorman.rig.emulators.servos.unit import ENCODER, OVERLOAD, READY, SHOCK, ServoSetup
 
 
 def test_warm_servo(rig):

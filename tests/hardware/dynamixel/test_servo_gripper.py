@@ -11,8 +11,8 @@ from servo_rig import SLOW, follows, has, holds
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
 from doorman.hardware.dynamixel.units import VELOCITY_UNIT
-from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_unit import OVERLOAD, READY, READY_TO_GRIP, ServoSetup
+from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.unit import OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 
 ARM = SLOW[:3]
 CLOSING = 0.6

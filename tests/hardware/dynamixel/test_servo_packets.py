@@ -17,7 +17,7 @@ from doorman.hardware.dynamixel.packets import (
     instruction_packet,
 )
 from doorman.hardware.dynamixel.registers import Instruction
-from doorman.hardware.emulators.servos_packets import InstructionStream, checksum, status_packet
+from doorman.rig.emulators.servos.packets import InstructionStream, checksum, status_packet
 
 INSTRUCTIONS = [
     (1, Instruction.PING, "", "FF FF FD 00 01 03 00 01 19 4E"),

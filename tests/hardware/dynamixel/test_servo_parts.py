@@ -22,7 +22,7 @@ from doorman.hardware.dynamixel.registers import BAUD_CODES, REGISTERS
 from doorman.hardware.dynamixel.servo_clock import DRIFT, ServoClock
 from doorman.hardware.dynamixel.telemetry import BLOCK, BLOCK_SIZE, MAPPING, Telemetry
 from doorman.hardware.dynamixel.units import RADIANS_PER_TICK, VELOCITY_UNIT, joint_angle, whole_turns
-from doorman.hardware.emulators.servos_table import BAUD_RATES, ITEMS, TABLE_END
+from doorman.rig.emulators.servos.table import BAUD_RATES, ITEMS, TABLE_END
 
 LIMITS = {"lower_limits": [-1.0, -2.0], "upper_limits": [1.0, 2.0], "rate_limits": [3.1, 3.1], "ids": (1, 2)}
 

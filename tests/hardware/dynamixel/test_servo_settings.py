@@ -8,8 +8,8 @@ import pytest
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.emulators import servos
-from doorman.hardware.emulators.servos_unit import OVERHEATING, OVERLOAD, READY, ServoSetup
+from doorman.rig.emulators.servos import emulator as servos
+from doorman.rig.emulators.servos.unit import OVERHEATING, OVERLOAD, READY, ServoSetup
 
 WRONG = [
     ("operating mode", 3, 1),

@@ -13,8 +13,8 @@ from multiprocessing.connection import Connection
 import numpy as np
 from mocap_rig import NAME, free_port, swaying, true_position
 
-from doorman.hardware.emulators.mocap import MocapEmulator, TrackerSetup
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
+from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
 
 
 def emulate(channel: Connection, port: int, rate: float) -> None:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, StreamFaults, TrackerSetup
 from doorman.hardware.mocap import MocapConfig, MocapEvent, MocapFault, MocapReceiver, PoseQuality, PoseSample
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, StreamFaults, TrackerSetup
 
 NAME = "vehicle"
 

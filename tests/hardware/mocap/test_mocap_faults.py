@@ -12,8 +12,8 @@ import pytest
 from mocap_rig import is_predicted, true_position
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, TrackerSetup
 from doorman.hardware.mocap import MocapFault, PoseQuality
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
 
 
 def test_packets_lost(rig):

@@ -11,8 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.exceptions import DimensionError
-from doorman.hardware.emulators.mocap_packets import euler_xyz
-from doorman.hardware.emulators.mocap_stream import BodyPose, TrackerSetup, TrackerStream
 from doorman.hardware.mocap.frames import Alignment, object_quaternion
 from doorman.hardware.mocap.packets import parse
 from doorman.hardware.mocap.quaternions import (
@@ -26,6 +24,8 @@ from doorman.hardware.mocap.quaternions import (
     to_attitude,
 )
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
+from doorman.rig.emulators.mocap.packets import euler_xyz
+from doorman.rig.emulators.mocap.stream import BodyPose, TrackerSetup, TrackerStream
 
 angle = st.floats(-3.1, 3.1)
 pitch = st.floats(-1.5, 1.5)

@@ -15,10 +15,10 @@ import pytest
 from mocap_rig import NAME, free_port, swaying, true_position, true_velocity
 
 from doorman.exceptions import BackendError, DimensionError
-from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, TrackerSetup
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality
 from doorman.hardware.mocap.connection import parse_connection
 from doorman.hardware.mocap.pipeline import Pipeline
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
 
 
 def test_poses_are_true_at_the_time_of_their_stamp(rig):

@@ -9,7 +9,7 @@ from typing import Any
 from pixhawk_rig import wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot import EmulatedAutopilot
 
 
 class Client:

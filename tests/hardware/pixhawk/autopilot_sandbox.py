@@ -8,10 +8,10 @@ import numpy as np
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot_brain import AttitudeTarget, Brain, PositionTarget, Surroundings
-from doorman.hardware.emulators.autopilot_control import Demand
-from doorman.hardware.emulators.autopilot_estimator import Estimate
+from doorman.rig.emulators.autopilot import px4
+from doorman.rig.emulators.autopilot.brain import AttitudeTarget, Brain, PositionTarget, Surroundings
+from doorman.rig.emulators.autopilot.control import Demand
+from doorman.rig.emulators.autopilot.estimator import Estimate
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 NED = mavlink.MAV_FRAME_LOCAL_NED

@@ -11,13 +11,12 @@ from autopilot_sandbox import Sandbox
 from pixhawk_parts import CONFIG
 from pixhawk_rig import Rig, free_port
 
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot import EmulatedAutopilot
-from doorman.hardware.emulators.autopilot_ardupilot import ArduPilotBrain
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import EventLog
 from doorman.hardware.pixhawk.stream import SetpointStream
+from doorman.rig.emulators.autopilot import EmulatedAutopilot, px4
+from doorman.rig.emulators.autopilot.ardupilot import ArduPilotBrain
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
 
 
 @pytest.fixture

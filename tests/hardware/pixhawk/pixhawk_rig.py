@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from doorman.hardware.emulators.autopilot import EmulatedAutopilot
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
     Autopilot,
@@ -22,6 +20,8 @@ from doorman.hardware.pixhawk import (
     ThrustCurve,
     Timeouts,
 )
+from doorman.rig.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 
 NO = np.zeros(3)
 WEIGHT = 3.0 * 9.81

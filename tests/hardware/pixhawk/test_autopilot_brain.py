@@ -10,10 +10,10 @@ from autopilot_sandbox import LEVEL, NED, Sandbox, offboard
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot_ardupilot import GUIDED, LAND
-from doorman.hardware.emulators.autopilot_brain import PositionTarget
-from doorman.hardware.emulators.autopilot_control import Task
+from doorman.rig.emulators.autopilot import px4
+from doorman.rig.emulators.autopilot.ardupilot import GUIDED, LAND
+from doorman.rig.emulators.autopilot.brain import PositionTarget
+from doorman.rig.emulators.autopilot.control import Task
 
 
 def test_px4_acknowledges_offboard_without_a_stream_and_does_not_change(vehicle_px4):
@@ -25,12 +25,13 @@ def test_px4_acknowledges_offboard_without_a_stream_and_does_not_change(vehicle_
     offboard(vehicle_px4)
 
 
-def test_px4_calls_less_than_two_setpoints_a_second_no_stream(vehicle_px4):
-    for _ in range(6):
-        vehicle_px4.hold()
-        vehicle_px4.step(0.6)
+@pytest.mark.parametrize(("limit", "waited", "entered"), [(1.0, 0.8, True), (1.0, 1.2, False), (0.2, 0.4, False)])
+def test_px4_takes_one_setpoint_for_a_stream_as_long_as_it_is_new(vehicle_px4, limit, waited, entered):
+    vehicle_px4.brain.parameters["COM_OF_LOSS_T"] = limit
+    vehicle_px4.hold()
+    vehicle_px4.step(waited)
     vehicle_px4.brain.request_mode((1.0, 6.0, 0.0))
-    assert vehicle_px4.brain.mode != px4.OFFBOARD
+    assert (vehicle_px4.brain.mode == px4.OFFBOARD) is entered
 
 
 def test_px4_drops_other_frames_and_says_so(vehicle_px4):

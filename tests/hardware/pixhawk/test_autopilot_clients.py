@@ -10,9 +10,9 @@ import pytest
 from pixhawk_rig import wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot_ardupilot import GUIDED, RETURN
-from doorman.hardware.emulators.autopilot_earth import ZURICH, global_position
+from doorman.rig.emulators.autopilot import px4
+from doorman.rig.emulators.autopilot.ardupilot import GUIDED, RETURN
+from doorman.rig.emulators.autopilot.earth import ZURICH, global_position
 
 NAN = math.nan
 INTERVAL, REQUEST = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE

@@ -7,9 +7,8 @@ from pixhawk_rig import wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot import EmulatedAutopilot
-from doorman.hardware.emulators.autopilot_schedule import Schedule
+from doorman.rig.emulators.autopilot import EmulatedAutopilot, px4
+from doorman.rig.emulators.autopilot.schedule import Schedule
 
 
 def test_px4_speaks_first_and_ardupilot_says_nothing_but_its_heartbeat(clients):

@@ -9,9 +9,9 @@ import pytest
 from autopilot_sandbox import LEVEL
 from pixhawk_rig import NO
 
-from doorman.hardware.emulators.autopilot_control import Demand, FlightController, Task, tilted
-from doorman.hardware.emulators.autopilot_estimator import Estimate, Estimator
-from doorman.hardware.emulators.autopilot_plant import PlantTruth, SimplePlant, thrust_axis, yaw_of
+from doorman.rig.emulators.autopilot.control import Demand, FlightController, Task, tilted
+from doorman.rig.emulators.autopilot.estimator import Estimate, Estimator
+from doorman.rig.emulators.autopilot.plant import PlantTruth, SimplePlant, thrust_axis, yaw_of
 
 
 def test_the_simple_plant_hovers_at_its_weight_and_falls_without():

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from autopilot_sandbox import Sandbox, offboard
 
-from doorman.hardware.emulators import autopilot_ardupilot as ardupilot
-from doorman.hardware.emulators import autopilot_px4 as px4
-from doorman.hardware.emulators.autopilot_control import Task
+from doorman.rig.emulators.autopilot import ardupilot, px4
+from doorman.rig.emulators.autopilot.control import Task
 
 
 def flown_home(sandbox: Sandbox, seconds: float = 20.0) -> np.ndarray:

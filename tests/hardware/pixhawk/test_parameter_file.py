@@ -7,10 +7,10 @@ import re
 import pytest
 from command_line import run as doorman
 
-from doorman.hardware.emulators.autopilot_parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
 from doorman.hardware.pixhawk import PixhawkConfig
 from doorman.hardware.pixhawk.parameter_file import DIALECTS
 from doorman.hardware.pixhawk.parameter_rules import rules_for
+from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
 
 DEFAULTS = {"px4": PX4_DEFAULTS, "ardupilot": ARDUPILOT_DEFAULTS}
 
@@ -81,3 +81,27 @@ def test_the_delay_of_poses():
     assert "VISO_DELAY_MS" not in printed("ardupilot")
     for wrong in ("-1", "nan", "3"):
         assert doorman("parameters", "ardupilot", "--mocap-delay", wrong).exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "options", "expected"),
+    [
+        ("px4", (), {"MAV_1_CONFIG": 102, "SER_TEL2_BAUD": 921600, "MAV_1_FLOW_CTRL": 0, "MAV_1_RATE": 0, "MAV_1_MODE": 2}),
+        ("px4", ("--telem", "1", "--flow-control"), {"MAV_0_CONFIG": 101, "SER_TEL1_BAUD": 921600, "MAV_0_FLOW_CTRL": 1}),
+        ("px4", ("--telem", "3", "--baud", "460800"), {"MAV_1_CONFIG": 103, "SER_TEL3_BAUD": 460800}),
+        ("ardupilot", (), {"SERIAL2_PROTOCOL": 2, "SERIAL2_BAUD": 921, "BRD_SER2_RTSCTS": 0}),
+        ("ardupilot", ("--telem", "1", "--baud", "115200"), {"SERIAL1_PROTOCOL": 2, "SERIAL1_BAUD": 115}),
+    ],
+)  # fmt: skip
+def test_the_port_that_this_computer_is_wired_to(autopilot, options, expected):
+    values = printed(autopilot, *options)
+    assert {name: values.get(name) for name in expected} == expected
+
+
+def test_usb_needs_no_port_and_ports_that_are_none_are_refused():
+    for autopilot in DIALECTS:
+        assert not [
+            name for name in printed(autopilot, "--telem", "0") if name.startswith(("MAV_1", "SER_", "SERIAL", "BRD_"))
+        ]
+    for wrong in (("ardupilot", "--telem", "3"), ("px4", "--baud", "9600"), ("px4", "--telem", "4")):
+        assert doorman("parameters", *wrong).exit_code == 2

@@ -14,9 +14,9 @@ from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.autopilot_px4 import POSITION
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus, peer
 from doorman.hardware.pixhawk.signing import signing_time
+from doorman.rig.emulators.autopilot.px4 import POSITION
 
 
 def test_pilot_changes_the_mode(hovering, flavour):

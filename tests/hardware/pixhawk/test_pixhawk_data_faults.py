@@ -12,11 +12,11 @@ from pixhawk_rig import HOVER, QUICK, WEIGHT, fresh, landed, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators import autopilot_ardupilot
-from doorman.hardware.emulators.autopilot_control import Task
-from doorman.hardware.emulators.autopilot_px4 import LAND
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD
+from doorman.rig.emulators.autopilot import ardupilot
+from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.px4 import LAND
 
 
 def test_controller_silent(hovering, flavour):
@@ -38,8 +38,8 @@ def test_controller_silent_where_nobody_knows_the_place(hovering):
     while time.monotonic() < begin + LONGEST_BLIND_HOLD + 0.1:
         assert rig.pilot.setpoint(HOVER)
         time.sleep(0.02)
-    assert rig.emulator.brain.mode != autopilot_ardupilot.LAND
-    assert wait_until(lambda: rig.emulator.brain.mode == autopilot_ardupilot.LAND)
+    assert rig.emulator.brain.mode != ardupilot.LAND
+    assert wait_until(lambda: rig.emulator.brain.mode == ardupilot.LAND)
 
 
 def test_setpoint_not_a_number(rigs):

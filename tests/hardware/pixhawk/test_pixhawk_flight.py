@@ -12,9 +12,6 @@ import pytest
 from pixhawk_rig import QUICK, WEIGHT, Rig, wait_until
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.autopilot_brain import ACCEPTED
-from doorman.hardware.emulators.autopilot_plant import SimplePlant
-from doorman.hardware.emulators.autopilot_px4 import RETURN
 from doorman.hardware.pixhawk import (
     AttitudeSetpoint,
     Authority,
@@ -26,6 +23,9 @@ from doorman.hardware.pixhawk import (
     SampleStatus,
 )
 from doorman.hardware.pixhawk.stream import Source
+from doorman.rig.emulators.autopilot.brain import ACCEPTED
+from doorman.rig.emulators.autopilot.plant import SimplePlant
+from doorman.rig.emulators.autopilot.px4 import RETURN
 
 
 def fly_to(rig: Rig, target: list[float], mass: float = 3.0) -> bool:

@@ -11,9 +11,9 @@ import textwrap
 import numpy as np
 from pixhawk_rig import landed, wait_until
 
-from doorman.hardware.emulators.autopilot_control import Task
-from doorman.hardware.emulators.autopilot_px4 import LAND, RETURN
-from doorman.hardware.emulators.autopilot_return import Home
+from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.px4 import LAND, RETURN
+from doorman.rig.emulators.autopilot.way_home import Home
 
 FLYER = """
     import sys, time

@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import pytest
 
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.emulators.servos_unit import DAMPING
 from doorman.hardware.vehicle import VehicleLinks, vehicle_config
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPEN, OPENS_WITHIN, RATE, SHUT
 from doorman.hardware.vehicle.gripper import gripper_current as current
 from doorman.model import Model
 from doorman.rig.emulated import SPRING
+from doorman.rig.emulators.servos.unit import DAMPING
 from doorman.scenario import Scenario
 
 

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from command_line import assert_bad_input, run
 
-from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, TrackerSetup
-from doorman.hardware.emulators.servos import ServoEmulator
-from doorman.hardware.emulators.servos_plant import LaggingJoints
-from doorman.hardware.emulators.servos_unit import READY, ServoSetup
 from doorman.hardware.vehicle_file import VehicleFile
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.recording import Recorder
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
+from doorman.rig.emulators.servos import ServoEmulator
+from doorman.rig.emulators.servos.plant import LaggingJoints
+from doorman.rig.emulators.servos.unit import READY, ServoSetup
 from doorman.scenario import Scenario
 
 ANGLES = (0.3, -0.4, 1.2)

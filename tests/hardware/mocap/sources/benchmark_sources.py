@@ -17,9 +17,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from mocap_rig import free_port
 
-from doorman.hardware.emulators.mocap import BodyPose, MocapEmulator, TrackerSetup
-from doorman.hardware.emulators.mocap_natnet import NatNetBody, NatNetEmulator
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
+from doorman.rig.emulators.mocap.emulator import BodyPose, MocapEmulator, TrackerSetup
+from doorman.rig.emulators.mocap.natnet import NatNetBody, NatNetEmulator
 
 STEP = 1e-4
 """Along x from frame to frame [m]: the pose says which frame it is of."""

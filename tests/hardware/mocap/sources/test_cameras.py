@@ -13,13 +13,13 @@ import pytest
 from mocap_rig import free_port, swaying, true_position
 
 from doorman.exceptions import BackendError
-from doorman.hardware.emulators.mocap import BodyPose
-from doorman.hardware.emulators.mocap_natnet import NatNetBody, NatNetEmulator
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapReceiver, PoseQuality, PoseSender, PoseSource
 from doorman.hardware.mocap.connection import CamerasLink, check_connection, parse_cameras
 from doorman.hardware.mocap.sources import client
 from doorman.hardware.mocap.sources.client_process import ClientProcess
 from doorman.hardware.mocap.worker import RESTART_INTERVAL
+from doorman.rig.emulators.mocap.emulator import BodyPose
+from doorman.rig.emulators.mocap.natnet import NatNetBody, NatNetEmulator
 
 PATIENT = {"stale_after": 0.06, "prediction_limit": 0.2, "max_delay": 0.05, "latency": 0.0}
 """For loaded machines."""

@@ -1,0 +1,185 @@
+"""Batch: one scenario flown with many seeds, on all cores of this machine."""
+
+from __future__ import annotations
+
+import os
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from doorman.campaign.draws import Draw
+from doorman.campaign.flight_process import FlightProcess, lost
+from doorman.campaign.orders import order_of, packed
+from doorman.campaign.specification import Flight
+from doorman.checks import number, whole
+from doorman.exceptions import DoormanError
+from doorman.feasibility import FeasibilityWarning, Report, check
+from doorman.flown import carried_files
+from doorman.model import Model
+from doorman.one_line import OneLine
+from doorman.scenario import Scenario
+
+_ATTEMPTS = 3
+"""How often a flight is tried whose process dies: that says nothing about the flight."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BatchFlight(OneLine):
+    """One flight of a batch."""
+
+    seed: int
+    """Of its noise and gusts."""
+    summary: dict[str, Any] | None
+    """The keys of `summary.json`, as `Recording.summary` has them; None where there is an error."""
+    error: str
+    """What kept the flight from coming to an end; empty where nothing did."""
+    recording: Path | None
+    """Its file, where a folder was given."""
+    wall_time: float
+    """That it took, the making of its model included [s]; NaN where its process died."""
+
+
+OnFlight = Callable[[BatchFlight], None]
+"""Called with every flight as it comes in, in the thread of whoever called."""
+
+
+def simulate_batch(
+    scenario: Scenario | Model | str | os.PathLike[str],
+    seeds: Iterable[int],
+    duration: float | None = None,
+    *,
+    workers: int | None = None,
+    folder: str | os.PathLike[str] | None = None,
+    on_flight: OnFlight | None = None,
+    force: bool = False,
+    report: Report | None = None,
+) -> list[BatchFlight]:
+    """Fly a scenario in simulation with every one of some seeds, each flight as `doorman.simulate` flies it.
+
+    Flights are flown in processes of their own, one for every core, each with one thread. One that dies or hangs costs its own
+    flight. Only summaries come back; recordings go to a folder.
+
+    Args:
+        scenario: The scenario, its name or path, or a model of it.
+        seeds: Of the sensors' noise and the gusts, integers >= 0; none twice.
+        duration: Simulated time of each at most, > 0 [s]; to the mission's end if not given.
+        workers: Flights at a time, >= 1; by default one for every core that this process may use.
+        folder: Where every flight is recorded, as `seed-3.mcap`; made if it does not exist. Not recorded if not given.
+        on_flight: Called with every flight as it comes in.
+        force: Fly even what the check refuses; without a report, nothing is checked.
+        report: Of the check, where it was made before; else it is made here, once.
+
+    Returns:
+        The flights, in the order of the seeds.
+
+    Raises:
+        InfeasibleError: if the check refuses the scenario; nothing is flown.
+        DoormanError: if the scenario, a seed or another argument cannot be used.
+        OSError: if the folder cannot be made.
+    """
+    numbers = _checked_seeds(seeds)
+    longest = None if duration is None else number(duration, "duration", "> 0 s")
+    if longest is not None and longest <= 0.0:
+        raise DoormanError("not a duration", field="duration", given=duration, allowed="> 0 s")
+    count = min(usable_cores() if workers is None else whole(workers, "workers", 1), max(len(numbers), 1))
+    model = scenario if isinstance(scenario, Model) else Model(scenario)
+    _check(model, force, report)
+    files = carried_files(model.scenario)
+    contents = packed(files)
+    place = None if folder is None else Path(folder).absolute()
+    if place is not None:
+        place.mkdir(parents=True, exist_ok=True)
+    time_out = model.scenario.campaign.time_out
+
+    def fly(processes: _Processes, index: int) -> BatchFlight:
+        seed = numbers[index]
+        path = None if place is None else place / f"seed-{seed}.mcap"
+        flight = Flight(Draw(index, seed, {}), model.scenario, longest, time_out, "")
+        order = {**order_of(flight, files), "path": None if path is None else str(path)}
+        answer = lost("the batch was ended")
+        for _ in range(_ATTEMPTS):
+            if answer.get("lost") and not processes.over:
+                answer = processes.mine().fly(order, contents, time_out)
+        seconds = answer["wall_time_s"]
+        return BatchFlight(
+            seed, answer["summary"], answer["error"] or "", path if answer["summary"] is not None else None,
+            float("nan") if seconds is None else seconds,
+        )  # fmt: skip
+
+    flown: dict[int, BatchFlight] = {}
+    with _flight_processes() as processes, ThreadPoolExecutor(count) as pool:
+        futures = {pool.submit(fly, processes, index): index for index in range(len(numbers))}
+        try:
+            for future in as_completed(futures):
+                flown[futures[future]] = flight = future.result()
+                if on_flight is not None:
+                    on_flight(flight)
+        except (
+            BaseException
+        ):  # Ctrl-C, or what the caller's function raised: nothing more is begun, and what flies is ended
+            pool.shutdown(wait=False, cancel_futures=True)
+            processes.close()
+            raise
+    return [flown[index] for index in range(len(numbers))]
+
+
+def usable_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class _Processes:
+    """Flight processes, one for each thread."""
+
+    def __init__(self) -> None:
+        self._all: dict[int, FlightProcess] = {}
+        self._lock = threading.Lock()
+        self.over = False
+        """Whether no flight is begun any more."""
+
+    def mine(self) -> FlightProcess:
+        """That of the calling thread."""
+        with self._lock:
+            thread = threading.get_ident()
+            if thread not in self._all:
+                self._all[thread] = FlightProcess()
+            return self._all[thread]
+
+    def close(self) -> None:
+        """Let them go, whatever they do."""
+        with self._lock:
+            self.over = True
+            for process in self._all.values():
+                process.close()
+
+
+@contextmanager
+def _flight_processes() -> Iterator[_Processes]:
+    processes = _Processes()
+    try:
+        yield processes
+    finally:
+        processes.close()
+
+
+def _check(model: Model, force: bool, report: Report | None) -> None:
+    if force:
+        return
+    if report is None:
+        report = check(model)
+        for finding in report.warnings:
+            warnings.warn(f"doorman check: {finding.name}: {finding.message}", FeasibilityWarning, stacklevel=3)
+    report.refuse()
+
+
+def _checked_seeds(seeds: Iterable[int]) -> list[int]:
+    numbers = [whole(seed, f"seeds[{index}]", 0) for index, seed in enumerate(seeds)]
+    if len(set(numbers)) < len(numbers):
+        twice = next(seed for seed in numbers if numbers.count(seed) > 1)
+        raise DoormanError("a seed is there twice", field="seeds", given=twice, allowed="seeds that differ")
+    return numbers

@@ -1,0 +1,61 @@
+"""Findings about the way through the doorway of a door that stands open."""
+
+from __future__ import annotations
+
+from doorman.control.passage import NEEDED, OFF, Passage, has_doorway
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.resting import torques_at_rest
+from doorman.model import Model
+
+_NEAR = 0.02
+"""Room beyond what is needed below which gusts can bring the vehicle to a jamb [m]."""
+
+
+def through_findings(model: Model) -> list[Finding]:
+    """Whether the door stays open by itself, and leaves room to fly through; nothing for a mission that does not.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    if model.scenario.mission.then != "through":
+        return []
+    if not has_doorway(model):
+        return [
+            Finding(
+                "way through", Severity.ERROR, "behind this leaf is no doorway", 0.0, NEEDED, "m",
+                'mission.then = "return" or "stay"',
+            )
+        ]  # fmt: skip
+    return [_stays_open(model), _way_through(model)]
+
+
+def _stays_open(model: Model) -> Finding:
+    """A door that shuts by itself meets the vehicle in the doorway."""
+    goal, words = float(model.goal_state[3]), model.door.torque_in_words
+    shuts, friction = torques_at_rest(model, goal)
+    shuts *= -1.0 if model.door.side == "push" else 1.0
+    ok = shuts <= friction
+    return Finding(
+        "stays open", graded(ok),
+        f"at {model.door.in_words(goal)} the door shuts with {words(max(shuts, 0.0) + 0.0)} by itself, against "
+        f"{words(friction)} of friction",
+        shuts, friction, "N m", "" if ok else 'mission.then = "stay": the vehicle holds a door that shuts by itself',
+    )  # fmt: skip
+
+
+def _way_through(model: Model) -> Finding:
+    """Exact clearance on the way, with a leaf as far off the goal as may be."""
+    passage, door = Passage(model), model.door
+    worst = passage.clearance
+    severity = graded(worst.distance >= NEEDED + _NEAR, Severity.WARNING if passage.clear else Severity.ERROR)
+    how = "come as near as" if worst.distance > 0.0 else "overlap by"
+    return Finding(
+        "way through", severity,
+        f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(float(model.goal_state[3]))}, {worst.first} and "
+        f"{worst.second} {how} {1e2 * abs(worst.distance):.1f} cm on the way through; {1e2 * NEEDED:.0f} cm are needed",
+        worst.distance, NEEDED, "m",
+        "" if severity is Severity.OK else "a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",
+    )  # fmt: skip

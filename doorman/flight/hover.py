@@ -1,0 +1,76 @@
+"""Thrust in hover, measured before every mission: how much of the full thrust holds the vehicle, and how steeply it grows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk import Autopilot, PositionSetpoint
+from doorman.hardware.pixhawk.thrust_slope import Slope
+
+_HOVER_TIME = 2.0
+"""For which the thrust in hover is measured [s]."""
+_FOUND = 0.3
+"""Largest deviation of a slope that is used: that of a push's thrust, twice over, stays below half of it."""
+_LEAST_SLOPE, _MOST_SLOPE = 0.6, 2.6
+"""Beyond 1, of motors that the autopilot linearises, and 2, of a signal that is squared, with what a battery that sags adds."""
+
+
+def measure_hover(
+    autopilot: Autopilot, at: PositionSetpoint, say: Callable[[str], None], note: Callable[[dict[str, Any]], None]
+) -> str:
+    """Calibrate newtons in hover: the autopilot's own parameters may be defaults.
+
+    Args:
+        autopilot: Of a vehicle that hovers there, ours.
+        at: Where.
+        say: Told of what was found.
+        note: Takes the figures.
+
+    Returns:
+        What went wrong, or nothing.
+    """
+    config = autopilot.config
+    assert config.hover_force is not None, "asked only where newtons are sent"
+    say("measure the thrust in hover")
+    autopilot.hold(at=at)
+    given = config.thrust_curve
+    compensated = given is not None and given.hover_voltage is not None
+    try:
+        curve = autopilot.calibrate_hover(config.hover_force, _HOVER_TIME, compensate_battery=compensated)
+    except BackendError as error:
+        return str(error)
+    slope = autopilot.measure_slope(at)
+    if reason := judge_slope(slope):
+        return reason
+    found = slope is not None and slope.deviation <= _FOUND
+    if slope is not None and found:
+        curve = autopilot.shape_thrust(slope.shape(curve.hover_thrust))
+    steep = f"{slope.value:.2f} times as steep" if slope is not None and found else "their slope was not found"
+    say(f"{config.hover_force:.1f} N are {curve.hover_thrust:.2f} of full thrust, {steep}")
+    note(
+        {
+            "thrust": curve.hover_thrust, "force": curve.hover_force, "voltage": autopilot.state().battery.voltage,
+            "shape": curve.shape, "slope": math.nan if slope is None else slope.value,
+            "slope_deviation": math.nan if slope is None else slope.deviation,
+        }
+    )  # fmt: skip
+    return ""
+
+
+def judge_slope(slope: Slope | None) -> str:
+    """Why a vehicle whose thrust grows so is not flown; nothing if it is.
+
+    Args:
+        slope: As measured; None where it was not.
+    """
+    if slope is None or slope.deviation > _FOUND:
+        return ""
+    if not _LEAST_SLOPE <= slope.value <= _MOST_SLOPE:
+        return (
+            f"thrust grows {slope.value:.2f} times as steeply as its setpoint, {_LEAST_SLOPE:g} to {_MOST_SLOPE:g} are flown: "
+            "see the autopilot's thrust model (THR_MDL_FAC, MOT_THST_EXPO), propellers and battery"
+        )
+    return ""

@@ -1,0 +1,121 @@
+r"""How steeply thrust grows with the normalised thrust in hover, from a vehicle that bobs.
+
+.. math::
+    v(t) = v_0 + a\,t + s\,g \int_0^t \Big( \frac{\tau(u - \delta)}{\tau_{hover}} - 1 \Big) du, \qquad
+    s = \frac{\tau_{hover}}{f_{hover}} \frac{df}{d\tau}
+
+with the vertical velocity v and the delay δ at which it fits best. The slope s is 1 where the autopilot linearises the motors,
+and 2 where thrust is the signal squared. The shape k of a `ThrustCurve` follows from it:
+
+.. math::
+    s = \frac{2 k \tau + 1 - k}{k \tau + 1 - k} \;\Rightarrow\; k = \frac{s - 1}{s - 1 + \tau\,(2 - s)}
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.hardware.pixhawk.sample import VehicleSample
+from doorman.hardware.pixhawk.setpoints import PositionSetpoint
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.81
+_HEIGHT, _PERIOD = 0.04, 1.2
+"""Of the bob: a tenth of the weight, and slow enough for telemetry of 20 messages a second [m], [s]."""
+BOB_TIME = 2.25 * _PERIOD
+"""Two times up and down, and the delay between thrust and velocity [s]."""
+_DELAYS = np.arange(-0.04, 0.2001, 0.01)
+"""Of velocity behind thrust: motors, estimator and lines; what is told late seems to lead [s]."""
+_ENOUGH_READINGS = 20
+_CORRELATED = 3.0
+"""By which the least squares' deviation is too small: neighbouring velocities of an estimator err alike."""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Measured slope of the thrust in hover."""
+
+    value: float
+    """s."""
+    deviation: float
+    """Standard deviation of s."""
+
+    def shape(self, hover_thrust: float) -> float:
+        """Shape k of the curve with this slope, 0 … 1.
+
+        Args:
+            hover_thrust: τ in hover.
+        """
+        s = min(max(self.value, 1.0), 2.0)
+        return (s - 1.0) / (s - 1.0 + hover_thrust * (2.0 - s))
+
+
+class SlopeMeasurement:
+    """Collects thrust and vertical velocity while the vehicle bobs about its hover."""
+
+    def __init__(self) -> None:
+        self._thrusts: list[tuple[float, float]] = []
+        self._velocities: list[tuple[float, float]] = []
+
+    def add(self, sample: VehicleSample) -> bool:
+        """Take in a sample; what it has seen before does not count. Returns whether that is enough: it never is."""
+        if math.isfinite(sample.thrust_target) and _newer(sample.thrust_target_time, self._thrusts):
+            self._thrusts.append((sample.thrust_target_time, sample.thrust_target))
+        if math.isfinite(sample.velocity[2]) and _newer(sample.position_time, self._velocities):
+            self._velocities.append((sample.position_time, float(sample.velocity[2])))
+        return False
+
+    def slope(self, hover_thrust: float) -> Slope | None:
+        """The slope; None where there are too few readings.
+
+        Args:
+            hover_thrust: τ in hover.
+        """
+        if min(len(self._thrusts), len(self._velocities)) < _ENOUGH_READINGS:
+            return None
+        given, seen = np.array(self._thrusts), np.array(self._velocities)
+        inside = (seen[:, 0] > given[0, 0] + _DELAYS[-1]) & (seen[:, 0] < given[-1, 0] + _DELAYS[0])
+        times, velocities = seen[inside, 0], seen[inside, 1]
+        if len(times) < _ENOUGH_READINGS:
+            return None
+        gained = np.concatenate([[0.0], np.cumsum(np.diff(given[:, 0]) * _middles(given[:, 1] / hover_thrust - 1.0))])
+        fits = [_fit(times, velocities, GRAVITY * np.interp(times - delay, given[:, 0], gained)) for delay in _DELAYS]
+        _, value, deviation = min(fits)
+        return Slope(value, _CORRELATED * deviation)
+
+
+def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
+    """Setpoint of a vehicle that bobs: z = h (1 − cos ωt) above the hold.
+
+    Args:
+        at: Where it held.
+        passed: Since then [s].
+    """
+    rate, angle = 2.0 * math.pi / _PERIOD, 2.0 * math.pi * passed / _PERIOD
+    up = np.array([0.0, 0.0, _HEIGHT])
+    return PositionSetpoint(
+        at.position + (1.0 - math.cos(angle)) * up, at.yaw, rate * math.sin(angle) * up, rate**2 * math.cos(angle) * up
+    )
+
+
+def _newer(time: float, readings: list[tuple[float, float]]) -> bool:
+    return not readings or time > readings[-1][0]
+
+
+def _middles(values: Array) -> Array:
+    return np.asarray(0.5 * (values[1:] + values[:-1]))
+
+
+def _fit(times: Array, velocities: Array, pushed: Array) -> tuple[float, float, float]:
+    """Mean square of what is left, factor of what pushes, and its deviation."""
+    basis = np.column_stack([np.ones_like(times), times - times[0], pushed])
+    factors, *_ = np.linalg.lstsq(basis, velocities, rcond=None)
+    left = float(((velocities - basis @ factors) ** 2).sum()) / max(1, len(times) - 3)
+    alone = pushed - basis[:, :2] @ np.linalg.lstsq(basis[:, :2], pushed, rcond=None)[0]
+    moved = float((alone**2).sum())
+    return left, float(factors[2]), math.sqrt(left / moved) if moved > 0.0 else math.inf

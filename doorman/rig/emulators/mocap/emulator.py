@@ -1,0 +1,96 @@
+"""An emulated Vicon Tracker: it sends the UDP object stream of a body that somebody moves."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from types import TracebackType
+
+from doorman.copying import Uncopied
+from doorman.exceptions import BackendError
+from doorman.rig.emulators.mocap.faults import StreamFaults
+from doorman.rig.emulators.mocap.stream import BodyPose, PoseSource, TrackerSetup, TrackerStream
+
+__all__ = ["BodyPose", "MocapEmulator", "PoseSource", "StreamFaults", "TrackerSetup", "TrackerStream"]
+
+BEHIND = 0.5
+"""A thread that was held up for longer leaves frames out instead of making up for them [s]."""
+STOP_TIMEOUT = 2.0
+"""How long `stop` waits for the thread [s]."""
+
+
+class MocapEmulator(Uncopied):
+    """Tracker that exists only in software. The constructor opens nothing.
+
+    Args:
+        source: Moves the body; called from the emulator's thread with times of `time.monotonic`.
+        setup: Cameras and object, or the object's name.
+        target: Host and port to which packets are sent.
+    """
+
+    def __init__(
+        self, source: PoseSource, setup: TrackerSetup | str, target: tuple[str, int] = ("127.0.0.1", 51001)
+    ) -> None:
+        self.stream = TrackerStream(source, TrackerSetup(setup) if isinstance(setup, str) else setup)
+        self.target = target
+        self.sent = 0
+        """Datagrams sent."""
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    @property
+    def faults(self) -> StreamFaults:
+        """Of cameras, Tracker and network; may be switched while it runs."""
+        return self.stream.faults
+
+    def start(self) -> None:
+        """Begin to send.
+
+        Raises:
+            BackendError: if it runs already.
+        """
+        if self._thread is not None:
+            raise BackendError("the emulator runs already", allowed="stop() before another start()")
+        self._stopping.clear()
+        self._thread = threading.Thread(target=self._run, name="mocap-emulator", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Send nothing any more; may be called twice."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            self._stopping.set()
+            thread.join(STOP_TIMEOUT)
+
+    def __enter__(self) -> MocapEmulator:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def _run(self) -> None:
+        exposure = time.monotonic()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+            channel.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+            while not self._stopping.is_set():
+                now = time.monotonic()
+                while exposure <= now:
+                    if now - exposure <= BEHIND:
+                        self.stream.expose(exposure)
+                    else:
+                        self.stream.skip()
+                    exposure += 1.0 / self.stream.rate
+                for datagram in self.stream.take(time.monotonic()):
+                    self._send(channel, datagram)
+                self._stopping.wait(max(min(exposure, self.stream.next_due) - time.monotonic(), 0.0))
+
+    def _send(self, channel: socket.socket, datagram: bytes) -> None:
+        try:
+            channel.sendto(datagram, self.target)
+        except OSError:  # nobody listens, or there is no such network: on a wire, packets are lost too
+            return
+        self.sent += 1

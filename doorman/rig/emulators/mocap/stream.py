@@ -1,0 +1,220 @@
+r"""What an emulated Tracker sends, frame by frame, without a socket, a thread or a clock of its own.
+
+The body at P with R is seen as the object that is fixed to it, in Vicon's axes, which stand in the world:
+
+.. math::
+    R_{VO} = R_{WV}^T R R_{BO}, \qquad p_{VO} = R_{WV}^T (P + R\, p_O - p_V)
+
+Noise is added to every pose, as cameras do: a pose that repeats to the last bit means that the object is occluded.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import BackendError
+from doorman.kinematics.rotations import rotation_body_to_world, skew
+from doorman.rig.emulators.mocap.faults import StreamFaults
+from doorman.rig.emulators.mocap.packets import SIZES, euler_xyz, item, packet
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BodyPose:
+    """A pose of the body in the world."""
+
+    position: ArrayLike
+    """P, shape (3,), world frame [m]."""
+    quaternion: ArrayLike = (1.0, 0.0, 0.0, 0.0)
+    """[w, x, y, z], body to world, shape (4,)."""
+
+
+PoseSource = Callable[[float], BodyPose]
+"""Pose at a time [s]; called once a frame, in order."""
+
+
+@dataclass(frozen=True)
+class TrackerSetup:
+    """Tracker, its cameras and the object.
+
+    Raises:
+        BackendError: if a value is out of range.
+    """
+
+    object_name: str
+    """At most 24 bytes."""
+    rate: float = 100.0
+    """Frames per second [1/s]."""
+    latency: float = 0.005
+    """Between a frame's exposure and the leaving of its packets [s]."""
+    first_frame: int = 1
+    """Its number."""
+    position_noise: float = 5e-5
+    """Standard deviation [m]."""
+    attitude_noise: float = 2e-4
+    """Standard deviation [rad]."""
+    origin_position: ArrayLike = (0.0, 0.0, 0.0)
+    """Vicon's origin, shape (3,), world frame [m]."""
+    origin_attitude: ArrayLike = (0.0, 0.0, 0.0)
+    """Attitude Φ of Vicon's axes in the world, shape (3,) [rad]."""
+    object_position: ArrayLike = (0.0, 0.0, 0.0)
+    """Origin of the tracked object, shape (3,), body frame [m]."""
+    object_attitude: ArrayLike = (0.0, 0.0, 0.0)
+    """Attitude Φ of the tracked object in the body, shape (3,) [rad]."""
+    others: Mapping[str, BodyPose] = field(default_factory=dict)
+    """Poses of further objects, as Vicon sees them; they stand still."""
+    block: int = 3
+    """Objects in a packet at most; a frame takes as many packets as it needs."""
+    packet_size: int | None = SIZES[0]
+    """To which packets are padded at least [byte]; None pads nothing."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.rate <= 2000.0:
+            raise BackendError("out of range", field="rate", given=self.rate, allowed="above 0, up to 2000 1/s")
+        if not 1 <= self.block <= 13:
+            raise BackendError("out of range", field="block", given=self.block, allowed="1 to 13 objects")
+        if not (math.isfinite(self.latency) and self.latency >= 0.0):
+            raise BackendError("out of range", field="latency", given=self.latency, allowed=">= 0 s")
+
+
+class TrackerStream:
+    """Packets of a Tracker, with faults of cameras, Tracker and network.
+
+    Args:
+        source: Moves the body.
+        setup: Everything else.
+
+    Raises:
+        DimensionError: if an offset of the setup is not three finite numbers.
+    """
+
+    def __init__(self, source: PoseSource, setup: TrackerSetup) -> None:
+        self.source = source
+        self.setup = setup
+        self.rate = setup.rate
+        """Frames per second; may be changed at any time [1/s]."""
+        self.frame_number = setup.first_frame
+        """Number of the next frame; may be set at any time."""
+        self.faults = StreamFaults()
+        self._origin = vector(setup.origin_position, 3, "origin_position")
+        self._axes = rotation_body_to_world(setup.origin_attitude)
+        self._offset = vector(setup.object_position, 3, "object_position")
+        self._mounting = rotation_body_to_world(setup.object_attitude)
+        self._queue: list[tuple[float, int, bytes]] = []
+        self._queued = 0
+        self._due = -math.inf
+        self._held: list[bytes] = []
+        self._last_seen: tuple[Array, Array] | None = None
+        self._last_number = setup.first_frame
+        self._frames = 0
+
+    @property
+    def next_due(self) -> float:
+        """When the next packet leaves [s]; ∞ if none waits."""
+        return self._queue[0][0] if self._queue else math.inf
+
+    def skip(self) -> None:
+        """A frame that is counted but not taken."""
+        self.frame_number += 1
+
+    def expose(self, at: float) -> None:
+        """Take a frame, and put its packets on their way.
+
+        Args:
+            at: When [s].
+        """
+        faults = self.faults
+        packets = self._frame(at)
+        self._frames += 1
+        if faults.silent or self._frames % faults.stride:
+            return
+        self._due = max(at + self.setup.latency + faults.lateness(), self._due)
+        held, self._held = self._held, []
+        for datagram in packets:
+            if faults.strike(faults.loss):
+                continue
+            if faults.strike(faults.reorder):
+                self._held.append(datagram)
+                continue
+            if faults.strike(faults.garbage):
+                self._put(faults.random_bytes())
+            for _ in range(1 + faults.strike(faults.duplicate)):
+                self._put(faults.spoil(datagram))
+        for datagram in held:
+            self._put(datagram)
+
+    def take(self, now: float) -> list[bytes]:
+        """Packets that have left by now, in order.
+
+        Args:
+            now: By the clock of `expose` [s].
+        """
+        taken = []
+        while self._queue and self._queue[0][0] <= now:
+            taken.append(heapq.heappop(self._queue)[2])
+        return taken
+
+    def _put(self, datagram: bytes) -> None:
+        self._queued += 1
+        heapq.heappush(self._queue, (self._due, self._queued, datagram))
+
+    def _frame(self, at: float) -> list[bytes]:
+        """Packets of the next frame, as faults of cameras and Tracker leave them."""
+        faults, size = self.faults, self.setup.block
+        number = self._last_number if faults.stuck_number else self.frame_number
+        self._last_number = number
+        self.frame_number += 1
+        items = [item(name, *_still(pose)) for name, pose in self.setup.others.items()]
+        if not faults.absent:
+            items.append(item(faults.wrong_name or self.setup.object_name, *self._see(self.source(at))))
+        blocks = [items[start : start + size] for start in range(0, len(items), size)] or [[]]
+        return [packet(number + faults.number_offset, block, self.setup.packet_size) for block in blocks]
+
+    def _see(self, body: BodyPose) -> tuple[Array, Array]:
+        """Pose of the object in Vicon's axes, [mm] and [rad]."""
+        faults = self.faults
+        if faults.zeroed:
+            return np.zeros(3), np.zeros(3)
+        if faults.frozen and self._last_seen is not None:
+            return self._last_seen
+        rotation = rotation_from_quaternion(body.quaternion)
+        place = vector(body.position, 3, "position") + rotation @ self._offset
+        seen = self._axes.T @ (place - self._origin) + np.asarray(faults.jump) + faults.noise(self.setup.position_noise)
+        if faults.strike(faults.outliers):
+            seen = seen + faults.outlier_distance * np.array(faults.direction())
+        if faults.not_finite:
+            seen[0] = np.nan
+        angles = euler_xyz(self._axes.T @ rotation @ self._mounting) + faults.noise(self.setup.attitude_noise)
+        self._last_seen = (1e3 * seen, angles)
+        return self._last_seen
+
+
+def _still(pose: BodyPose) -> tuple[Array, Array]:
+    return 1e3 * vector(pose.position, 3, "position"), euler_xyz(rotation_from_quaternion(pose.quaternion))
+
+
+def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
+    r"""Rotation matrix of a quaternion, :math:`R = (w^2 - u^T u) I + 2 u u^T + 2 w \hat u` after normalisation.
+
+    Args:
+        quaternion: [w, x, y, z], shape (4,), not zero.
+
+    Returns:
+        Shape (3, 3).
+
+    Raises:
+        DimensionError: if it is not four finite numbers.
+    """
+    values = vector(quaternion, 4, "quaternion")
+    w, x, y, z = values / np.linalg.norm(values)
+    u = np.array([x, y, z])
+    rotation: Array = (w * w - u @ u) * np.eye(3) + 2.0 * np.outer(u, u) + 2.0 * w * skew(u)
+    return rotation

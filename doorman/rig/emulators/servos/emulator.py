@@ -1,0 +1,239 @@
+"""Emulated servos on a pseudo-terminal: they speak DYNAMIXEL protocol 2.0 byte for byte and move a plant."""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import os
+import select
+import termios
+import threading
+import time
+import tty
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+
+from doorman.copying import Uncopied
+from doorman.exceptions import BackendError
+from doorman.rig.emulators.servos.bus import QUESTIONS, ServoBusLogic
+from doorman.rig.emulators.servos.faults import BusFaults
+from doorman.rig.emulators.servos.packets import InstructionStream
+from doorman.rig.emulators.servos.plant import LaggingJoints, ServoPlant
+from doorman.rig.emulators.servos.unit import EmulatedServo, ServoSetup
+
+IDLE = 0.002
+"""Silence after which a packet that was begun is given up [s]."""
+SOON = 0.002
+"""Shortest such time, but where somebody asks or writes [s]."""
+TICK = 0.01
+"""Longest time between two looks at plant and watchdogs [s]."""
+LINE_RATES = {
+    code: int(name[1:]) for name, code in vars(termios).items() if name.startswith("B") and name[1:].isdigit()
+}
+"""Rate of a port by the code that its settings show [bit/s]; other rates, such as 4.5 Mbaud, they do not show."""
+
+
+class ServoEmulator(Uncopied):
+    """Servos behind a serial port that exists only in software.
+
+    Args:
+        servos: What hangs on the bus: setups, or ids of servos that are set up for velocity mode at 1 Mbaud.
+        plant: What they move; by default joints that follow with a lag, at zero.
+        link: Path of a symbolic link to the pseudo-terminal, kept up to date when the port is plugged in again.
+        baud_rate: Paces the answers like a wire of this speed [bit/s]; None answers at once.
+
+    Raises:
+        BackendError: if two servos have one id.
+    """
+
+    def __init__(
+        self,
+        servos: Sequence[int] | Sequence[ServoSetup] = (1, 2, 3, 4),
+        plant: ServoPlant | None = None,
+        *,
+        link: Path | None = None,
+        baud_rate: int | None = None,
+    ) -> None:
+        setups = [ServoSetup(servo) if isinstance(servo, int) else servo for servo in servos]
+        if len({setup.servo_id for setup in setups}) != len(setups):
+            raise BackendError("two servos have one id", field="servos", given=[setup.servo_id for setup in setups])
+        self.plant: ServoPlant = plant or LaggingJoints(np.zeros(len(setups)))
+        self.faults = BusFaults()
+        self.lock = threading.RLock()
+        """Held while the servos act; take it to look at several of their rows at once."""
+        self._servos = [EmulatedServo(setup) for setup in setups]
+        self._logic = ServoBusLogic(self._servos, self.plant, self.faults, baud_rate)
+        self._stream = InstructionStream()
+        self._link = link
+        self._master = self._slave = -1
+        self._wake: tuple[int, int] | None = None
+        self._thread: threading.Thread | None = None
+        self._stopping = False
+        self._awake = threading.Event()
+        self._replies: list[tuple[float, int, bytes]] = []
+        self._sent = 0
+        self._last_byte = 0.0
+        self._ticked = 0.0
+
+    @property
+    def port(self) -> str:
+        """Path to give to the adapter.
+
+        Raises:
+            BackendError: if the port is not plugged in.
+        """
+        if self._link is not None:
+            return str(self._link)
+        if self._slave < 0:
+            raise BackendError("the emulated port is not plugged in", allowed="start() before port")
+        return os.ttyname(self._slave)
+
+    def servo(self, servo_id: int) -> EmulatedServo:
+        """Look at a servo from inside.
+
+        Args:
+            servo_id: Its id.
+
+        Raises:
+            BackendError: if there is none.
+        """
+        for servo in self._servos:
+            if servo.servo_id == servo_id:
+                return servo
+        known = ", ".join(str(servo.servo_id) for servo in self._servos)
+        raise BackendError("no such servo", field="servo_id", given=servo_id, allowed=known)
+
+    def start(self) -> None:
+        """Plug in the port and let the servos run.
+
+        Raises:
+            BackendError: if it runs already.
+        """
+        if self._thread is not None:
+            raise BackendError("the emulator runs already", allowed="stop() before another start()")
+        self._stopping = False
+        self._wake = os.pipe()
+        self.plug_in()
+        self._thread = threading.Thread(target=self._run, name="servo-emulator", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Let the servos stop and unplug the port; may be called twice."""
+        if self._thread is None:
+            return
+        self._stopping = True
+        self._nudge()
+        self._thread.join(2.0)
+        self._thread = None
+        self.unplug()
+        for descriptor in self._wake or ():
+            os.close(descriptor)
+        self._wake = None
+
+    def unplug(self) -> None:
+        """Pull the serial adapter out: the port vanishes while the servos keep their power."""
+        with self.lock:
+            descriptors = [descriptor for descriptor in (self._master, self._slave) if descriptor >= 0]
+            self._master = self._slave = -1
+            self._replies.clear()
+            if self._link is not None:
+                self._link.unlink(missing_ok=True)
+            self._awake.clear()
+        self._nudge()
+        if self._thread is not None:  # a descriptor lives on while somebody waits for it
+            self._awake.wait(1.0)
+        for descriptor in descriptors:
+            os.close(descriptor)
+
+    def plug_in(self) -> None:
+        """Plug the serial adapter in: a fresh pseudo-terminal, at the same link if there is one."""
+        with self.lock:
+            if self._master >= 0:
+                return
+            self._master, self._slave = os.openpty()
+            tty.setraw(self._slave)
+            self._set_line_rate()
+            os.set_blocking(self._master, False)
+            if self._link is not None:
+                self._link.unlink(missing_ok=True)
+                self._link.symlink_to(os.ttyname(self._slave))
+        self._nudge()
+
+    def __enter__(self) -> ServoEmulator:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    def _set_line_rate(self) -> None:
+        """Leave the port as somebody left it who spoke to the first servo: who opens it and sets no rate is heard."""
+        settings = termios.tcgetattr(self._slave)
+        for code, rate in LINE_RATES.items():
+            if self._servos and self._servos[0].baud_rate == rate:
+                settings[4] = settings[5] = code
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
+
+    def _nudge(self) -> None:
+        if self._wake is not None:
+            os.write(self._wake[1], b"!")
+
+    def _run(self) -> None:
+        while not self._stopping:
+            self._wait()
+            now = time.monotonic()
+            with self.lock:
+                self._awake.set()
+                if self._listen(now) or now - self._ticked > SOON:
+                    self._ticked = time.monotonic()
+                    self._logic.tick(self._ticked)
+                self._speak()
+
+    def _wait(self) -> None:
+        assert self._wake is not None
+        due = self._replies[0][0] - time.monotonic() if self._replies else TICK
+        ports = [self._wake[0]] if self._master < 0 else [self._wake[0], self._master]
+        with contextlib.suppress(OSError, ValueError):  # unplugged while waiting
+            ready, _, _ = select.select(ports, [], [], min(max(due, 0.0), TICK))
+            if self._wake[0] in ready:
+                os.read(self._wake[0], 4096)
+
+    def _listen(self, now: float) -> bool:
+        """Hear what came, and act on it; returns whether that was more than a question."""
+        try:
+            data = os.read(self._master, 4096) if self._master >= 0 else b""
+        except OSError:
+            data = b""
+        if not data:
+            if now - self._last_byte > IDLE:
+                self._stream.idle()
+            return False
+        self._last_byte = now
+        if self.faults.strike(self.faults.deafness):
+            data = self.faults.flip(data)
+        if self.faults.echo:
+            self._write(data)
+        acts = False
+        rate = LINE_RATES.get(termios.tcgetattr(self._slave)[5])
+        for instruction in self._stream.feed(data):
+            acts = acts or instruction.code not in QUESTIONS
+            for due, packet in self._logic.respond(now, instruction, rate):
+                self._sent += 1
+                heapq.heappush(self._replies, (due, self._sent, packet))
+        return acts
+
+    def _speak(self) -> None:
+        if self.faults.babble:
+            self._write(self.faults.random_bytes(200))
+        while self._replies and self._replies[0][0] <= time.monotonic():
+            self._write(heapq.heappop(self._replies)[2])
+
+    def _write(self, data: bytes) -> None:
+        if self._master >= 0:
+            with contextlib.suppress(OSError):  # nobody reads: bytes on a wire are lost too
+                os.write(self._master, data)

@@ -1,0 +1,370 @@
+"""One emulated servo: instructions, torque, bus watchdog, protection and reboot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR, PacketError, ServoMemory
+from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
+from doorman.rig.emulators.servos.position import POSITION_MODES, position_rate
+from doorman.rig.emulators.servos.table import (
+    BAUD_RATES,
+    CURRENT_BASED_POSITION_MODE,
+    CURRENT_MODE,
+    EEPROM_END,
+    POSITION_MODE,
+    RATE_UNIT,
+    TICKS_PER_TURN,
+    VELOCITY_MODE,
+)
+
+CURRENT_UNITS = MappingProxyType({1000: 2.69e-3, 1010: 2.69e-3, 1040: 1.34e-3, 1050: 1.34e-3})
+"""One count of a current by model number [A]."""
+ASTRAY = 0.3
+"""Rate of a servo that does not see itself turn, whatever it is told [rad/s]."""
+WATCHDOG_UNIT = 0.02
+"""One count of the bus watchdog [s]."""
+DAMPING = 0.2
+"""Of a servo in current mode [A s/rad]."""
+LAST_ID = 252
+"""Above it, a secondary id is none."""
+ALERT = 0x80
+VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
+"""Bits of hardware error status and of shutdown."""
+CLEAR_KEY = b"\x01\x44\x58\x4c\x22"
+READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mode": VELOCITY_MODE})
+"""EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
+READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
+"""The same for current mode, as a gripper needs it."""
+
+
+def _whole_turns(ticks: int) -> int:
+    return ticks // TICKS_PER_TURN * TICKS_PER_TURN
+
+
+@dataclass
+class ServoSetup:
+    """What one emulated servo is, and how it is mounted."""
+
+    servo_id: int
+    eeprom: dict[str, int] = field(default_factory=lambda: dict(READY))
+    """Rows that differ from a new servo's, by name."""
+    zero: int = 2048
+    """Encoder's tick at the joint's zero."""
+    direction: int = 1
+    """+1 where the servo's positive direction is the joint's, else −1."""
+    boot_time: float = 0.1
+    """Silence after a reboot [s]."""
+    reboot_delay: float = 0.0
+    """How long it goes on answering after it was told to reboot [s]."""
+    spring: float = 0.0
+    """Current that balances a spring, which turns the joint down [A]."""
+
+
+class EmulatedServo:
+    """A servo as the bus sees it.
+
+    Args:
+        setup: What it is.
+    """
+
+    def __init__(self, setup: ServoSetup) -> None:
+        self.setup = setup
+        self.memory = ServoMemory(setup.eeprom | {"id": setup.servo_id})
+        self.lasting_errors = 0
+        """Hardware error bits whose cause persists; a reboot does not help against them."""
+        self._turn_base: int | None = None
+        self._registered: tuple[int, bytes] | None = None
+        self._heard = 0.0
+        self._booted = 0.0
+        self._silent_until = -math.inf
+        self._reboots_at = math.inf
+
+    @property
+    def servo_id(self) -> int:
+        """Id that it answers to."""
+        return self.memory.get("id")
+
+    @property
+    def baud_rate(self) -> int:
+        """Rate at which it listens and speaks [bit/s]."""
+        return BAUD_RATES[self.memory.get("baud rate")]
+
+    def is_up(self, time: float) -> bool:
+        """Whether it is not booting.
+
+        Args:
+            time: Of a monotonic clock [s].
+        """
+        return time >= self._silent_until
+
+    def sense(self, time: float, angle: float, rate: float, current: float) -> None:
+        """Take over the plant's motion into the registers, and let watchdog and protection act.
+
+        Args:
+            time: Of a monotonic clock [s].
+            angle: Of the joint [rad].
+            rate: Of the joint [rad/s].
+            current: Of the motor, in the joint's sign [A].
+        """
+        if self._reboot_if_due(time):
+            return
+        memory, sign, reverse = self.memory, self.setup.direction, self._reverse
+        ticks = self.setup.zero + round(sign * angle * TICKS_PER_TURN / (2.0 * math.pi))
+        is_lost = self._turn_base is None
+        if self._turn_base is None:
+            self._turn_base = reverse * _whole_turns(reverse * ticks)
+        counts = round(sign * rate / RATE_UNIT)
+        if memory.get("hardware error status") & ENCODER:
+            counts = 0  # it does not see itself turn: the position stands, too
+        else:
+            memory.set("present position", reverse * (ticks - self._turn_base) + memory.get("homing offset"))
+        if is_lost:
+            memory.set("goal position", memory.get("present position"))
+        memory.set("present velocity", reverse * counts)
+        if memory.get("operating mode") == CURRENT_MODE:
+            memory.set("present current", memory.get("goal current") if self._is_on(time) else 0)
+        else:
+            memory.set("present current", reverse * round(sign * current / self._current_unit))
+        memory.set("moving", int(abs(counts) > memory.get("moving threshold")))
+        memory.set("realtime tick", int((time - self._booted) * 1000.0) % 32768)
+        self._watch_bus(time)
+        self._protect()
+
+    def is_driven(self, time: float) -> bool:
+        """Whether torque or a spring moves the joint.
+
+        Args:
+            time: Of a monotonic clock [s].
+        """
+        return self._has_torque(time) or self.setup.spring != 0.0
+
+    def goal_rate(self, time: float) -> float:
+        """Rate that motor and spring bring about, in the joint's sign; in PWM mode nothing moves.
+
+        In current mode, what the spring leaves of the current works against friction; without torque, the spring alone does.
+
+        Args:
+            time: Of a monotonic clock [s].
+
+        Returns:
+            [rad/s].
+        """
+        memory = self.memory
+        on, mode = self._is_on(time), memory.get("operating mode")
+        sign = self.setup.direction * self._reverse
+        if mode == CURRENT_MODE:
+            current = sign * memory.get("goal current") * self._current_unit if on else 0.0
+            return (current - self.setup.spring) / DAMPING
+        if on and memory.get("hardware error status") & ENCODER:
+            return ASTRAY
+        if mode == VELOCITY_MODE and on:
+            return sign * memory.get("goal velocity") * RATE_UNIT
+        if mode in POSITION_MODES and on:
+            return sign * position_rate(memory)
+        return 0.0
+
+    def hear(self, time: float) -> None:
+        """Note that an instruction packet went over the bus: that is what the bus watchdog watches."""
+        self._heard = time
+
+    def is_grouped(self, instruction: Instruction) -> bool:
+        """Whether an instruction is for its secondary id, and may be: EEPROM is not written by that."""
+        if instruction.servo_id != self.memory.get("secondary id") or instruction.servo_id > LAST_ID:
+            return False
+        writes = instruction.code in (0x03, 0x04)
+        return not writes or int.from_bytes(instruction.parameters[:2], "little") >= EEPROM_END
+
+    def execute(self, time: float, instruction: Instruction) -> tuple[int, bytes] | None:
+        """Carry out an instruction for this servo.
+
+        Args:
+            time: Of a monotonic clock [s].
+            instruction: For this id or for all, not one of the sync and bulk family.
+
+        Returns:
+            Error number and data of the status packet, or None if the servo does not answer.
+        """
+        handlers: dict[int, Callable[[Instruction], tuple[PacketError, bytes]]] = {
+            0x01: self._ping, 0x02: self._read, 0x03: self._write, 0x04: self._register_write,
+            0x05: self._action, 0x06: self._factory_reset, 0x08: self._accept, 0x10: self._clear,
+        }  # fmt: skip
+        if not instruction.intact:
+            error, data = PacketError.CRC, b""
+        elif instruction.code in handlers:
+            error, data = handlers[instruction.code](instruction)
+        else:
+            error, data = PacketError.INSTRUCTION, b""
+        level = {0x01: 0, 0x02: 1}.get(instruction.code, 2)
+        answers = self.memory.get("status return level") >= level
+        if instruction.servo_id == BROADCAST:
+            answers = instruction.code == 0x01 and instruction.intact
+        status = (self.error_byte(error), data) if answers else None
+        if instruction.code == 0x08 and instruction.intact:
+            self._reboots_at = min(self._reboots_at, time + self.setup.reboot_delay)
+            self._reboot_if_due(time)
+        return status
+
+    def error_byte(self, error: PacketError) -> int:
+        """Error byte of a status packet: error number, with the alert bit while a hardware error stands."""
+        return int(error) | (ALERT if self.memory.get("hardware error status") else 0)
+
+    def write(self, address: int, data: bytes) -> PacketError:
+        """Write as the bus does.
+
+        Args:
+            address: Of the first byte.
+            data: Bytes.
+
+        Returns:
+            Error number.
+        """
+        error, changes = self.memory.check_write(address, data)
+        for item, value in changes:
+            if item.name == "torque enable" and value and self._is_shut_down():
+                return PacketError.RESULT_FAIL  # only a reboot brings torque back
+            if item.name == "torque enable" and value and not self.memory.get("torque enable"):
+                self._stay_put()
+        self.memory.store(changes)
+        if any(item.name == "operating mode" for item, _ in changes):
+            self._keep_to_one_turn()
+            self.memory.set("profile velocity", 0)
+            self.memory.set("profile acceleration", 0)
+            self.memory.set("goal pwm", self.memory.get("pwm limit"))
+            self.memory.set("goal current", self.memory.get("current limit"))
+        return error
+
+    def reboot(self, time: float) -> None:
+        """Restart: RAM goes back to its initial values and the position into one turn.
+
+        Args:
+            time: Of a monotonic clock [s].
+        """
+        temperature, voltage = self.memory.get("present temperature"), self.memory.get("present input voltage")
+        self.memory.power_on()
+        self.memory.set("present temperature", temperature)
+        self.memory.set("present input voltage", voltage)
+        self._turn_base = None
+        self._registered = None
+        self._reboots_at = math.inf
+        self._booted = self._heard = time
+        self._silent_until = time + self.setup.boot_time
+
+    def trip(self, bits: int) -> None:
+        """Raise hardware errors, as an overload does; those in `shutdown` take the torque.
+
+        Args:
+            bits: Of hardware error status.
+        """
+        self.memory.set("hardware error status", self.memory.get("hardware error status") | bits)
+        if self._is_shut_down():
+            self.memory.set("torque enable", 0)
+
+    @property
+    def _reverse(self) -> int:
+        return -1 if self.memory.get("drive mode") & 1 else 1
+
+    @property
+    def _current_unit(self) -> float:
+        return CURRENT_UNITS.get(self.memory.get("model number"), CURRENT_UNITS[1000])
+
+    def _has_torque(self, time: float) -> bool:
+        return self.is_up(time) and bool(self.memory.get("torque enable"))
+
+    def _is_on(self, time: float) -> bool:
+        return self._has_torque(time) and self.memory.get("bus watchdog") != WATCHDOG_ERROR
+
+    def _is_shut_down(self) -> bool:
+        return bool(self.memory.get("hardware error status") & self.memory.get("shutdown"))
+
+    def _stay_put(self) -> None:
+        """Forget goals from before torque comes on; in current-based position mode the current is a bound and stays."""
+        memory = self.memory
+        memory.set("goal velocity", 0)
+        if memory.get("operating mode") != CURRENT_BASED_POSITION_MODE:
+            memory.set("goal current", 0)
+        self._keep_to_one_turn()
+        memory.set("goal position", memory.get("present position"))
+
+    def _keep_to_one_turn(self) -> None:
+        """In position mode, count from the beginning of the turn that it is in."""
+        if self.memory.get("operating mode") != POSITION_MODE or self._turn_base is None:
+            return
+        position = self.memory.get("present position")
+        turns = _whole_turns(position - self.memory.get("homing offset"))
+        self._turn_base += self._reverse * turns
+        self.memory.set("present position", position - turns)
+
+    def _reboot_if_due(self, time: float) -> bool:
+        due = time >= self._reboots_at
+        if due:
+            self.reboot(time)
+        return due
+
+    def _watch_bus(self, time: float) -> None:
+        allowed = self.memory.get("bus watchdog")
+        if not self.memory.get("torque enable") or not 1 <= allowed <= 127:
+            return
+        if time - self._heard > allowed * WATCHDOG_UNIT:
+            # It stops; that its goal becomes zero, the manual does not say.
+            self.memory.set("bus watchdog", WATCHDOG_ERROR)
+
+    def _protect(self) -> None:
+        memory = self.memory
+        bits = self.lasting_errors
+        if memory.get("present temperature") > memory.get("temperature limit"):
+            bits |= OVERHEATING
+        if (
+            not memory.get("min voltage limit")
+            <= memory.get("present input voltage")
+            <= memory.get("max voltage limit")
+        ):
+            bits |= VOLTAGE
+        if bits or self._is_shut_down():
+            self.trip(bits)
+
+    def _ping(self, _: Instruction) -> tuple[PacketError, bytes]:
+        model, firmware = self.memory.get("model number"), self.memory.get("firmware version")
+        return PacketError.NONE, model.to_bytes(2, "little") + bytes((firmware,))
+
+    def _read(self, instruction: Instruction) -> tuple[PacketError, bytes]:
+        if len(instruction.parameters) != 4:
+            return PacketError.DATA_LENGTH, b""
+        address, length = (int.from_bytes(instruction.parameters[i : i + 2], "little") for i in (0, 2))
+        return self.memory.read(address, length)
+
+    def _write(self, instruction: Instruction) -> tuple[PacketError, bytes]:
+        address = int.from_bytes(instruction.parameters[:2], "little")
+        return self.write(address, instruction.parameters[2:]), b""
+
+    def _register_write(self, instruction: Instruction) -> tuple[PacketError, bytes]:
+        address = int.from_bytes(instruction.parameters[:2], "little")
+        error, _ = self.memory.check_write(address, instruction.parameters[2:])
+        if error is PacketError.NONE:
+            self._registered = (address, instruction.parameters[2:])
+            self.memory.set("registered instruction", 1)
+        return error, b""
+
+    def _action(self, _: Instruction) -> tuple[PacketError, bytes]:
+        if self._registered is None:
+            return PacketError.INSTRUCTION, b""
+        (address, data), self._registered = self._registered, None
+        self.memory.set("registered instruction", 0)
+        return self.write(address, data), b""
+
+    def _factory_reset(self, _: Instruction) -> tuple[PacketError, bytes]:
+        return PacketError.RESULT_FAIL, b""  # nothing here should ever ask for it
+
+    def _accept(self, _: Instruction) -> tuple[PacketError, bytes]:
+        return PacketError.NONE, b""
+
+    def _clear(self, instruction: Instruction) -> tuple[PacketError, bytes]:
+        if instruction.parameters != CLEAR_KEY:
+            return PacketError.DATA_RANGE, b""
+        if self.memory.get("present velocity"):
+            return PacketError.RESULT_FAIL, b""
+        self._turn_base = None
+        return PacketError.NONE, b""

@@ -1,0 +1,49 @@
+"""Files of a figure: laid out once, written in every format."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol
+
+FORMATS = ("png", "pdf")
+_DPI = 140
+"""Of a figure in pixels."""
+
+
+class Drawn(Protocol):
+    """What is used here of matplotlib's `Figure`, which takes a second to import."""
+
+    def get_layout_engine(self) -> Any:
+        """What places its panels, if anything still does."""
+
+    def set_layout_engine(self, layout: Any) -> None:
+        """Take another one."""
+
+    def savefig(self, fname: Any, *, dpi: Any) -> None:
+        """Write it."""
+
+
+def lay_out(figure: Drawn) -> None:
+    """Lay a figure out once for all the files that it is written to; else every file does that again, twice.
+
+    Args:
+        figure: That is drawn to its end.
+    """
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
+def save_as(figure: Drawn, file: Path) -> None:
+    """Write a figure in the format that the file's suffix names; its folder is made if it does not exist.
+
+    Args:
+        figure: To write.
+        file: Where to.
+
+    Raises:
+        OSError: if the file cannot be written.
+    """
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=_DPI if file.suffix == ".png" else "figure")
