@@ -68,6 +68,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
         "vehicle.attitude_gain": control.attitude_gain, "vehicle.rate_gain": control.attitude_rate_gain,
+        "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         **mechanism_numbers(model),
         **_beside(model),
@@ -90,7 +91,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
         "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
-        "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
+        "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
         "plan.time_step": scenario.planner.time_step,
         "weight.place": 40.0 / scale.length**2, "weight.position": 0.0, "weight.heading": 16.0,
         "weight.arm": 30.0,
@@ -255,6 +256,28 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
     normals = np.array([door.normal(angle) for angle in angles])
     before = np.array([door.contact_offset + door.way(angle) for angle in angles])
     return np.asarray(np.einsum("ij,ij->i", normals, from_hinge) + before)
+
+
+def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
+    """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up.
+
+    Args:
+        model: Model of the scenario.
+        attitude: Φ, shape (3,) [rad].
+        arm_angles: H, shape (n,) [rad].
+        force: Of the tip on the leaf, shape (3,), world frame [N].
+
+    Returns:
+        Shape (2,) [rad].
+    """
+    lever = model.vehicle.tip_position(arm_angles) - model.vehicle.center_of_mass(arm_angles)
+    moment = -np.cross(lever, rotation_body_to_world(attitude).T @ force)
+    return np.asarray(moment[:2] / tilt_stiffness(model))
+
+
+def tilt_stiffness(model: Model) -> Array:
+    """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
+    return np.asarray(model.scenario.control.attitude_stiffness * np.diag(model.vehicle_inertia)[:2])
 
 
 def tip_on_face(
