@@ -17,6 +17,7 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.rotor_layout import rotor_layout
 from doorman.kinematics.scale import Scale
 from doorman.model import GRAVITY, Model
