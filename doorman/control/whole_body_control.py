@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.leaf_estimator import LeafEstimate
+from doorman.control.tilt_observer import TiltObserver
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Plan
 from doorman.planning.whole_body_problem import (
@@ -20,6 +21,7 @@ from doorman.planning.whole_body_problem import (
     scale_of,
     stick_place,
     tip_on_face,
+    turned_by,
     whole_body_numbers,
     whole_body_state,
 )  # fmt: skip
@@ -59,14 +61,18 @@ class WholeBodyController:
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
         self._arm_rates = np.zeros(model.n_arm)
+        self._tilt = TiltObserver(model.scenario.control)
 
     def forget(self) -> None:
         """Begin anew: door and arm stand."""
         self.opening_rate = 0.0
         self._arm_rates = np.zeros(self._model.n_arm)
+        self._tilt.forget()
 
     def aim(self, known: LeafEstimate, time_step: float) -> None:
         """Let the opening rate that is asked for grow in contact, and fall to the door's where the tip has lost it.
+
+        What turns the vehicle beside its commands is watched meanwhile.
 
         Args:
             known: What is known now.
@@ -77,6 +83,7 @@ class WholeBodyController:
             self.opening_rate = min(max(self.opening_rate, opening) + self._ramp * time_step, most)
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
+        self._tilt.update(known.attitude[:2], self._turned_by(known), time_step)
 
     def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for.
@@ -103,7 +110,19 @@ class WholeBodyController:
             self.opening_rate, weight,
         )  # fmt: skip
         face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
-        return state, {**aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face}
+        return state, {
+            **aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face,
+            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + self._turned_by(known),
+        }  # fmt: skip
+
+    def _turned_by(self, known: LeafEstimate) -> Array:
+        """Roll and pitch beside the command that the estimated force of the tip makes, shape (2,) [rad]."""
+        if not known.touching:
+            return np.zeros(2)
+        door, angle = self._model.door, known.door_angle
+        along, up = door.face(angle)
+        force = known.normal_force * door.normal(angle) + known.friction_force[0] * along + known.friction_force[1] * up
+        return turned_by(self._model, known.attitude, known.arm_angles, force)
 
     def follow(self, plan: Plan, time: float, measured_yaw: float, time_step: float) -> Command:
         """What the vehicle is to do at a time of a plan; after its end, what it does last.
@@ -119,6 +138,7 @@ class WholeBodyController:
         later = min(int((time + _AHEAD) / plan.time_step), last)
         turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
         lead = float(np.clip(turning, -_MOST_TURN, _MOST_TURN))
+        self._tilt.tell(planned[1:3])
         attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw
         share = 1.0 - math.exp(-time_step / _ARM_TIME)

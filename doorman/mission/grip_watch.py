@@ -7,9 +7,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from itertools import chain
-
-import numpy as np
 
 from doorman.control.estimator import Estimate
 from doorman.model import GRAVITY, Model
@@ -28,6 +25,33 @@ _BEHIND = 0.015
 """Farther back than where the gripper closed, and than the closed leaf, no held tip comes [m]: it gives way by 1 mm at 5 N."""
 _CLOSED = math.radians(1.0)
 """A leaf that begins nearer to its stop than this is closed [rad]."""
+
+
+class _Sums:
+    """Sum and sum of squares of values that come and go, for their variance; beside the first one, so that no digits are lost."""
+
+    def __init__(self) -> None:
+        self._from: float | None = None
+        self._sum = self._squares = 0.0
+
+    def add(self, value: float) -> None:
+        """Take one in."""
+        if self._from is None:
+            self._from = value
+        beside = value - self._from
+        self._sum += beside
+        self._squares += beside * beside
+
+    def remove(self, value: float) -> None:
+        """Leave one out that was taken in."""
+        beside = value - (self._from or 0.0)
+        self._sum -= beside
+        self._squares -= beside * beside
+
+    def variance(self, count: int) -> float:
+        """Of the values, which are so many."""
+        mean = self._sum / count
+        return max(self._squares / count - mean * mean, 0.0)
 
 
 class GripWatch:
@@ -54,6 +78,7 @@ class GripWatch:
 
     def _begin(self) -> None:
         self._recent.clear()
+        self._pushed, self._answered = _Sums(), _Sums()
         self._loose_for = 0.0
 
     def is_loose(self, estimate: Estimate, closes: bool, holds: bool, time_step: float) -> bool:
@@ -87,13 +112,15 @@ class GripWatch:
     def _feels_nothing(self, push: float, felt: float, time_step: float) -> bool:
         """Whether the push has changed in the window, and the tip's force has not [N]."""
         self._recent.append((push, felt))
+        self._pushed.add(push)
+        self._answered.add(felt)
         if len(self._recent) * time_step <= _WINDOW:
             return False
-        self._recent.popleft()
-        values = np.fromiter(chain.from_iterable(self._recent), np.float64, 2 * len(self._recent)).reshape(-1, 2)
-        beside = values - values.mean(axis=0)
-        pushed, answered = ((beside * beside).sum(axis=0) / len(values)).tolist()
-        return bool(pushed > self._least and answered < _FELT**2 * pushed)
+        first_push, first_felt = self._recent.popleft()
+        self._pushed.remove(first_push)
+        self._answered.remove(first_felt)
+        pushed, answered = self._pushed.variance(len(self._recent)), self._answered.variance(len(self._recent))
+        return pushed > self._least and answered < _FELT**2 * pushed
 
     def _is_behind(self, behind: float) -> bool:
         """Whether the tip is where a closed leaf would have had to come through its stop [m]."""

@@ -167,7 +167,8 @@ class Mission(Uncopied):
         elif self._sequence.tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
         self._thrust = command.thrust
-        told = self._locator.told(replace(command, thrust=self._lift.command(command.thrust)))
+        command = replace(command, thrust=self._lift.command(command.thrust))
+        told = self._locator.told(command)
         backend.command(told)
         self._estimator.tell(command.attitude)
         self._record(measured, estimate, setpoint, thrust, told)

@@ -18,7 +18,7 @@ is the tip's force on the mechanism. Then
 
 .. math::
     m\,a &= f R e_3 - m g e_3 + F_w - F,\\
-    \ddot\phi &= \kappa_r\big(\kappa_a(\phi_c - \phi) - \dot\phi\big)\ \text{(and θ)},\\
+    \ddot\phi &= \kappa_r\big(\kappa_a(\phi_c + M_x/s_x + b_x - \phi) - \dot\phi\big)\ \text{(and θ with y)},\\
     I_z\ddot\psi &= \tau_z - e_3^T\big((p_t - P - R\,c)\times F\big),\\
     I\ddot q &= J(p_t)^T F - b\dot q - \tau_c\tanh(\dot q/\epsilon_q) - k_q(q - q_r) - \tau - G(q) .
 
@@ -26,9 +26,10 @@ with the acceleration a and the place c(H) of the centre of mass. An arm without
 :math:`\dot V = a - R\big(\dot\Omega\times c + \Omega\times(\Omega\times c)\big)`. The attitude loop holds the static moment
 :math:`c\times f e_3`, which `static_moment` bounds.
 
-Roll and pitch reach what is commanded with the lag of the vehicle's attitude loop, :math:`\kappa_a` and :math:`\kappa_r`. Yaw has
-no such loop that can be relied on: rotors make little torque about the vertical, so :math:`\tau_z` is bounded, and the moment of
-the tip's force is in the equation.
+Roll and pitch reach what is commanded with the lag of the vehicle's attitude loop, :math:`\kappa_a` and :math:`\kappa_r`. The
+moment :math:`M = -R^T\big((p_t - P - R\,c)\times F\big)` turns the vehicle beside it by the loop's stiffness s, and b is what
+else does (`control.tilt_observer`). Yaw has no such loop that can be relied on: rotors make little torque about the vertical, so
+:math:`\tau_z` is bounded, and the moment of the tip's force is in the equation.
 
 Friction that would stop the leaf within a step h is taken at the step's end instead: of the rate that the leaf would have without
 it, no more than :math:`h\tau_c/I` is lost, rounded by ε.
@@ -231,12 +232,22 @@ class WholeBodyTask:
         return -self.normal_force * self.normal + held[0] * self.along + held[1] * self.up_the_face
 
     @cached_property
-    def contact_yaw_torque(self) -> Any:
-        """Of the mechanism on the vehicle about the vertical through its centre of mass [N m]."""
+    def _contact_torque(self) -> Any:
+        """Of the mechanism on the vehicle about its centre of mass, world axes, (3, 1) [N m]."""
         reach = self.tip - self.position
         if self._bodies is not None:
             reach -= self.rotation @ self.center_of_mass
-        return -(reach[0] * self.force[1] - reach[1] * self.force[0])
+        return -ca.cross(reach, self.force)
+
+    @property
+    def contact_yaw_torque(self) -> Any:
+        """Of the mechanism on the vehicle about the vertical through its centre of mass [N m]."""
+        return self._contact_torque[2]
+
+    @property
+    def turned_by_contact(self) -> Any:
+        """Roll and pitch beside what is commanded, by the mechanism's torque on the vehicle, (2, 1) [rad]."""
+        return (self.rotation.T @ self._contact_torque)[:2] / self.of["vehicle"].tilt_stiffness
 
     @cached_property
     def rates_of_change(self) -> Any:
@@ -244,7 +255,9 @@ class WholeBodyTask:
         vehicle, joint = self.of["vehicle"], self.of["mechanism"]
         weight = ca.vertcat(0, 0, vehicle.mass * GRAVITY)
         acceleration = (self.thrust * self.rotation[:, 2] - weight + vehicle.wind - self.force) / vehicle.mass
-        wanted = vehicle.attitude_gain * (self.tilt_command - self.attitude[:2])
+        wanted = vehicle.attitude_gain * (
+            self.tilt_command + self.turned_by_contact + vehicle.tilt_offset - self.attitude[:2]
+        )
         tilting = vehicle.rate_gain * (wanted - self.attitude_rates[:2])
         turning = (self.yaw_torque + self.contact_yaw_torque) / vehicle.yaw_inertia
         pushed = ca.dot(self.mechanism.lever(self.tip), self.force)
@@ -396,7 +409,7 @@ def residuals(task: WholeBodyTask) -> list[Residual]:
         Residual("least force", _positive(goes.least_force - task.normal_force, 0.2), weigh.least_force),
         Residual("largest force", _positive(task.normal_force - goes.largest_force, 0.2), weigh.largest_force),
         Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, 0.01), weigh.near),
-        Residual("tilting", task.tilt_command - task.attitude[:2], weigh.tilting),
+        Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
         Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
         Residual("turning", task.attitude_rates[2], weigh.turning),
     ]  # fmt: skip

@@ -20,6 +20,7 @@ from doorman.planning.whole_body_problem import (
     contact_forces,
     depth_of,
     scale_of,
+    turned_by,
     whole_body_numbers,
     whole_body_problem,
     whole_body_state,
@@ -76,7 +77,9 @@ class WholeBodyPlanning:
         numbers, joint = self.numbers, float(start[12])
         weight = self.model.travel.ahead(self.model.door.weight_torque(joint))
         against = max(resistance(self.model, hinge, joint) - weight - hinge.damping * float(start[13]), 0.0)
-        touching = float(contact_forces(numbers, self.model, start[None])[0]) > 0.5 * self._resting
+        force = float(contact_forces(numbers, self.model, start[None])[0])
+        touching = force > 0.5 * self._resting
+        turned = turned_by(self.model, start[3:6], start[14:], force * self.model.door.normal(joint))
         rate = numbers.one("reference.opening_speed")
         lever = self.model.coupling.lever_length
         known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
@@ -86,6 +89,7 @@ class WholeBodyPlanning:
                 "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
                 "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
                 "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
+                "reference.turned": turned if touching else np.zeros(2),
             }
         )  # fmt: skip
 

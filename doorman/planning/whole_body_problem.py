@@ -69,6 +69,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
         "vehicle.attitude_gain": control.attitude_gain, "vehicle.rate_gain": control.attitude_rate_gain,
+        "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         **mechanism_numbers(model),
         **_beside(model),
@@ -91,7 +92,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "reference.approach_length": 0.08 * scale.length,
         "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
         "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
-        "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
+        "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
         "plan.time_step": scenario.planner.time_step,
         "weight.place": 40.0 / scale.length**2, "weight.position": 0.0, "weight.heading": 16.0,
         "weight.arm": 30.0,
@@ -233,9 +234,51 @@ def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
     Returns:
         λ at rest, shape (m,) [N].
     """
-    depths = np.array([tip_on_face(model, x[:3], x[3:6], float(x[12]), x[14:])[0] for x in states])
+    depths = depths_in_face(model, states[:, :3], states[:, 3:6], states[:, 12], states[:, 14:])
     pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
     return np.asarray(numbers.one("contact.stiffness") * pressed)
+
+
+def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:
+    r"""How deep the tip is in the face, :math:`\delta = n_D^T(P + R\,d - P_h) + o`, and the way of a slide, for many states.
+
+    Args:
+        model: Model of the scenario.
+        positions: P, shape (m, 3), world frame [m].
+        attitudes: Φ, shape (m, 3) [rad].
+        door_angles: α, shape (m,) [rad].
+        arm_angles: H, shape (m, n) [rad].
+
+    Returns:
+        δ, shape (m,) [m].
+    """
+    door, angles = model.door, door_angles.tolist()
+    from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
+    normals = np.array([door.normal(angle) for angle in angles])
+    before = np.array([door.contact_offset + door.way(angle) for angle in angles])
+    return np.asarray(np.einsum("ij,ij->i", normals, from_hinge) + before)
+
+
+def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
+    """Roll and pitch beside the commanded ones that a force of the tip makes, until an integrator takes it up.
+
+    Args:
+        model: Model of the scenario.
+        attitude: Φ, shape (3,) [rad].
+        arm_angles: H, shape (n,) [rad].
+        force: Of the tip on the leaf, shape (3,), world frame [N].
+
+    Returns:
+        Shape (2,) [rad].
+    """
+    lever = model.vehicle.tip_position(arm_angles) - model.vehicle.center_of_mass(arm_angles)
+    moment = -np.cross(lever, rotation_body_to_world(attitude).T @ force)
+    return np.asarray(moment[:2] / tilt_stiffness(model))
+
+
+def tilt_stiffness(model: Model) -> Array:
+    """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
+    return np.asarray(model.scenario.control.attitude_stiffness * np.diag(model.vehicle_inertia)[:2])
 
 
 def tip_on_face(
@@ -253,7 +296,7 @@ def tip_on_face(
     Returns:
         Depth δ in the face, and the place on it, along and up, shape (2,) [m].
     """
-    tip = position + rotation_body_to_world(attitude) @ model.vehicle.tip_position(arm_angles)
+    tip = position + model.coupling.tips(attitude[None], arm_angles[None])[0]
     off = tip - model.coupling.contact_point(door_angle)
     place = np.array([model.door.leaf_direction(door_angle) @ off, model.door.up @ off])
     return float(model.door.normal(door_angle) @ off), place

@@ -27,6 +27,8 @@ _JAMBS, _NOWHERE = slice(-5, -3), 1e3
 """Their rows, and what takes them away [m]."""
 _PLACE, _UNHURRIED = 30.0, 20.0
 """Weights of place and velocity of the shipped vehicle in free flight: it covers the way to a place in about two seconds."""
+_SHIPPED_RATE, _SHIPPED_FORCE = 0.11, 0.83
+"""Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
 
 def at_the_leaf(
@@ -34,6 +36,8 @@ def at_the_leaf(
     inertia: float, opening_rate: float, weight_torque: float = 0.0,
 ) -> dict[str, Any]:  # fmt: skip
     """References and weights of a tip that is to touch the leaf, to open the door, and to hold it at the goal.
+
+    Errors of rate and force are weighed by what is large for the vehicle, or for a leaf that is large for it.
 
     Args:
         numbers: Of the scenario's task.
@@ -59,6 +63,9 @@ def at_the_leaf(
     braked = _BRAKED * fastest**2 * inertia / max(resistance + weight_torque, _LEAST_RESISTANCE * scale.torque)
     touch, friction = float(touching), sliding_share * resistance
     slows = friction * numbers.one("plan.time_step") / inertia
+    moves = numbers.one("mechanism.inertia") * fastest / (lever * scale.time)
+    rate = min(scale.rate, max(fastest / _SHIPPED_RATE, 1.0))
+    force = max(scale.force, min(moves / _SHIPPED_FORCE, 1.0))
     return {
         "mechanism.friction": friction, "mechanism.sticks": float(slows > numbers.one("mechanism.friction_rate")),
         "mechanism.torque": -(1.0 - sliding_share) * resistance,
@@ -69,8 +76,8 @@ def at_the_leaf(
         "reference.force": max(steady * (1.0 - holds * _HOLD_SLACK * sliding_share) + lifts, 0.0),
         "reference.least_force": (1.0 - holds) * least + holds * min(least, _HOLD_LEAST * carried),
         "weight.approach": (1000.0 - 400.0 * touch) / scale.speed**2,
-        "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / scale.rate**2,
-        "weight.force": 0.2 * touch / scale.force**2,
+        "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
+        "weight.force": 0.2 * touch / force**2,
         "weight.least_force": 2.0 * touch / scale.force**2,
     }  # fmt: skip
 

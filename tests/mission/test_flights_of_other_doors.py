@@ -88,3 +88,22 @@ def test_the_shipped_left_door_is_pushed_open(seed: int) -> None:
 @pytest.mark.parametrize("kind", ["paper", "push"])
 def test_a_face_beside_the_axis(kind: str, offset: float, tmp_path: Path) -> None:
     flown(kind, door__urdf=str(write_proud(tmp_path / "proud.urdf", offset)))
+
+
+def pushed_by_the_small_vehicle(**overrides: Any) -> None:
+    """A door that the small vehicle does not know."""
+    scenario = Scenario.load("push_small", {key.replace("__", "."): value for key, value in overrides.items()})
+    summary = simulate(scenario).summary
+    assert summary is not None and summary["opened"] and summary["collisions"] == 0, summary
+    assert abs(summary["final_error"]) < 2.0 and summary["contact_fraction"] >= 0.97
+    assert summary["min_clearance_m"] > 0.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("width", "mass", "friction"), [(0.76, 15.0, 0.5), (0.76, 30.0, 0.3), (0.81, 10.0, 1.0), (0.91, 35.0, 0.8)]
+)
+def test_a_small_vehicle_pushes_room_doors_open(width: float, mass: float, friction: float) -> None:
+    pushed_by_the_small_vehicle(
+        door__width=width, simulation__door_mass=mass, simulation__door_friction=friction, simulation__door_damping=0.7
+    )

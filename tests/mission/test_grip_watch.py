@@ -10,11 +10,21 @@ import numpy as np
 import pytest
 
 from doorman import Model
-from doorman.mission.grip_watch import TUG, GripWatch
+from doorman.mission.grip_watch import TUG, GripWatch, _Sums
 from doorman.model import GRAVITY
 from doorman.scenario import Scenario
 
 TICK = 0.004
+
+
+def test_the_variance_of_a_window_that_moves_is_numpys() -> None:
+    rng, sums = np.random.default_rng(3), _Sums()
+    values = 1e3 + np.cumsum(rng.standard_normal(3000))
+    for k, value in enumerate(values.tolist()):
+        sums.add(value)
+        if k >= 200:
+            sums.remove(float(values[k - 200]))
+            assert sums.variance(200) == pytest.approx(np.var(values[k - 199 : k + 1]), rel=1e-9)
 
 
 def first_alarm(

@@ -28,6 +28,7 @@ def scaled(folder: Path, task: str, size: float) -> Model:
         "planner.time_step": 0.02 * time, "planner.margin": plain.planner.margin * size,
         "push.max_rate": plain.push.max_rate / time, "simulation.torque_per_thrust": 0.016 * size,
         "control.attitude_gain": 10.0 / time, "control.attitude_rate_gain": 28.0 / time,
+        "control.attitude_stiffness": 700.0 / time**2,
         "limits.body_rates": tuple(rate / time for rate in plain.limits.body_rates),
     }  # fmt: skip
     if task == "paper":
@@ -49,7 +50,7 @@ def test_a_scaled_push_is_the_same_plan(tmp_path: Path, size: float) -> None:
     assert np.ptp(plans[0].states[:, 12]) > 0.01
     # not closer: forces of 0.2 N and gaps of 1 cm round corners of the cost, whatever the size
     np.testing.assert_allclose(plans[1].states / states, plans[0].states, atol=5e-3)
-    np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=4e-3)
+    np.testing.assert_allclose(plans[1].inputs / inputs, plans[0].inputs, atol=6e-3)
     assert plans[1].cost / math.sqrt(size) == pytest.approx(plans[0].cost, rel=3e-2)
 
 

@@ -1,0 +1,69 @@
+r"""Observer of how far roll and pitch settle beside what is commanded, for reasons that the plan does not know.
+
+The attitude loop that plans count on, with what the tip's force is known to turn the vehicle by, :math:`b_F`, and an offset b:
+
+.. math:: \dot\phi = \omega,\qquad \dot\omega = \kappa_r\big(\kappa_a(\phi_c + b_F + b - \phi) - \omega\big),\qquad \dot b = 0
+
+The three poles of the observer are at :math:`\kappa_a`. An autopilot's integrator takes a steady moment up: then b is
+:math:`-b_F`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.scenario import ControlSection
+
+Array = NDArray[np.float64]
+
+_MOST = 0.5
+"""Largest offset, as a share of the largest tilt."""
+
+
+class TiltObserver:
+    """Offset of roll and pitch from what is commanded.
+
+    Args:
+        settings: Gains of the vehicle's attitude loop.
+    """
+
+    def __init__(self, settings: ControlSection) -> None:
+        self._gain, self._rate_gain = settings.attitude_gain, settings.attitude_rate_gain
+        self._most = _MOST * settings.max_tilt
+        self._tilt: Array | None = None
+        self._rates, self._commanded = np.zeros(2), np.zeros(2)
+        self.offset = np.zeros(2)
+        """b, shape (2,) [rad]."""
+
+    def forget(self) -> None:
+        """Begin anew: nothing turns the vehicle."""
+        self._tilt, self._rates, self.offset = None, np.zeros(2), np.zeros(2)
+
+    def update(self, tilt: Array, turned: Array, time_step: float) -> None:
+        """Take in a measured tilt.
+
+        Args:
+            tilt: Roll and pitch, shape (2,) [rad].
+            turned: b_F, shape (2,) [rad].
+            time_step: Since the last call [s].
+        """
+        if self._tilt is None:
+            self._tilt, self._commanded = tilt.copy(), tilt.copy()
+            return
+        p, k = self._gain, self._rate_gain
+        error = tilt - self._tilt
+        first = 3.0 * p - k
+        bent = k * (p * (self._commanded + turned + self.offset - self._tilt) - self._rates)
+        bent += (3.0 * p**2 - k * p - k * first) * error
+        self._tilt = self._tilt + time_step * (self._rates + first * error)
+        self._rates = self._rates + time_step * bent
+        self.offset = np.clip(self.offset + time_step * p**2 / k * error, -self._most, self._most)
+
+    def tell(self, commanded: Array) -> None:
+        """Take in what is commanded from now on.
+
+        Args:
+            commanded: Roll and pitch, shape (2,) [rad].
+        """
+        self._commanded = commanded
