@@ -147,7 +147,7 @@ def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
             f"{curve}.hover_thrust": round(float(hover["thrust"][-1]), 4),
             f"{curve}.hover_force": round(float(hover["force"][-1]), 3),
         }
-        if "shape" in hover and float(hover["shape"][-1]) > 0.0:
+        if "shape" in hover and (float(hover["shape"][-1]) > 0.0 or f"{curve}.shape" in vehicle.values):
             values[f"{curve}.shape"] = round(float(hover["shape"][-1]), 3)
         if f"{curve}.hover_voltage" in vehicle.values:  # else the autopilot compensates the battery
             values[f"{curve}.hover_voltage"] = round(float(hover["voltage"][-1]), 2)

@@ -128,6 +128,20 @@ def test_every_output_drives_its_own_rotor(flown, layout):
         assert sitl.wiring.directions[rotor] == sense
 
 
+def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
+    sitl = ArduPilotSitl(layout, free_port(), "quadratic")
+    plant, copter = RigPlant(model, pilot=sitl), Copter(sitl._port)
+    sitl.start()
+    try:
+        plant.advance()
+        for pwm in (1200, 1500, 1950):
+            copter.send(pwm)
+            assert sitl.thrusts(0.0) == pytest.approx(((pwm - 1000) / 950) ** 2 * layout.max_thrusts)
+    finally:
+        sitl.stop()
+        copter.socket.close()
+
+
 def test_yaw_torque_is_that_of_the_autopilots_frame(flown):
     """Outputs that turn clockwise push the body counter-clockwise, seen from above: yaw grows."""
     plant, copter, _ = flown

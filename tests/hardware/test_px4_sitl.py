@@ -128,6 +128,24 @@ def test_every_output_drives_its_own_rotor(flown, layout):
         assert np.count_nonzero(thrusts) == 1
 
 
+def test_quadratic_motors_make_the_square_of_their_signal(model, layout):
+    sitl = Px4Sitl(layout, free_port(), "quadratic")
+    plant = RigPlant(model, pilot=sitl, motor_lag=0.04)
+    sitl.start()
+    px4 = Px4(sitl._port)
+    try:
+        run(plant, px4, [0.0] * 6, 2)
+        for signal in (0.2, 0.5, 1.0):
+            run(plant, px4, [signal] * layout.count, 1)
+            assert sitl.thrusts(0.0) == pytest.approx(signal**2 * layout.max_thrusts)
+        run(plant, px4, [1.0] * layout.count, round(0.04 * STATE_RATE))
+        risen = plant.snapshot.truth.rotor_thrusts / layout.max_thrusts
+        assert risen == pytest.approx(1.0 - np.exp(-1.0), abs=0.12), "after one time constant"
+    finally:
+        sitl.stop()
+        px4.socket.close()
+
+
 def test_motors_stand_still_while_it_is_disarmed(flown, layout, model):
     plant, px4, _ = flown
     run(plant, px4, hover(layout, model), 5, armed=False)

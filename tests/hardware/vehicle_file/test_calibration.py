@@ -151,6 +151,20 @@ def test_a_flight_s_thrust_and_lag_are_learned(tmp_path):
     assert values["pixhawk.thrust_curve.shape"] == 0.3 and "pixhawk.thrust_curve.hover_voltage" not in values
 
 
+@pytest.mark.parametrize(
+    ("before", "measured", "written"), [("", 0.4, 0.4), ("", 0.0, None), ("shape = 0.3\n", 0.0, 0.0)]
+)
+def test_a_flight_s_slope_and_delay_are_learned(tmp_path, before, measured, written):
+    path = write(tmp_path, f"[pixhawk.thrust_curve]\nhover_thrust = 0.5\nhover_force = 29.0\n{before}")
+    with Recorder(tmp_path / "flight.mcap", {}, keep=False) as recorder:
+        recorder.write("hover", 0.0, {"thrust": 0.4, "force": 28.9, "voltage": 15.1, "shape": measured, "slope": 1.3})
+        recorder.write("poses", 0.0, {"delay": 0.0121, "latency": 0.0171, "rate": 100.0})
+    ran = run("vehicle", "learn", path, str(tmp_path / "flight.mcap"))
+    assert ran.exit_code == 0, ran.output
+    values = VehicleFile.load(path).values
+    assert values["mocap.latency"] == 0.0171 and values.get("pixhawk.thrust_curve.shape") == written
+
+
 def test_a_recording_that_measured_nothing_changes_nothing(tmp_path):
     path = write(tmp_path, "")
     with Recorder(tmp_path / "flight.mcap", {}, keep=False) as recorder:
