@@ -49,7 +49,9 @@ class Mission(Uncopied):
         self._schedule = PlanSchedule(
             self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
-        self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
+        self._controller = PositionController(
+            model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
+        )
         self._engagement = Engagement(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
@@ -60,7 +62,7 @@ class Mission(Uncopied):
         self._last_time: float | None = None
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
-        self._thrust = model.vehicle.mass * GRAVITY
+        self._rotors = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
         self._abort_reason = ""
 
     @property
@@ -127,7 +129,7 @@ class Mission(Uncopied):
         now = measurement.time
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        force = self._thrust * rotation_body_to_world(measurement.attitude)[:, 2]
+        force = rotation_body_to_world(measurement.attitude) @ self._rotors
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         if self._whole_body is not None:
             seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
@@ -145,13 +147,14 @@ class Mission(Uncopied):
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
             attitude = self._engaged(thrust.attitude, measurement)
-            command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
+            ahead, left, up = self.model.actuation.body_force(thrust.force, measurement.attitude)
+            command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
             command = planned
-            up = rotation_body_to_world(planned.attitude)[:, 2]
-            thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
+            made = rotation_body_to_world(planned.attitude) @ planned.body_force
+            thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
-        self._thrust = command.thrust
+        self._rotors = command.body_force
         backend.command(command)
         self._estimator.tell(command.attitude)
         self._record(measurement, estimate, setpoint, thrust, command)
@@ -222,7 +225,7 @@ class Mission(Uncopied):
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
 _SETPOINT_FIELDS = ("position", "velocity", "acceleration", "yaw", "force", "arm_rates")
-_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip")
+_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
 
 
 @contextmanager
