@@ -54,7 +54,9 @@ class Mission(Uncopied):
         self._schedule = PlanSchedule(
             self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
-        self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
+        self._controller = PositionController(
+            model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
+        )
         self._engagement = Engagement(model)
         self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
@@ -66,8 +68,12 @@ class Mission(Uncopied):
         self._last_time: float | None = None
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
+<<<<<<< HEAD
         self._thrust = model.vehicle.mass * GRAVITY
         self._lift = LiftScale(self._thrust, model.vehicle.max_thrust)
+=======
+        self._rotors = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+>>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
         self._abort_reason = ""
 
     @property
@@ -137,7 +143,11 @@ class Mission(Uncopied):
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
+<<<<<<< HEAD
         force = self._thrust * rotation_body_to_world(present_attitude(measurement))[:, 2]
+=======
+        force = rotation_body_to_world(measurement.attitude) @ self._rotors
+>>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
@@ -155,13 +165,20 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
+<<<<<<< HEAD
             attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
             command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
+=======
+            attitude = self._engaged(thrust.attitude, measurement)
+            ahead, left, up = self.model.actuation.body_force(thrust.force, measurement.attitude)
+            command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
+>>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
         else:
             command = planned
-            up = rotation_body_to_world(planned.attitude)[:, 2]
-            thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
+            made = rotation_body_to_world(planned.attitude) @ planned.body_force
+            thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
+<<<<<<< HEAD
         if self._sequence.at_the_leaf:
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
         elif self._sequence.tie is Tie.FREE:
@@ -170,6 +187,10 @@ class Mission(Uncopied):
         command = replace(command, thrust=self._lift.command(command.thrust))
         told = self._locator.told(command)
         backend.command(told)
+=======
+        self._rotors = command.body_force
+        backend.command(command)
+>>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
         self._estimator.tell(command.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
         touches = self._sequence.at_the_leaf and estimate.touching
@@ -253,7 +274,12 @@ class Mission(Uncopied):
 
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
+<<<<<<< HEAD
 _COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip")
+=======
+_SETPOINT_FIELDS = ("position", "velocity", "acceleration", "yaw", "force", "arm_rates")
+_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
+>>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
 
 
 @contextmanager
