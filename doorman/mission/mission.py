@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 
 import numpy as np
 
@@ -68,12 +67,8 @@ class Mission(Uncopied):
         self._last_time: float | None = None
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
-<<<<<<< HEAD
-        self._thrust = model.vehicle.mass * GRAVITY
-        self._lift = LiftScale(self._thrust, model.vehicle.max_thrust)
-=======
         self._rotors = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
->>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
+        self._lift = LiftScale(model.vehicle.mass * GRAVITY, model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -143,11 +138,7 @@ class Mission(Uncopied):
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-<<<<<<< HEAD
-        force = self._thrust * rotation_body_to_world(present_attitude(measurement))[:, 2]
-=======
-        force = rotation_body_to_world(measurement.attitude) @ self._rotors
->>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
+        force = rotation_body_to_world(present_attitude(measurement)) @ self._rotors
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
@@ -165,32 +156,22 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
-<<<<<<< HEAD
             attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
-            command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
-=======
-            attitude = self._engaged(thrust.attitude, measurement)
             ahead, left, up = self.model.actuation.body_force(thrust.force, measurement.attitude)
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
->>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
         else:
             command = planned
             made = rotation_body_to_world(planned.attitude) @ planned.body_force
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
-<<<<<<< HEAD
         if self._sequence.at_the_leaf:
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
         elif self._sequence.tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
-        self._thrust = command.thrust
-        command = replace(command, thrust=self._lift.command(command.thrust))
+        self._rotors = command.body_force
+        command = self._lift.scaled(command)
         told = self._locator.told(command)
         backend.command(told)
-=======
-        self._rotors = command.body_force
-        backend.command(command)
->>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
         self._estimator.tell(command.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
         touches = self._sequence.at_the_leaf and estimate.touching
@@ -274,12 +255,7 @@ class Mission(Uncopied):
 
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
-<<<<<<< HEAD
-_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip")
-=======
-_SETPOINT_FIELDS = ("position", "velocity", "acceleration", "yaw", "force", "arm_rates")
 _COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
->>>>>>> f6f0aee5e7451241b15160525d633f871ee8582d
 
 
 @contextmanager
