@@ -12,6 +12,7 @@ from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.surroundings import Surroundings
 from doorman.exceptions import DimensionError, ScenarioError
+from doorman.kinematics.actuation import actuation_of
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.read_door import read_door, read_travel
 from doorman.kinematics.rotations import regular_state, regular_step
@@ -80,6 +81,8 @@ class Model:
         """From where the tip touches the leaf in the start posture to the hover before the door, shape (3,), world frame [m]."""
         self.start_arm, self.goal_arm = frozen(self.start_state[5:]), frozen(self.goal_state[5:])
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
+        self.actuation = actuation_of(self.vehicle, scenario.simulation.torque_per_thrust)
+        """How the vehicle makes a force: with a tilted thrust, or with a level body."""
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
 
     @property

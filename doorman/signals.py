@@ -49,3 +49,10 @@ class Command(OneLine):
     """Ḣ_d, shape (n,) [rad/s]."""
     grip: bool = False
     """Whether the tip holds on to the leaf that it touches; a tip that can only push takes no notice."""
+    side_force: tuple[float, float] = (0.0, 0.0)
+    """Force along the body's x and y axis, of a fully actuated vehicle [N]."""
+
+    @property
+    def body_force(self) -> Array:
+        """Of the rotors, shape (3,), body frame [N]."""
+        return np.array([*self.side_force, self.thrust])

@@ -12,6 +12,9 @@ is free. At the leaf the tip may carry what is missing, so nothing is learnt the
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+
+from doorman.signals import Command
 
 _RATE = 0.6
 """ω [rad/s]: slower than the disturbance observer, which holds the height meanwhile; 3 s of hover learn most of it."""
@@ -41,6 +44,18 @@ class LiftScale:
         """
         share = 1.0 - math.exp(-_RATE * time_step)
         self.scale = min(max(self.scale * (1.0 + share * upwards / self._weight), _LEAST), _MOST)
+
+    def scaled(self, command: Command) -> Command:
+        """What to command for a force of the rotors.
+
+        Args:
+            command: With the force that is wanted.
+        """
+        thrust = self.command(command.thrust)
+        if thrust == command.thrust:
+            return command
+        ahead, left = (side / self.scale for side in command.side_force)
+        return replace(command, thrust=thrust, side_force=(ahead, left))
 
     def command(self, thrust: float) -> float:
         """What to command for a thrust [N].

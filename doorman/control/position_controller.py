@@ -1,4 +1,4 @@
-r"""DOB position controller: from a setpoint to thrust and attitude.
+r"""DOB position controller: from a setpoint to force and attitude.
 
 .. math:: F = m(\ddot p_d + k_d\dot e + k_p e) + m g e_3 + F_R - \hat\delta
 
@@ -20,6 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.kinematics.actuation import Actuation, TiltedThrust
+from doorman.kinematics.actuation import attitude_of_force as attitude_of_force
+from doorman.kinematics.actuation import saturate as saturate
 from doorman.one_line import OneLine
 from doorman.scenario import ControlSection
 
@@ -81,11 +84,19 @@ class PositionController:
         gravity: g [m/s²].
         max_thrust: [N].
         settings: Gains and limits.
+        actuation: How the vehicle makes a force; by tilting its thrust if not given.
     """
 
-    def __init__(self, mass: float, gravity: float, max_thrust: float, settings: ControlSection) -> None:
+    def __init__(
+        self,
+        mass: float,
+        gravity: float,
+        max_thrust: float,
+        settings: ControlSection,
+        actuation: Actuation | None = None,
+    ) -> None:
         self.mass = mass
-        self.max_thrust = max_thrust
+        self._actuation = actuation or TiltedThrust(max_thrust)
         self.settings = settings
         self.observer = DisturbanceObserver(
             mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
@@ -133,11 +144,11 @@ class PositionController:
         if setpoint.push is not None:
             wanted = wanted + (setpoint.push - setpoint.normal @ (wanted - self._weight)) * setpoint.normal
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
-        force = saturate(wanted, self.max_thrust, max_tilt)
+        force = self._actuation.within_limits(wanted, setpoint.yaw, max_tilt)
         self._acting = force - self._weight - setpoint.force
         return Thrust(
             thrust=float(np.linalg.norm(force)),
-            attitude=attitude_of_force(force, setpoint.yaw),
+            attitude=self._actuation.attitude(force, setpoint.yaw),
             force=force,
             disturbance=disturbance,
             saturated=bool(np.abs(force - wanted).max() > 1e-9),
@@ -162,36 +173,3 @@ class PositionController:
         lift = float(self.observer.estimate[2] - self._free[2])
         if abs(lift) > self._most_lift:
             self.observer.align(_UP, self._free + math.copysign(self._most_lift, lift) * _UP, velocity)
-
-
-def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
-    """Nearest sensible force within thrust and tilt: height is kept first, then the horizontal part is cut.
-
-    Args:
-        force: Shape (3,), world frame [N].
-        max_thrust: [N].
-        max_tilt: Largest angle between force and vertical [rad].
-
-    Returns:
-        Shape (3,), world frame [N]; its vertical part is positive.
-    """
-    vertical = min(max(float(force[2]), 0.1 * max_thrust), max_thrust)
-    horizontal = math.hypot(force[0], force[1])
-    largest = min(vertical * math.tan(max_tilt), math.sqrt(max(max_thrust**2 - vertical**2, 0.0)))
-    scale = 1.0 if horizontal <= largest else largest / horizontal
-    return np.array([scale * force[0], scale * force[1], vertical])
-
-
-def attitude_of_force(force: Array, yaw: float) -> Array:
-    """Attitude whose body z axis points along a force.
-
-    Args:
-        force: Shape (3,), world frame, vertical part positive [N].
-        yaw: ψ [rad].
-
-    Returns:
-        Φ, shape (3,) [rad].
-    """
-    forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
-    left = -math.sin(yaw) * force[0] + math.cos(yaw) * force[1]
-    return np.array([math.atan2(-left, math.hypot(forward, force[2])), math.atan2(forward, force[2]), yaw])

@@ -27,11 +27,16 @@ def limited(command: Command, weight: float, most: float) -> Command:
         most: Largest force of the rotors beyond the weight, `control.max_push` [N].
     """
     up = np.array([0.0, 0.0, weight])
-    beyond = command.thrust * rotation_body_to_world(command.attitude)[:, 2] - up
+    rotation = rotation_body_to_world(command.attitude)
+    beyond = rotation @ command.body_force - up
     size = float(np.linalg.norm(beyond))
     if size <= most:
         return command
-    x, y, z = (up + most / size * beyond).tolist()
+    force = up + most / size * beyond
+    if any(command.side_force):  # a vehicle that pushes with a level body keeps its attitude
+        ahead, left, lift = (rotation.T @ force).tolist()
+        return replace(command, thrust=lift, side_force=(ahead, left))
+    x, y, z = force.tolist()
     yaw, thrust = float(command.attitude[2]), math.sqrt(x * x + y * y + z * z)
     ahead, aside = math.cos(yaw) * x + math.sin(yaw) * y, math.cos(yaw) * y - math.sin(yaw) * x
     attitude = np.array([-math.asin(aside / thrust), math.atan2(ahead, z), yaw])

@@ -144,7 +144,7 @@ class StateConverter:
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)
-        return self._coupling.motion_of(state, inputs[1:4], inputs[4:])
+        return self._coupling.motion_of(state, inputs[1:4], inputs[4 : 4 + self.model.n_arm])
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
         """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.
@@ -168,7 +168,9 @@ class StateConverter:
         if time >= plan.time_step * len(plan.inputs):
             return np.zeros(3)
         state, inputs = self._at(plan, time)
-        return self.planned_force(state, float(inputs[0]), self._acceleration(plan, time))
+        return self.planned_force(
+            state, float(inputs[0]), self._acceleration(plan, time), inputs[4 + self.model.n_arm :]
+        )
 
     def _at(self, plan: Plan, time: float) -> tuple[Array, Array]:
         """Reduced state and inputs at a time of the plan; at rest after its end."""
@@ -193,17 +195,23 @@ class StateConverter:
         rest = np.zeros(3)
         return Setpoint(position.copy(), rest, rest, yaw, rest, rest, np.zeros(self.model.n_arm))
 
-    def planned_force(self, state: Array, thrust: float, acceleration: Array | None = None) -> Array:
+    def planned_force(
+        self, state: Array, thrust: float, acceleration: Array | None = None, side: Array | None = None
+    ) -> Array:
         """Part along the door's normal, horizontal, of the planned force on the door (`PlanningModel.force_on_door`).
 
         Args:
             state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,).
             thrust: f_t [N].
             acceleration: P̈ of O_B, shape (3,), world frame [m/s²]; zero if not given.
+            side: Body force along x and y, shape (2,) [N]; none if not given or empty.
 
         Returns:
             Force on the door, shape (3,), world frame [N].
         """
         normal = self.model.door.normal(state[3])
-        force = self._planning.force_on_door(state, thrust, np.zeros(3) if acceleration is None else acceleration)
+        rotors = np.array([0.0, 0.0, thrust])
+        if side is not None and len(side):
+            rotors[:2] = side
+        force = self._planning.force_on_door(state, rotors, np.zeros(3) if acceleration is None else acceleration)
         return np.asarray((normal @ force) * normal)

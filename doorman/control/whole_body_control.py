@@ -42,6 +42,8 @@ _MOST_TURN = 0.25
 """Largest lead of the commanded heading [rad]."""
 _ARM_TIME = 0.1
 """Low-pass of the joint rates [s]: they differ from plan to plan by noise, which would rattle the tip until friction lets go."""
+_SIDE_TIME = 0.05
+"""Low-pass of the force to the side [s], as of rotors."""
 _YAW_RATE = 11
 """Its place in the state."""
 
@@ -60,13 +62,13 @@ class WholeBodyController:
         self._least_grip = _LEAST_GRIP * model.vehicle.mass * GRAVITY
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
-        self._arm_rates = np.zeros(model.n_arm)
+        self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
         self._tilt = TiltObserver(model.scenario.control)
 
     def forget(self) -> None:
         """Begin anew: door and arm stand."""
         self.opening_rate = 0.0
-        self._arm_rates = np.zeros(self._model.n_arm)
+        self._arm_rates, self._side = np.zeros(self._model.n_arm), np.zeros(2)
         self._tilt.forget()
 
     def aim(self, known: LeafEstimate, time_step: float) -> None:
@@ -110,7 +112,9 @@ class WholeBodyController:
             self.opening_rate, weight,
         )  # fmt: skip
         face = numbers["mechanism.point"] + known.face_offset * numbers["mechanism.normal"]
+        side = {"actuation.side": self._side} if self._model.actuation.fully else {}
         return state, {
+            **side,
             **aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face,
             "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + self._turned_by(known),
         }  # fmt: skip
@@ -142,8 +146,13 @@ class WholeBodyController:
         attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw
         share = 1.0 - math.exp(-time_step / _ARM_TIME)
-        self._arm_rates = self._arm_rates + share * (planned[4:] - self._arm_rates)
-        return Command(float(planned[0]), attitude, self._arm_rates.copy(), False)
+        self._arm_rates = self._arm_rates + share * (planned[4 : 4 + self._model.n_arm] - self._arm_rates)
+        if not self._model.actuation.fully:
+            return Command(float(planned[0]), attitude, self._arm_rates.copy(), False)
+        share = 1.0 - math.exp(-time_step / _SIDE_TIME)
+        self._side = self._side + share * (planned[-2:] - self._side)
+        ahead, left = self._side
+        return Command(float(planned[0]), attitude, self._arm_rates.copy(), False, (float(ahead), float(left)))
 
 
 def tilted(roll: float, pitch: float, yaw: float) -> Array:

@@ -22,17 +22,22 @@ from doorman.kinematics.task import Task
 
 
 class QuasiStaticTask(Task):
-    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; I_D is `door.moving_inertia`. See `Task`."""
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; I_D is `door.moving_inertia`. See `Task`.
+
+    A fully actuated vehicle has f_x and f_y as further inputs.
+    """
 
     def __init__(self, pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> None:
         super().__init__(pattern, point_names, numbers)
         self.body_rates = ca.SX.sym("body_rate", 3)
         self.state = ca.vertcat(self.attitude, self.door_angle, self.door_rate, self.arm_angles)
         self.inputs = ca.vertcat(self.thrust, self.body_rates, self.arm_rates)
+        if "actuation.side" in numbers.sizes:
+            self.inputs = ca.vertcat(self.inputs, self.side_force)
 
     @property
     def derivative(self) -> Any:
         """ẋ, (5 + n, 1)."""
-        torque = self.thrust * ca.dot(self.lever_in_heading, self.tilt_rotation[:, 2]) - self.lifted - self.hinge_torque
+        torque = ca.dot(self.lever_in_heading, self.rotors_in_heading) - self.lifted - self.hinge_torque
         acceleration = torque / self.door.moving_inertia
         return ca.vertcat(euler_rates(self.attitude, self.body_rates), self.door_rate, acceleration, self.arm_rates)

@@ -16,6 +16,7 @@ from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.setup import joint_margin
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
+from doorman.planning.own_motion import rotor_force
 
 Array = NDArray[np.float64]
 
@@ -113,7 +114,7 @@ def _joints(model: Model, rehearsal: Rehearsal) -> Finding:
 
 def _rates(model: Model, rehearsal: Rehearsal) -> Finding:
     """Joint rates along the rehearsal against what the servos can do; a limit of 0 in the URDF means none is given."""
-    rates, limits = np.abs(rehearsal.inputs[:, 4:]).max(axis=0), _given(model.vehicle.rate_limits)
+    rates, limits = np.abs(rehearsal.inputs[:, 4 : 4 + model.n_arm]).max(axis=0), _given(model.vehicle.rate_limits)
     worst = int(np.argmax(rates / limits))
     unit = f"{model.vehicle.angle_units[worst]}/s"
     ok = bool(rates[worst] <= limits[worst])
@@ -157,7 +158,7 @@ def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     torques = []
     for state, inputs in _every(model, rehearsal):
         rotation = rotation_body_to_world(state[:3])
-        force = inputs[0] * rotation[:, 2] - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        force = rotation @ rotor_force(inputs, model.n_arm) - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
         by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
         torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
     pull = _pull(model, max(0.0, -float(rehearsal.normal_forces.min())))

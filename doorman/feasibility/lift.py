@@ -72,7 +72,7 @@ def lift_left(layout: RotorLayout, torque: Array) -> float:
     Returns:
         [N]; negative where no thrust carries that torque.
     """
-    inverse = np.linalg.pinv(layout.allocation)
+    inverse = layout.inverse
     return float(((layout.max_thrusts - inverse[:, 1:3] @ torque) / inverse[:, 0]).min())
 
 

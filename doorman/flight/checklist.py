@@ -89,6 +89,7 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
         _autopilot(model, links),
         _mocap(model, links),
         _servos(model, links),
+        judge_rotors(model),
         judge_limits(model),
         _place(model, links),
         _computer(),
@@ -268,6 +269,17 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
     winds_up = dialect == ARDUPILOT.name and setpoints == "position"
     found = f"{setpoints}; {dialect} winds up against a door, and is flung off it" if winds_up else setpoints
     return _row("setpoints", not winds_up, found, "--setpoints attitude", Verdict.WARNING)
+
+
+def judge_rotors(model: Model) -> Iterator[Check]:
+    """Row about rotors that push to the side, of a vehicle that has them: attitude and thrust do not fly it with a level body.
+
+    Args:
+        model: Model of the scenario.
+    """
+    if model.actuation.fully:
+        yield _row("rotors", False, "make force to every side, of which the setpoints carry none",
+                   "fly it in simulation; the links send attitude and thrust")  # fmt: skip
 
 
 def judge_limits(model: Model) -> Iterator[Check]:

@@ -44,7 +44,7 @@ class Balance:
             layout: Its rotors.
             weight: m g [N].
         """
-        inverse = weight * np.linalg.pinv(layout.allocation)
+        inverse = weight * layout.inverse
         slopes = np.column_stack([-inverse[:, 2], inverse[:, 1]])
         sides: dict[tuple[float, ...], tuple[Array, float]] = {}
         for slope, level, limit in zip(slopes, inverse[:, 0], layout.max_thrusts, strict=True):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,8 +17,8 @@ Array = NDArray[np.float64]
 
 PREFIX = "rotor"
 """How the name of a rotor's joint begins."""
-_LARGEST_TILT = math.radians(1.0)
-"""Of a rotor that counts as upright: 1.7 % of its thrust go to the side."""
+_LYING = 0.1
+"""Share of the thrust along the body's z axis below which the frame says which way a rotor blows, and above which it lifts."""
 
 
 @dataclass(frozen=True)
@@ -29,9 +28,11 @@ class Rotor:
     position: Array
     """In the body, shape (3,) [m]."""
     direction: float
-    """+1 counter-clockwise seen from above, −1 clockwise."""
+    """+1 counter-clockwise seen from where its thrust points to, −1 clockwise."""
     max_thrust: float
     """[N]."""
+    axis: Array
+    """Unit vector of its thrust, in the body, shape (3,)."""
 
 
 def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> tuple[Rotor, ...]:
@@ -46,7 +47,7 @@ def read_rotors(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3) -> tupl
         The rotors, in the order of the URDF; none where none of them has a limit.
 
     Raises:
-        UrdfError: if the file is not a URDF, or a rotor moves with the arm, has no thrust, or is tilted.
+        UrdfError: if the file is not a URDF, or a rotor moves with the arm or has no thrust.
     """
     joints = [joint for joint in read_joints(urdf).values() if joint.name.startswith(PREFIX)]
     rotors = [_rotor(urdf, model, base, joint) for joint in joints]
@@ -81,13 +82,8 @@ def _rotor(urdf: Path, model: pinocchio.Model, base: pinocchio.SE3, joint: UrdfJ
             "a rotor moves with the arm", file=urdf, field=where, given=f"behind joint {model.names[frame.parentJoint]}",
             allowed="a rotor fixed to the base link",
         )  # fmt: skip
-    axis = base.rotation.T @ frame.placement.rotation @ np.array(joint.axis) / np.linalg.norm(joint.axis)
-    tilt = math.acos(min(abs(float(axis[2])), 1.0))
-    if tilt > _LARGEST_TILT:
-        raise UrdfError(
-            "a rotor is tilted, and would be flown as an upright one", file=urdf, field=f"{where}/axis, origin@rpy",
-            given=f"{math.degrees(tilt):.1f}° off the body's z axis",
-            allowed=f"an axis along ±z of the body, within {math.degrees(_LARGEST_TILT):.0f}°",
-        )  # fmt: skip
-    direction = -1.0 if axis[2] < 0.0 else 1.0
-    return Rotor(frozen(base.actInv(frame.placement.translation)), direction, joint.effort)
+    own = np.array(joint.axis) / np.linalg.norm(joint.axis)
+    axis = base.rotation.T @ frame.placement.rotation @ own
+    towards = axis[2] if abs(axis[2]) > _LYING else own[2]
+    sense = -1.0 if towards < 0.0 else 1.0
+    return Rotor(frozen(base.actInv(frame.placement.translation)), sense, joint.effort, frozen(sense * axis))

@@ -75,6 +75,8 @@ class Task(ABC):
         self._named = named
         for group in sorted({name.partition(".")[0] for name in named if "." in name}):
             setattr(self, group, _group(group, named))
+        self.side_force = ca.SX.sym("side_force", 2) if "actuation.side" in named else ca.SX(2, 1)
+        """Body force along x and y of a fully actuated vehicle, (2, 1); 0 of another one [N]."""
         names = point_names, arm_points(pattern, named["arm"], self.arm_angles)
         self.arm_side = 1 if pattern.above else -1
         """+1 where the arm belongs above the rotors' plane, −1 where below."""
@@ -241,8 +243,13 @@ class Task(ABC):
 
     @property
     def thrust_along_normal(self) -> Any:
-        r"""The thrust's share along the normal, :math:`f_t\,n_D^T R e_3` [N]."""
-        return self.thrust * ca.dot(self.normal_in_heading, self.tilt_rotation[:, 2])
+        r"""The rotors' share along the normal, :math:`n_D^T R\,[f_x, f_y, f_t]^T` [N]; f_x and f_y are 0 of upright rotors."""
+        return ca.dot(self.normal_in_heading, self.rotors_in_heading)
+
+    @cached_property
+    def rotors_in_heading(self) -> Any:
+        """Force of the rotors in the heading frame, (3, 1) [N]."""
+        return self.thrust * self.tilt_rotation[:, 2] + self.tilt_rotation[:, :2] @ self.side_force
 
     @property
     def lifted(self) -> Any:

@@ -358,7 +358,7 @@ class Vehicle:
         if self.names.max_thrust is not None:
             return float(self.names.max_thrust)
         if self.rotors:
-            return sum(rotor.max_thrust for rotor in self.rotors)
+            return float(sum(rotor.max_thrust * rotor.axis[2] for rotor in self.rotors))
         return 2.0 * self.mass * GRAVITY
 
     def _arm_geometry(self) -> ArmGeometry:

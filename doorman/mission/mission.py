@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 
 import numpy as np
 
@@ -54,7 +53,9 @@ class Mission(Uncopied):
         self._schedule = PlanSchedule(
             self._planner_for(model, planner), settings.simulation.planner_latency_periods, self.recorder
         )
-        self._controller = PositionController(model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control)
+        self._controller = PositionController(
+            model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
+        )
         self._engagement = Engagement(model)
         self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
@@ -66,8 +67,8 @@ class Mission(Uncopied):
         self._last_time: float | None = None
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
-        self._thrust = model.vehicle.mass * GRAVITY
-        self._lift = LiftScale(self._thrust, model.vehicle.max_thrust)
+        self._rotors = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        self._lift = LiftScale(model.vehicle.mass * GRAVITY, model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -137,7 +138,7 @@ class Mission(Uncopied):
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        force = self._thrust * rotation_body_to_world(present_attitude(measurement))[:, 2]
+        force = rotation_body_to_world(present_attitude(measurement)) @ self._rotors
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
@@ -156,18 +157,19 @@ class Mission(Uncopied):
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
             attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
-            command = Command(thrust.thrust, attitude, setpoint.arm_rates, action.grip)
+            ahead, left, up = self.model.actuation.body_force(thrust.force, measurement.attitude)
+            command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
             command = planned
-            up = rotation_body_to_world(planned.attitude)[:, 2]
-            thrust = Thrust(planned.thrust, planned.attitude, planned.thrust * up, estimate.wind, False)
+            made = rotation_body_to_world(planned.attitude) @ planned.body_force
+            thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
         if self._sequence.at_the_leaf:
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
         elif self._sequence.tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
-        self._thrust = command.thrust
-        command = replace(command, thrust=self._lift.command(command.thrust))
+        self._rotors = command.body_force
+        command = self._lift.scaled(command)
         told = self._locator.told(command)
         backend.command(told)
         self._estimator.tell(command.attitude)
@@ -253,7 +255,7 @@ class Mission(Uncopied):
 
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
-_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip")
+_COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
 
 
 @contextmanager

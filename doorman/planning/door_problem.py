@@ -12,7 +12,7 @@ from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
-from doorman.model import Model
+from doorman.model import GRAVITY, Model
 from doorman.ocp.kernels.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 _PAPER_STATE_WEIGHTS = (5.0, 5.0, 3.0, 9.0, 8.0)
 _PAPER_INPUT_WEIGHTS = (0.1, 5.0, 5.0, 13.5)
+_SIDE_WEIGHT = 5.0
+"""Of a force to the side as a share of the weight: as dear as the tilt that would make it."""
 
 
 def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = NO_EXTRAS) -> Problem:
@@ -59,7 +61,8 @@ def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
 def door_numbers(model: Model) -> Numbers:
     """Numbers of the scenario's task, with margin and tilt, and of an arm with mass its bodies and what balances them."""
     limits = {"limits.margin": model.scenario.planner.margin, "limits.least_cosine": least_cosine(model)}
-    return model.reduced.numbers.and_also({**limits, **balance_numbers(model.vehicle)})
+    side = {"actuation.side": np.zeros(2)} if model.actuation.fully else {}
+    return model.reduced.numbers.and_also({**limits, **side, **balance_numbers(model.vehicle)})
 
 
 def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
@@ -92,14 +95,17 @@ def door_cost(model: Model) -> QuadraticCost:
     Raises:
         ScenarioError: if a vector of weights does not fit the arm.
     """
-    n = model.n_arm
+    n, side = model.n_arm, np.zeros(2 if model.actuation.fully else 0)
+    weight = model.vehicle.mass * GRAVITY
     by_state = [*_PAPER_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]]
     return QuadraticCost(
         state_weights=chosen_weights(model, "state", by_state),
         terminal_weights=chosen_weights(model, "terminal", by_state),
-        input_weights=chosen_weights(model, "input", [*_PAPER_INPUT_WEIGHTS, *[10.0] * n]),
+        input_weights=np.concatenate(
+            [chosen_weights(model, "input", [*_PAPER_INPUT_WEIGHTS, *[10.0] * n]), side + _SIDE_WEIGHT / weight**2]
+        ),
         state_goal=model.goal_state,
-        input_goal=_holding_input(model),
+        input_goal=np.concatenate([_holding_input(model), side]),
     )
 
 

@@ -67,9 +67,9 @@ class LagrangianPlanning(GripPlanning):
         reduced = np.delete(x, (4, 5, 6), axis=1)
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
 
-    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
         r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
-        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], thrust, acceleration)
+        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The full dynamics themselves, see `PlanningModel`."""

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.kinematics.actuation import LEVEL
 from doorman.model import GRAVITY, Model
 from doorman.ocp.problem.problem import Bounds
 
@@ -14,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def reduced_bounds(model: Model) -> Bounds:
-    """Bounds of [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d] from `[limits]` and the vehicle's URDF; none if they are switched off.
+    """Bounds of [Φ, α, α̇, H] and [f_t, Ω, Ḣ_d, f_x, f_y] from `[limits]` and the vehicle's URDF; none if they are switched off.
 
     Args:
         model: Model of the scenario.
@@ -27,12 +28,13 @@ def reduced_bounds(model: Model) -> Bounds:
         return Bounds()
     rates = np.asarray(vehicle.rate_limits if limits.joint_rates is None else np.full(model.n_arm, limits.joint_rates))
     body = np.asarray(limits.body_rates)
-    none = np.full(5, np.inf)
+    none, actuation = np.full(5, np.inf), model.actuation
+    side = np.full(2 if actuation.fully else 0, actuation.side)
     return Bounds(
         state_lower=np.concatenate([-none, vehicle.lower_limits]),
         state_upper=np.concatenate([none, vehicle.upper_limits]),
-        input_lower=np.concatenate([[limits.min_thrust], -body, -rates]),
-        input_upper=np.concatenate([[vehicle.max_thrust], body, rates]),
+        input_lower=np.concatenate([[max(limits.min_thrust, actuation.lift[0])], -body, -rates, -side]),
+        input_upper=np.concatenate([[min(vehicle.max_thrust, actuation.lift[1])], body, rates, side]),
     )
 
 
@@ -89,6 +91,8 @@ def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> 
         return min(largest_push(model, tilt, float(angle)) for angle in way)
     weight, upwards = model.vehicle.mass * GRAVITY, -model.travel.sense * float(model.door.normal(door_angle)[2])
     level, slope = math.sqrt(1.0 - upwards**2), math.tan(tilt)
+    if model.actuation.push is not None:
+        return model.actuation.push / max(level, 1e-3)
     by_tilt = weight * slope / (level - upwards * slope) if level > upwards * slope else math.inf
     left = (upwards * weight) ** 2 + model.vehicle.max_thrust**2 - weight**2
     by_thrust = max(math.sqrt(max(left, 0.0)) - upwards * weight, 0.0)
@@ -96,6 +100,11 @@ def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> 
 
 
 def least_cosine(model: Model) -> float:
-    """Least cosine of the tilt, the angle between the body's z axis and the world's; −1 where it is free."""
+    """Least cosine of the tilt, the angle between the body's z axis and the world's; −1 where it is free.
+
+    A fully actuated vehicle stays level.
+    """
     limits = model.scenario.limits
+    if model.actuation.fully:
+        return math.cos(LEVEL)
     return math.cos(limits.tilt) if limits.enabled else -1.0

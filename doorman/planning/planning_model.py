@@ -139,15 +139,15 @@ class PlanningModel(Protocol):
             inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
 
         Returns:
-            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d] of the inputs.
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
         """
 
-    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
         """Force of the tip on the door, as the model understands it.
 
         Args:
             reduced: [Φ, α, α̇, H], shape (5 + n,).
-            thrust: f_t [N].
+            rotors: Their force, shape (3,), body frame [N].
             acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
 
         Returns:
@@ -184,6 +184,11 @@ def planning_model(model: Model) -> PlanningModel:
         raise ScenarioError(
             f'contact.kind = "{model.scenario.contact.kind}" is not planned with this', file=model.scenario.source,
             field="planner.model", given=given, allowed=", ".join(kinds),
+        )  # fmt: skip
+    if given == "lagrangian" and model.actuation.fully:
+        raise ScenarioError(
+            "a fully actuated vehicle is not planned with this", file=model.scenario.source, field="planner.model",
+            given=given, allowed="quasi_static",
         )  # fmt: skip
     if given == "lagrangian" and not model.door.vertical:
         raise ScenarioError(

@@ -19,6 +19,7 @@ from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.door_problem import door_numbers, door_problem
 from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
+from doorman.planning.own_motion import stepped
 
 Array = NDArray[np.float64]
 
@@ -62,9 +63,11 @@ class QuasiStaticPlanning(GripPlanning):
         joints = model.vehicle.joint_names
         self.state_names = ("roll", "pitch", "yaw", "door angle", "door rate", *joints)
         self.input_names = ("thrust", "body rate x", "body rate y", "body rate z", *(f"rate of {j}" for j in joints))
+        if model.actuation.fully:
+            self.input_names += ("force ahead", "force to the left")
         self.start_state = model.start_state
         self.goal_state = model.goal_state
-        self.hover_input = model.hover_input
+        self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
         self.follows_start = False
         self.tolerance = SolverOptions().feasibility
         self.numbers = door_numbers(model)
@@ -89,9 +92,9 @@ class QuasiStaticPlanning(GripPlanning):
         """States and inputs themselves."""
         return states, inputs
 
-    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
         r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
-        force: Array = thrust * rotation_body_to_world(reduced[:3])[:, 2]
+        force: Array = rotation_body_to_world(reduced[:3]) @ rotors
         force[2] -= self.model.vehicle.mass * GRAVITY
         return force
 
@@ -99,10 +102,10 @@ class QuasiStaticPlanning(GripPlanning):
         r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`."""
         model = self.model
         moving = model.door.inertia + model.vehicle.mass * model.coupling.lever_length**2
-        reduced = model.reduced.with_numbers(
-            {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}
-        )
-        return reduced.step
+        known = {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}
+        if model.actuation.fully:
+            return stepped(door_problem(model, self.numbers.replaced(known)))
+        return model.reduced.with_numbers(known).step
 
 
 def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
@@ -122,7 +125,10 @@ def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
     ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
     left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
     level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left
-    return np.asarray(inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2])
+    pushes = inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2]
+    for k, side in enumerate(inputs[:, 4 + model.n_arm :]):
+        pushes[k] += normals[k] @ rotation_body_to_world(states[k, :3])[:, : len(side)] @ side
+    return np.asarray(pushes)
 
 
 def resistance(model: Model, hinge: Hinge, angle: float) -> float:
@@ -180,6 +186,8 @@ def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
     """
     closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
     push = -(hinge.disturbance + closer + model.door.weight_torque(float(goal[3]))) / model.coupling.lever_length
+    if model.actuation.fully:
+        return goal
     leans = goal.copy()
     leans[:2] += push_state(model, goal, push)[:2]
     return leans
@@ -197,8 +205,10 @@ def push_state(model: Model, state: Array, push: float) -> Array:
         push: F_n [N].
 
     Returns:
-        The same with that roll and pitch.
+        The same with that roll and pitch; the same of a fully actuated vehicle, which stays level.
     """
+    if model.actuation.fully:
+        return state
     start, yaw, normal = state.copy(), float(state[2]), model.door.normal(float(state[3]))
     forward = push * (math.cos(yaw) * normal[0] + math.sin(yaw) * normal[1])
     left = push * (math.cos(yaw) * normal[1] - math.sin(yaw) * normal[0])

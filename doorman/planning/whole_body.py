@@ -34,6 +34,9 @@ else does (`control.tilt_observer`). Yaw has no such loop that can be relied on:
 Friction that would stop the leaf within a step h is taken at the step's end instead: of the rate that the leaf would have without
 it, no more than :math:`h\tau_c/I` is lost, rounded by ε.
 
+A fully actuated vehicle has two inputs more, :math:`f_x` and :math:`f_y`, and :math:`R\,[f_x, f_y, f]^T` in place of
+:math:`f R e_3`; its numbers are `actuation.*`.
+
 There are no phases. `reference.*` and `weight.*` are numbers: approach, touch, swing, hold and letting go are other numbers of
 the same problem. A step is semi-implicit: rates change first, and places with the new rates.
 
@@ -110,7 +113,6 @@ class WholeBodyTask:
             self.joint_rate,
             self.arm_angles,
         )
-        self.inputs = ca.vertcat(self.thrust, self.tilt_command, self.yaw_torque, self.arm_rates)
         named = {name: symbol(name.replace(".", "_"), size) for name, size in numbers.sizes.items()}
         self.parameters = ca.vertcat(*named.values())
         self.of = {
@@ -119,6 +121,14 @@ class WholeBodyTask:
             )
             for group in {name.partition(".")[0] for name in named}
         }
+        self.side_force = symbol("side_force", 2) if "actuation" in self.of else ca.SX(2, 1)
+        self.inputs = ca.vertcat(
+            self.thrust,
+            self.tilt_command,
+            self.yaw_torque,
+            self.arm_rates,
+            *([self.side_force] if "actuation" in self.of else []),
+        )
         points = arm_points(pattern, named["arm.numbers"], self.arm_angles)
         self.points_in_body = dict(zip(point_names, points, strict=True))
         self.arm_side = 1 if pattern.above else -1
@@ -254,7 +264,8 @@ class WholeBodyTask:
         """[V̇, Φ̈, q̈], (7, 1)."""
         vehicle, joint = self.of["vehicle"], self.of["mechanism"]
         weight = ca.vertcat(0, 0, vehicle.mass * GRAVITY)
-        acceleration = (self.thrust * self.rotation[:, 2] - weight + vehicle.wind - self.force) / vehicle.mass
+        rotors = self.thrust * self.rotation[:, 2] + self.rotation[:, :2] @ self.side_force
+        acceleration = (rotors - weight + vehicle.wind - self.force) / vehicle.mass
         wanted = vehicle.attitude_gain * (
             self.tilt_command + self.turned_by_contact + vehicle.tilt_offset - self.attitude[:2]
         )
@@ -398,7 +409,12 @@ def residuals(task: WholeBodyTask) -> list[Residual]:
     off_goal = task.joint - goes.joint
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
     opening = goes.opening_speed * ca.tanh(task.to_go / goes.opening_length)
+    level = [] if "actuation" not in task.of else [
+        Residual("side force", task.side_force - task.of["actuation"].side, task.of["actuation"].side_weight),
+        Residual("level", task.attitude[:2], task.of["actuation"].level_weight),
+    ]  # fmt: skip
     return [
+        *level,
         Residual("place on the face", task.place, weigh.place),
         Residual("place in the world", task.position - goes.position, weigh.position),
         Residual("heading", task.attitude[2] - goes.heading[0] - goes.heading[1] * off_goal, weigh.heading),

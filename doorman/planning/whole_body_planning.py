@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
@@ -52,13 +52,14 @@ class WholeBodyPlanning:
             "roll rate", "pitch rate", "yaw rate", "door angle", "door rate", *joints,
         )  # fmt: skip
         self.input_names = (
-            "thrust", "commanded roll", "commanded pitch", "yaw torque", *(f"rate of {j}" for j in joints)
+            "thrust", "commanded roll", "commanded pitch", "yaw torque", *(f"rate of {j}" for j in joints),
+            *(("force ahead", "force to the left") if model.actuation.fully else ()),
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
         self._resting = _RESTING * scale_of(model).force
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
-        self.hover_input = model.hover_input
+        self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
         self.follows_start = True
         self.tolerance = _TOLERANCE
 
@@ -79,7 +80,9 @@ class WholeBodyPlanning:
         against = max(resistance(self.model, hinge, joint) - weight - hinge.damping * float(start[13]), 0.0)
         force = float(contact_forces(numbers, self.model, start[None])[0])
         touching = force > 0.5 * self._resting
-        turned = turned_by(self.model, start[3:6], start[14:], force * self.model.door.normal(joint))
+        pushes = force * self.model.door.normal(joint)
+        turned = turned_by(self.model, start[3:6], start[14:], pushes)
+        side = rotation_body_to_world(start[3:6]).T @ pushes
         rate = numbers.one("reference.opening_speed")
         lever = self.model.coupling.lever_length
         known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
@@ -90,6 +93,7 @@ class WholeBodyPlanning:
                 "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
                 "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
                 "reference.turned": turned if touching else np.zeros(2),
+                **({"actuation.side": side[:2]} if self.model.actuation.fully else {}),
             }
         )  # fmt: skip
 
@@ -120,9 +124,9 @@ class WholeBodyPlanning:
         reduced = x[:, [*_REDUCED, *range(14, x.shape[1])]]
         return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
 
-    def force_on_door(self, reduced: Array, thrust: float, acceleration: Array) -> Array:
+    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
         r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
-        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], thrust, acceleration)
+        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
         """The problem's own dynamics, friction and contact included, see `PlanningModel`."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.surroundings import Surroundings, rows_beside
 from doorman.exceptions import BackendError
+from doorman.kinematics.actuation import LEVEL
 from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
@@ -41,6 +42,10 @@ STATE_WEIGHT = 1e-6
 INPUT_WEIGHTS = (0.3, 0.2, 0.2, 2.0)
 """Of thrust, commanded roll and pitch, and yaw torque, of the shipped vehicle. Cheap thrust is used to push, faster than rotors
 follow."""
+SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
+"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
+SIDE_COST = 1e-3
+"""Of the force to the side itself."""
 ARM_WEIGHT = 50.0
 """Of every joint rate, of the shipped vehicle. Cheaper arms rattle the tip: with a tenth of this, pushes above 4.5 N grow to
 oscillations."""
@@ -64,7 +69,7 @@ def whole_body_numbers(model: Model) -> Numbers:
     balance = balance_numbers(vehicle)
     before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
     return Numbers({
-        **balance,
+        **balance, **_side_numbers(model),
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
@@ -122,6 +127,17 @@ def _beside(model: Model) -> dict[str, Any]:
     if door.panel is not None:
         of["panel"] = {"beside.panel": door.from_doorway(door.panel[0]), "beside.panel_distance": door.panel[1]}
     return of[model.surroundings]
+
+
+def _side_numbers(model: Model) -> dict[str, Any]:
+    """Of a fully actuated vehicle: the force to the side that it makes now, and how dear a change of it and tilt are."""
+    if not model.actuation.fully:
+        return {}
+    weights = {
+        "actuation.side_weight": SIDE_WEIGHT / scale_of(model).force ** 2,
+        "actuation.level_weight": LEVEL_WEIGHT,
+    }
+    return {"actuation.side": np.zeros(2), **weights}
 
 
 def scale_of(model: Model) -> Scale:
@@ -349,19 +365,24 @@ def _bounds(model: Model) -> Bounds:
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
         largest, least = min(largest, limits.tilt), max(least, limits.min_thrust)
+    actuation = model.actuation
+    largest = min(largest, LEVEL) if actuation.fully else largest
+    side = np.full(2 if actuation.fully else 0, actuation.side)
     tilt = [largest, largest, yaw_torque(model)]
     return Bounds(
         state_lower=np.concatenate([-free, vehicle.lower_limits]),
         state_upper=np.concatenate([free, vehicle.upper_limits]),
-        input_lower=np.concatenate([[least], np.negative(tilt), -rates]),
-        input_upper=np.concatenate([[vehicle.max_thrust], tilt, rates]),
+        input_lower=np.concatenate([[max(least, actuation.lift[0])], np.negative(tilt), -rates, -side]),
+        input_upper=np.concatenate([[min(vehicle.max_thrust, actuation.lift[1])], tilt, rates, side]),
     )
 
 
 def _cost(model: Model) -> QuadraticCost:
     n, scale = model.n_arm, scale_of(model)
+    side = 2 if model.actuation.fully else 0
     none: Any = np.zeros(14 + n)
-    hover = np.concatenate([[model.vehicle.mass * GRAVITY], np.zeros(3 + n)])
+    hover = np.concatenate([[model.vehicle.mass * GRAVITY], np.zeros(3 + n + side)])
     weights = np.full(14 + n, STATE_WEIGHT)
-    units = np.array([scale.force, 1.0, 1.0, scale.torque, *[scale.rate] * n])
-    return QuadraticCost(weights, weights, np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n]) / units**2, none, hover)
+    units = np.array([scale.force, 1.0, 1.0, scale.torque, *[scale.rate] * n, *[scale.force] * side])
+    inputs = np.array([*INPUT_WEIGHTS, *[ARM_WEIGHT] * n, *[SIDE_COST] * side])
+    return QuadraticCost(weights, weights, inputs / units**2, none, hover)

@@ -199,7 +199,7 @@ def _add_rotors(spec: Any, mujoco: Any, base: Any, layout: RotorLayout, time_con
     """One actuator a rotor; its control is a thrust set point [N], its activation the thrust after the motor's lag."""
     for index in range(layout.count):
         name = f"rotor_{index + 1}"
-        base.add_site(name=name, pos=layout.positions[index])
+        base.add_site(name=name, pos=layout.positions[index], zaxis=layout.thrust_axes[index])
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_SITE)
         actuator.gear = [0.0, 0.0, 1.0, 0.0, 0.0, -layout.directions[index] * layout.torque_per_thrust]
         actuator.ctrllimited = True

@@ -122,11 +122,12 @@ class SimulatedBackend(Backend):
             thrust = float(command.thrust)
             attitude = vector(command.attitude, 3, "command.attitude")
             arm_rates = vector(command.arm_rates, self.model.n_arm, "command.arm_rates")
+            side_force = vector(command.side_force, 2, "command.side_force")
         except (DimensionError, TypeError, ValueError) as error:
             raise BackendError(f"not a command: {error}", field="command") from error
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
-        simulator.set_command(thrust, attitude, arm_rates)
+        simulator.set_command(thrust, attitude, arm_rates, side_force)
         simulator.set_grip(bool(command.grip))
 
     def stop(self) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.simulation.attitude_loop import AttitudeParameters, attitude_torque, integrate_rate_error
-from doorman.simulation.rotors import MixerParameters, mix
+from doorman.simulation.rotors import MixerParameters, add_side, mix
 from doorman.simulation.servos import ServoParameters, servo_references
 
 Array = NDArray[np.float64]
@@ -58,7 +58,7 @@ def onboard_step(p: OnboardParameters, qpos: Array, qvel: Array, command: Array,
         p: Parameters with the loop's memory.
         qpos: MuJoCo's; the free body's position and quaternion come first.
         qvel: MuJoCo's; the free body's linear and angular velocity come first, the angular one in its own axes.
-        command: [f_t, quaternion of the desired attitude (4), joint rates (n)].
+        command: [f_t, quaternion of the desired attitude (4), body force along x and y (2), joint rates (n)].
         control: MuJoCo's control vector.
     """
     quaternion_product(qpos[3:7], p.root_to_base, p.quaternion)
@@ -66,7 +66,8 @@ def onboard_step(p: OnboardParameters, qpos: Array, qvel: Array, command: Array,
     attitude_torque(p.attitude, p.quaternion, p.rates, command[1:5])
     mix(p.mixer, command[0], p.attitude.torque)
     integrate_rate_error(p.attitude, p.mixer.achieved)
+    add_side(p.mixer, command[5], command[6])
     count = p.mixer.thrusts.shape[0]
     for i in range(count):
         control[i] = p.mixer.thrusts[i]
-    servo_references(p.servos, qpos, qvel, command[5:], control[count:])
+    servo_references(p.servos, qpos, qvel, command[7:], control[count:])

@@ -197,7 +197,7 @@ def hover_wrench(model: Model) -> Array:
 
 def _spin_up(plant: Plant, model: Model, layout: RotorLayout) -> None:
     """Rotors at the thrusts that hold the vehicle at the start."""
-    hover = np.clip(np.linalg.pinv(layout.allocation) @ hover_wrench(model), 0.0, layout.max_thrusts)
+    hover = np.clip(layout.inverse @ hover_wrench(model), 0.0, layout.max_thrusts)
     if plant.engine_model.na:
         plant.data.act[:] = hover
     plant.data.ctrl[: layout.count] = hover

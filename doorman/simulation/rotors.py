@@ -1,13 +1,14 @@
 r"""Mixer: where thrust and torque come from, and the mixer that shares a demand out among them.
 
-Rotor i at :math:`(x_i, y_i)` with thrust :math:`f_i` and sense :math:`s_i` (+1 counter-clockwise seen from above) makes
+An upright rotor i at :math:`(x_i, y_i)` with thrust :math:`f_i` and sense :math:`s_i`, +1 counter-clockwise seen from above,
+makes
 
 .. math::
     [f_t,\ \tau_x,\ \tau_y,\ \tau_z]^T = B f, \qquad B_i = [1,\ y_i,\ -x_i,\ -s_i\kappa]^T
 
 with κ the ratio of drag torque to thrust. The mixer is :math:`f = B^+ [f_t, \tau]` where that is possible. Where it is not,
 it gives up yaw first, then moves the thrust as little as roll and pitch need, and scales these only when no thrust is left
-that carries them.
+that carries them. Tilted rotors have their own columns (`RotorLayout.wrench`). Force to the side comes last.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ class MixerParameters(NamedTuple):
     """Numbers of the mixer kernel."""
 
     inverse: Array
-    """B⁺, shape (m, 4)."""
+    """B⁺, shape (m, 4), see `RotorLayout.inverse`."""
+    side_inverse: Array
+    """Of a force to the side, shape (m, 2)."""
     allocation: Array
     """B, shape (4, m)."""
     max_thrusts: Array
@@ -44,8 +47,9 @@ class MixerParameters(NamedTuple):
     def of(cls, layout: RotorLayout) -> MixerParameters:
         """Parameters of a layout."""
         m = layout.count
-        inverse = np.ascontiguousarray(np.linalg.pinv(layout.allocation))
-        return cls(inverse, layout.allocation.copy(), layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
+        inverse, side = np.ascontiguousarray(layout.inverse), np.ascontiguousarray(layout.side_inverse)
+        allocation = np.ascontiguousarray(layout.allocation)
+        return cls(inverse, side, allocation, layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
 
 
 @kernel
@@ -88,3 +92,18 @@ def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
         p.thrusts[i] = f
         for k in range(4):
             p.achieved[k] += p.allocation[k, i] * f
+
+
+@kernel
+def add_side(p: MixerParameters, ahead: float, left: float) -> None:
+    """Add the largest share of a force along the body's x and y that leaves every rotor inside [0, max] to `p.thrusts`."""
+    share = 1.0
+    for i in range(p.thrusts.shape[0]):
+        more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left
+        if more > 1e-12:
+            share = min(share, (p.max_thrusts[i] - p.thrusts[i]) / more)
+        elif more < -1e-12:
+            share = min(share, p.thrusts[i] / -more)
+    for i in range(p.thrusts.shape[0]):
+        more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left
+        p.thrusts[i] = min(max(p.thrusts[i] + share * more, 0.0), p.max_thrusts[i])

@@ -82,7 +82,7 @@ class Simulator(Uncopied):
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
         self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
-        self._command = np.zeros(5 + model.n_arm)
+        self._command = np.zeros(7 + model.n_arm)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
         self._hinge_torques = HingeTorques(model, self.plant)
         self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
@@ -102,17 +102,21 @@ class Simulator(Uncopied):
         """Simulated time [s]."""
         return self._steps * self.time_step
 
-    def set_command(self, thrust: float, attitude: ArrayLike, arm_rates: ArrayLike) -> None:
+    def set_command(
+        self, thrust: float, attitude: ArrayLike, arm_rates: ArrayLike, side_force: ArrayLike = (0.0, 0.0)
+    ) -> None:
         """Set what the onboard loop follows from the next physics step on.
 
         Args:
             thrust: f_t [N].
             attitude: Φ_d, shape (3,) [rad].
             arm_rates: Ḣ_d, shape (n,) [rad/s].
+            side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
         self._mujoco.mju_mat2Quat(self._command[1:5], rotation_body_to_world(attitude).ravel())
-        self._command[5:] = arm_rates
+        self._command[5:7] = side_force
+        self._command[7:] = arm_rates
 
     def set_rotors(self, thrusts: Array | None, directions: Array | None = None) -> None:
         """Let somebody else fly: set points of the rotors, from the next physics step on, instead of the onboard loop's.

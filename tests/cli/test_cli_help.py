@@ -51,7 +51,14 @@ def test_the_shell_completes_commands_scenarios_and_keys(tmp_path):
     (tmp_path / "doors").mkdir()
     (tmp_path / "doors" / "heavy.toml").write_text("")
     assert complete("cam", folder=tmp_path) == ["campaign"]
-    assert complete("open", "pu", folder=tmp_path) == ["pull", "push", "push_campaign", "push_left", "push_small"]
+    assert complete("open", "pu", folder=tmp_path) == [
+        "pull",
+        "push",
+        "push_campaign",
+        "push_left",
+        "push_small",
+        "push_tilted",
+    ]
     assert complete("check", "ta", folder=tmp_path) == ["task.toml"]
     assert complete("open", "doors/", folder=tmp_path) == ["doors/heavy.toml"]
     assert complete("open", "--real", folder=tmp_path) == ["--realtime"]

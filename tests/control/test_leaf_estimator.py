@@ -173,7 +173,7 @@ def test_the_front_of_a_drawer_is_met_where_it_stands(drawer: Model, before: flo
     known = met(drawer, before, 1.2)
     assert known.touching and known.face_offset == pytest.approx(before, abs=0.005)
     assert known.door_angle == pytest.approx(drawer.travel.start, abs=0.005)
-    assert known.normal_force == pytest.approx(1.2, abs=0.15)
+    assert known.normal_force == pytest.approx(1.2, abs=0.25)
     assert known.lever == pytest.approx(drawer.door.per_angle)
 
 
@@ -184,7 +184,7 @@ def test_a_flap_that_stands_open_has_the_friction_that_its_weight_needs() -> Non
     flap = Model(Scenario.load("shipped:hatch", keys))
     weight = abs(flap.door.weight_torque(flap.travel.start))
     known = met(flap, 0.0, 1.0)
-    assert weight > 2.0
+    assert weight > 1.5
     assert known.touching and known.door_angle == pytest.approx(flap.travel.start, abs=0.005)
     assert known.resistance > weight
     assert known.normal_force == pytest.approx(1.0, abs=0.2)

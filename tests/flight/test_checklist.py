@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doorman.flight import Verdict
-from doorman.flight.checklist import judge_battery, judge_limits, judge_posture, judge_setpoints
+from doorman.flight.checklist import judge_battery, judge_limits, judge_posture, judge_rotors, judge_setpoints
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.model import Model
 from doorman.scenario import Scenario
@@ -86,3 +86,8 @@ def test_an_arm_that_is_mirrored_is_not_flown() -> None:
     assert judge_posture(model, model.goal_state[5:]).verdict is Verdict.WARNING, "given up in the swing"
     mirrored = judge_posture(model, -start)
     assert mirrored.verdict is Verdict.BAD and "2.00 rad" in mirrored.found and "directions" in mirrored.advice
+
+
+def test_a_fully_actuated_vehicle_is_not_flown_by_attitude_and_thrust() -> None:
+    assert [row.verdict for row in judge_rotors(Model("push_tilted"))] == [Verdict.BAD]
+    assert list(judge_rotors(Model("push"))) == []

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from urdf_variants import DOOR, write_edited, write_mirrored, write_moved
 
@@ -107,3 +108,19 @@ def test_a_small_vehicle_pushes_room_doors_open(width: float, mass: float, frict
     pushed_by_the_small_vehicle(
         door__width=width, simulation__door_mass=mass, simulation__door_friction=friction, simulation__door_damping=0.7
     )
+
+
+def level(source: str, **overrides: Any) -> dict[str, Any]:
+    """A door that a fully actuated vehicle opens; its body stays within 3° of level all the way."""
+    recording = simulate(Scenario.load(source, {key.replace("__", "."): value for key, value in overrides.items()}))
+    tilt = np.abs(recording["truth"]["attitude"][:, :2]).max()
+    summary = recording.summary
+    assert summary is not None and summary["opened"] and summary["collisions"] == 0, summary
+    assert abs(summary["final_error"]) < 1.0 and summary["min_clearance_m"] > 0.0
+    assert math.degrees(tilt) <= 3.0
+    return dict(summary)
+
+
+@pytest.mark.slow
+def test_a_fully_actuated_vehicle_pushes_with_a_level_body() -> None:
+    assert level("push_tilted")["contact_fraction"] >= 0.98

@@ -85,8 +85,10 @@ def test_messages_are_those_of_ros2(tmp_path: Path) -> None:
             }  # fmt: skip
             recorder.write("all/of it", 0.1 * k, message)
             recorder.write("2 numbers", 0.1 * k, {"a": float(k)})
+            recorder.write("same", 0.1 * k, {"word": "open", "a": float(k)})
     found = as_ros2_reads(path)
     assert [one.a for one in found["2 numbers"]] == [0.0, 1.0, 2.0]
+    assert [(one.word, one.a) for one in found["same"]] == [("open", 0.0), ("open", 1.0), ("open", 2.0)]
     for k, one in enumerate(found["all/of it"]):
         assert (one.time, one.on, one.word, one.angle, one.n) == (0.1 * k, k == 1, "α" * k, 0.25 * k, k - 2**40)
         np.testing.assert_array_equal(one.states, np.full(15, k + 0.5))

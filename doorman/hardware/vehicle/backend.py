@@ -150,6 +150,9 @@ class VehicleBackend(Backend):
             raise BackendError(f"not a command: {error}", field="command") from error
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
+        if any(command.side_force):
+            raise BackendError("setpoints carry no force to the side", field="command.side_force", given=command.side_force,
+                               allowed="(0, 0): no fully actuated vehicle")  # fmt: skip
         self.links.move_arm(arm_rates, command.grip)
         if not self.links.autopilot.setpoint(self._setpoint(thrust, attitude)):
             authority = self.links.autopilot.status().authority
