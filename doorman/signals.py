@@ -33,6 +33,8 @@ class Measurement(OneLine):
     pose_time: float
     """When position, velocity and attitude were true, as the receiver knows it [s]: at most `time`, the same as before if
     nothing new has come, and before 0 where the pose is older than the backend's opening."""
+    arm_time: float | None = None
+    """When the arm's angles were true [s]; None: at `time`."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -278,9 +278,21 @@ def _estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]
         "deviation": float(estimate["torque_deviation"][-1]),
         "true": true["friction"] + true["stiffness"] * (rest - angle),
     }
-    return {
+    found = {
         name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
     }
+    return found | (_place(recording, model) if door.vertical and "door_place" in estimate else {})
+
+
+def _place(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
+    """Where the door stands against the map, as estimated at the end, and in truth."""
+    estimate, simulation = recording["estimate"], model.scenario.simulation
+    true = (*simulation.door_offset[:2], simulation.door_yaw)
+    return {
+        name: {"value": float(estimate["door_place"][-1, i]), "deviation": float(estimate["door_place_deviation"][-1, i]),
+               "true": float(true[i])}
+        for i, name in enumerate(("door_x", "door_y", "door_yaw"))
+    }  # fmt: skip
 
 
 def _in_joint(figures: dict[str, float], power: int, per_angle: float) -> dict[str, float]:

@@ -206,6 +206,7 @@ def _fly(
         "unwritten": unwritten,
         "timing": timing,
         "attitude_lag_s": None if math.isnan(lag) else lag,
+        "hover": {name: value for name, value in session.flight.measured.items() if math.isfinite(value)},
         "journal": session.journal.lines,
     }
 

@@ -27,6 +27,7 @@ from doorman.recording import Recording
 from doorman.simulation.engine import engine
 from doorman.summary import verdict
 from doorman.visualization import PicturesMissing, write_pictures
+from doorman.visualization.picture_process import picture_process
 
 RUN_FILES = (
     "scenario.toml",
@@ -120,6 +121,7 @@ def _open_door(
             typer.echo(f"Proposed postures: {postures}", err=as_json)
         folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
         (folder / "scenario.toml").write_text(effective_toml(scenario, model.proposed), encoding="utf-8")
+        helper = claims.enter_context(picture_process(model))
         with live_view(model, port) as viewed, fed(feed, viewed) as listener:
             recording = simulate(
                 model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
@@ -129,7 +131,7 @@ def _open_door(
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
     try:
-        write_pictures(recording, model, folder)
+        write_pictures(recording, model, folder, helper)
     except PicturesMissing as error:
         typer.echo(f"Warning: {error}", err=True)
     good, sentence = _outcome(recording)

@@ -151,6 +151,8 @@ def write_learned(file: Path, run: Path | None, as_json: bool) -> int:
             values[f"{curve}.shape"] = round(float(hover["shape"][-1]), 3)
         if f"{curve}.hover_voltage" in vehicle.values:  # else the autopilot compensates the battery
             values[f"{curve}.hover_voltage"] = round(float(hover["voltage"][-1]), 2)
+    if "poses" in recording:
+        values["mocap.latency"] = round(max(0.0, float(recording["poses"]["latency"][-1])), 4)
     lag = recorded_lag(recording)
     if 0.0 < lag <= _LARGEST_LAG:
         values["vehicle.attitude_lag"] = round(lag, 3)

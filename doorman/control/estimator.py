@@ -14,6 +14,7 @@ from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
+from doorman.control.present import present, present_attitude
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
 from doorman.model import GRAVITY, Model
@@ -144,7 +145,7 @@ class Estimator:
         """
         vehicle, now = self._vehicle, measurement.time
         if self._told is not None:
-            self._response.update(self._told, measurement.attitude, measurement.body_rates, time_step)
+            self._response.update(self._told, present_attitude(measurement), measurement.body_rates, time_step)
         center = center_of_mass(self._model.vehicle, measurement)
         vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step, center)
         velocity = vehicle.velocity.copy()
@@ -162,8 +163,9 @@ class Estimator:
         touching = tie is Tie.GRIPPED or (tie is not Tie.FREE and self.contact.update(force_felt, time_step, distance))
         lifts = force - self._weight
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, lifts, time_step)
-        door = (tip_angle, tip_rate) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
-        state = np.concatenate([measurement.attitude, door, measurement.arm_angles])
+        now_seen = present(measurement, velocity)
+        gripped = self._converter.tip(now_seen, velocity) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
+        state = np.concatenate([now_seen.attitude, gripped, now_seen.arm_angles])
         state[2] += 2.0 * math.pi * round((self._yaw - state[2]) / (2.0 * math.pi))  # without jumps at ±π
         self._yaw = float(state[2])
         return Estimate(

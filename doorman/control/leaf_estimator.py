@@ -152,7 +152,8 @@ class LeafEstimator:
         if touching:
             self._torque.update(angle, rate, acting, self._door.inertia, time_step)
             bare = -self._bare.update(angle, rate, push, self._door.inertia, time_step)
-            self._wind.pushed(normal, self._levers, bare, -rate, time_step)
+            if self._bare.rate > 0.0:  # an observer that is off tells nothing
+                self._wind.pushed(normal, self._levers, bare, -rate, time_step)
         else:
             self._torque.pause()
             self._bare.pause()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
+from doorman.kinematics.rotations import euler_rate_matrix
 from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ class TurningAid:
     """
 
     def __init__(self, model: Model) -> None:
-        self._vehicle, self._door = model.vehicle, model.door
+        self._coupling, self._door = model.coupling, model.door
         self._inertia = float(model.vehicle.inertia(model.start_arm)[2, 2])
         self._most = _MOST * model.vehicle.mass * GRAVITY
         self._integral = 0.0
@@ -57,7 +57,7 @@ class TurningAid:
         """
         missing = planned_rate - float(euler_rate_matrix(state[:3])[2] @ body_rates)
         along = self._door.face(state[3])[0]
-        tip = rotation_body_to_world(state[:3]) @ self._vehicle.tip_position(state[5:])
+        tip = self._coupling.tips(state[None, :3], state[None, 5:])[0]
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N
         most = self._most * abs(lever)
         share = min(max((_SLOW - attitude_lag) / (_SLOW - _QUICK), 0.0), 1.0)

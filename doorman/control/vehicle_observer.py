@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_LATEST = 0.6
+LATEST = 0.6
 """Largest ω t; for older positions ω is less."""
 AT_THE_ORIGIN = (np.zeros(3), np.zeros(3))
 """Centre of mass of a vehicle whose arm has no mass, and its velocity, from O_B."""
@@ -90,7 +90,7 @@ class VehicleObserver:
         age = now - measured_at
         innovation = measured - (place - age * speed)
         self._late = max(age, self._late - _FORGETS * apart)
-        rate = min(self.rate, _LATEST / self._late) if self._late > 0.0 else self.rate
+        rate = min(self.rate, LATEST / self._late) if self._late > 0.0 else self.rate
         kept = math.exp(-rate * apart)
         lost = 1.0 - kept
         self.outer_force = self.outer_force + self.mass * lost**3 / apart**2 * innovation

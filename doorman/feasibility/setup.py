@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.pose_age import oldest_pose
 from doorman.feasibility.bodies import body_findings
 from doorman.feasibility.door import door_findings
 from doorman.feasibility.lift import lift_findings
@@ -22,6 +23,8 @@ _MOST_BEFORE = 0.25
 _CONTACT_EDGE = 0.02
 _SHORTEST_HORIZON = 0.3
 _LONGEST_STEP = 0.1
+_NEARLY = 0.9
+"""Share of the oldest pose's age from which the door ends farther from the goal."""
 
 
 def setup_findings(model: Model) -> list[Finding]:
@@ -43,6 +46,7 @@ def setup_findings(model: Model) -> list[Finding]:
         *(_arm_limits(model, name) for name in ("start", "goal") if model.n_arm),
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
+        _age_of_poses(model),
         *body_findings(model),
         *lift_findings(model),
         *vehicle_findings(model),
@@ -239,6 +243,21 @@ def _planner_numbers(model: Model) -> Finding:
         "planner", severity,
         f"a horizon of {horizon:.2f} s in steps of {planner.time_step:g} s, of which look-ahead and latency use {used:.2f} s",
         horizon, max(used, _SHORTEST_HORIZON), "s", advice,
+    )  # fmt: skip
+
+
+def _age_of_poses(model: Model) -> Finding:
+    """The simulated cameras' poses, just before the next one comes; the checklist of a vehicle looks at the real ones."""
+    sensors, control = model.scenario.simulation.sensors, model.scenario.control
+    age = sensors.latency + sensors.jitter + (0.0 if sensors.rate is None else 1.0 / sensors.rate)
+    limit = oldest_pose(control)
+    severity = graded(age <= _NEARLY * limit, Severity.WARNING if age <= limit else Severity.ERROR)
+    return Finding(
+        "age of poses", severity,
+        f"poses are up to {1e3 * age:.0f} ms old; contact is stable up to {1e3 * limit:.0f} ms with these gains",
+        age, limit, "s",
+        "" if severity is Severity.OK else "quicker cameras (simulation.sensors.latency, rate), or smaller "
+        "control.position_gain and velocity_gain",
     )  # fmt: skip
 
 

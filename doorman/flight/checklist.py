@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.passage import Passage, has_doorway
+from doorman.control.pose_age import oldest_pose
 from doorman.feasibility import Finding, Report
 from doorman.flight.way_back import out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault
@@ -86,7 +87,7 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
     """
     groups = (
         _autopilot(model, links),
-        _mocap(links),
+        _mocap(model, links),
         _servos(model, links),
         judge_rotors(model),
         judge_limits(model),
@@ -161,15 +162,14 @@ def _telemetry(links: VehicleLinks) -> Check:
     return Check("telemetry", Verdict.GOOD, "rates as asked for")
 
 
-def _mocap(links: VehicleLinks) -> Iterator[Check]:
+def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
     if links.mocap is None:
         yield Check("mocap", Verdict.WARNING, "none: flown on the autopilot's own estimate")
         return
     pose, figures = _settled(links.mocap.read, lambda sample: sample.fresh), links.mocap.statistics
     yield _row("mocap", pose.fresh, f"pose {pose.quality.value}, {figures.frame_rate:.1f} frames/s",
                "see that the object is visible")  # fmt: skip
-    yield _row("mocap's latency", figures.latency < _MOST_LATENCY, f"{figures.latency * 1e3:.1f} ms",
-               "a wired network", Verdict.WARNING)  # fmt: skip
+    yield judge_age(figures.latency, figures.frame_rate, oldest_pose(model.scenario.control))
     off = apart(links)
     yield _row("mocap and autopilot", off < TOGETHER, f"{off * 1e3:.0f} mm apart",
                "the autopilot must take the poses: see its parameters, and reboot it")  # fmt: skip
@@ -179,6 +179,25 @@ def _mocap(links: VehicleLinks) -> Iterator[Check]:
     lean = leaning(links)
     yield _row("mocap's and autopilot's level", lean < _LEVEL, f"{math.degrees(lean):.1f}° apart",
                "define the object again while the vehicle stands level, or level the autopilot's sensors")  # fmt: skip
+
+
+def judge_age(latency: float, rate: float, limit: float) -> Check:
+    """Row about the poses' age, just before the next one comes: beyond the limit contact is not stable.
+
+    Args:
+        latency: From exposure to arrival [s].
+        rate: Frames per second [1/s].
+        limit: Of the age, by the controller's gains [s].
+    """
+    age = latency + 1.0 / rate if rate > 0.0 else math.inf
+    found = (
+        f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; {limit * 1e3:.0f} ms are flown"
+    )
+    if not age <= limit:
+        return Check(
+            "mocap's latency", Verdict.BAD, found, "quicker cameras, or smaller control.position_gain, velocity_gain"
+        )
+    return _row("mocap's latency", latency < _MOST_LATENCY, found, "a wired network", Verdict.WARNING)
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:

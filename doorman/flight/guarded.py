@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import Enum
 
 import numpy as np
 
+from doorman.control.pose_age import oldest_pose
 from doorman.copying import Uncopied
-from doorman.exceptions import RecordingError
+from doorman.exceptions import BackendError, RecordingError
+from doorman.flight.checklist import Verdict, judge_age
 from doorman.flight.fall import FallWatch
 from doorman.flight.hover import measure_hover
 from doorman.flight.journal import Journal
+from doorman.flight.pose_delay import PoseDelay
 from doorman.flight.rest import RestWatch, tells_of_crash
 from doorman.flight.travel import fly_to
 from doorman.flight.way_back import WayBack, out_of_the_doorway
@@ -88,6 +92,9 @@ class GuardedFlight(Uncopied):
         self.places = Places.of(model)
         self.backend = VehicleBackend(model, links)
         self._observer, self._fall, self._rest = Observer(model, self.backend), FallWatch(), RestWatch()
+        self._poses = PoseDelay()
+        self.measured: dict[str, float] = {}
+        """What was measured in hover, by name: hover thrust, slope and shape of the thrust, delay and latency of the poses."""
         self.supervisor = Supervisor(
             links, self._look, model.scenario.safety, refuge=lambda position: out_of_the_doorway(model, position)[-1]
         )
@@ -183,11 +190,31 @@ class GuardedFlight(Uncopied):
             return ""
         at = PositionSetpoint(self.places.hover, self.places.yaw)
         reason = measure_hover(
-            self.links.autopilot, at, self.say, lambda figures: self._recorder.write("hover", 0.0, figures)
+            self.links.autopilot, at, self.say, lambda figures: self._write_measured("hover", figures)
         )
         if self.supervisor.action is not None or reason:
             return f"measure the thrust in hover: {self.supervisor.reason or reason}"
+        if reason := self._take_delay():
+            return f"measure the delay of the poses: {reason}"
         return "" if self.links.engaged else "measure the thrust in hover: the vehicle is not ours any more"
+
+    def _write_measured(self, topic: str, figures: Mapping[str, float]) -> None:
+        self._recorder.write(topic, 0.0, figures)
+        self.measured.update({f"{topic}_{name}": float(value) for name, value in figures.items()})
+
+    def _take_delay(self) -> str:
+        """Correct the poses' stamps by what the bob has shown of their delay. Returns why it is too long to be flown."""
+        mocap, delay = self.links.mocap, self._poses.delay
+        if mocap is None or math.isnan(delay):
+            return ""
+        figures = mocap.statistics
+        latency, limit = figures.latency + delay, oldest_pose(self.model.scenario.control)
+        self.say(f"poses come {1e3 * latency:.0f} ms late, {1e3 * delay:+.0f} ms against mocap.latency")
+        quickest = mocap.config.latency + delay
+        self._write_measured("poses", {"delay": delay, "latency": quickest, "rate": figures.frame_rate})
+        self.backend.pose_delay = delay
+        row = judge_age(latency, figures.frame_rate, limit)
+        return f"{row.found}: {row.advice}" if row.verdict is Verdict.BAD else ""
 
     def descend(self) -> End:
         """Whatever happened: the vehicle ends on the ground, or with somebody else; nobody watches it any more then.
@@ -285,6 +312,9 @@ class GuardedFlight(Uncopied):
         runs = seen.armed and not self.links.autopilot.state().terminated
         self._fall.note(seen.now, seen.speed, runs, heard)
         self._rest.note(seen.tilt, runs)
+        if self.supervisor.rising and self.links.mocap is not None:
+            with contextlib.suppress(BackendError):  # closed
+                self._poses.note(self.links.mocap.read(), self.links.autopilot.state())
         return seen
 
     def _end(self) -> End:

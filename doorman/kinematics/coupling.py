@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.copying import PerThread
-from doorman.kinematics.arm import ArmParameters, tip_motion
+from doorman.kinematics.arm import ArmParameters, tip_motion, tips_in_world
 from doorman.kinematics.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
 from doorman.kinematics.vehicle import Vehicle
@@ -205,6 +205,20 @@ class Coupling:
         velocity_of_tip = vector(velocity, 3, "velocity") + relative[3:]
         angle = self.door.angle_of(tip)
         return angle, -float(self.door.normal(angle) @ velocity_of_tip) / self.lever_length
+
+    def tips(self, attitudes: Array, arm_angles: Array) -> Array:
+        r"""Tips of many postures relative to O_B, :math:`R\,d`.
+
+        Args:
+            attitudes: Φ, shape (m, 3) [rad].
+            arm_angles: H, shape (m, n) [rad].
+
+        Returns:
+            Shape (m, 3), world axes [m].
+        """
+        out = np.empty((len(attitudes), 3))
+        tips_in_world(self._arm, np.ascontiguousarray(attitudes), np.ascontiguousarray(arm_angles), out)
+        return out
 
     def _tip_in_world(self, attitude: Array, body_rates: Array, arm_angles: Array, arm_rates: Array) -> Array:
         """Position and velocity of the tip relative to O_B, world axes, shape (6,)."""

@@ -65,7 +65,7 @@ class Door:
         if self.section.width is not None or self.section.mass is not None:
             urdf = _variant(urdf, self.section)
         self.urdf = urdf
-        full = load_pinocchio(urdf)
+        full = load_pinocchio(urdf, endless=False)
         leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
         self._hinge = self._hinge_joint(full)
         self.standing_joints = standing_joints(urdf, full, self._hinge)
@@ -81,6 +81,8 @@ class Door:
         leaf_on_joint = read_leaf(urdf, self.model, self.section)
         self.slides = isinstance(leaf_on_joint, LeafOnSlide)
         """Whether the joint is a slide."""
+        self.endless = leaf_on_joint.endless
+        """Whether the joint is continuous, and nothing stops it at the ends of its range."""
         self._motion: LeafMotion = Sliding() if self.slides else Turning()
         self.per_angle = self._motion.per_angle
         """Change of the joint's value for one of α: 1, or metres."""
@@ -367,7 +369,7 @@ class Door:
         if full.joints[index].nq != 1:
             raise UrdfError(
                 "the door's joint is no hinge with a range, and no slide", file=self.urdf, field=f"joint {name}",
-                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute or prismatic",
+                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute, continuous or prismatic",
             )  # fmt: skip
         return index
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from doorman.exceptions import UrdfError
 from doorman.kinematics.door_convention import FixedBox, closed_value, meets
 from doorman.kinematics.urdf import link_index
-from doorman.kinematics.urdf_elements import read_boxes
+from doorman.kinematics.urdf_elements import read_boxes, read_joints
 from doorman.scenario import DoorSection
 
 Array = NDArray[np.float64]
@@ -61,10 +61,12 @@ class LeafOnJoint:
         self._data = model.createData()
         self.origin = np.array(model.jointPlacements[1].translation)
         """Of the joint, shape (3,), world frame [m]."""
-        self.limits = self._range()
-        """Of the joint [rad]."""
+        self.endless = read_joints(urdf)[section.hinge].kind == "continuous"
+        """Whether the joint is continuous: its range is one turn about closed, and nothing stops it at the ends."""
         self._box = self._largest_box()
         self._axis = self._axis_in_world()
+        self.limits = self._turn() if self.endless else self._range()
+        """Of the joint [rad]."""
 
     @property
     def _upright(self) -> bool:
@@ -108,7 +110,7 @@ class LeafOnJoint:
                 "closed outside the hinge's range", file=self._urdf, field="door.closed", given=closed,
                 allowed=f"{lower:g} to {upper:g} {self.unit}",
             )  # fmt: skip
-        return closed, 1.0 if upper - closed > closed - lower else -1.0
+        return closed, 1.0 if self.endless or upper - closed > closed - lower else -1.0
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
         """Along the closed leaf from hinge to latch, and the way that it moves as it opens."""
@@ -216,6 +218,12 @@ class LeafOnJoint:
         placement = self._data.oMf[index]
         return np.array(placement.translation), np.array(placement.rotation[:, 0])
 
+    def _turn(self) -> tuple[float, float]:
+        """Range of a continuous joint: half a turn either way from closed, which is 0 where no jamb tells."""
+        closed = self._section.closed
+        closed = self._at_a_jamb((0.0, 2.0 * math.pi), False) if closed is None else closed
+        return closed - math.pi, closed + math.pi
+
     def _range(self) -> tuple[float, float]:
         lower, upper = float(self._model.lowerPositionLimit[0]), float(self._model.upperPositionLimit[0])
         if not lower < upper:
@@ -253,10 +261,10 @@ class LeafOnJoint:
 
     def _likely_closed(self) -> float:
         """Joint value at which the door is closed, where the scenario does not say [rad]."""
-        return self._at_a_jamb()
+        return 0.5 * sum(self.limits) if self.endless else self._at_a_jamb(self.limits, self._upright)
 
-    def _at_a_jamb(self) -> float:
-        (lower, upper), (center, edges, size) = self.limits, self._box
+    def _at_a_jamb(self, limits: tuple[float, float], upright: bool) -> float:
+        (lower, upper), (center, edges, size) = limits, self._box
         reach = np.abs(edges) @ size / 2
         across = [i for i in range(3) if i != int(np.argmax(np.abs(self.rotation(0.0).T @ self._axis)))]
         width, boxes = float(np.hypot(*center[across]) + max(reach[across])), list(self._boxes_beside())
@@ -266,7 +274,7 @@ class LeafOnJoint:
             along = self.direction(value)
             return meets(boxes, middle + width * along, along, width)
 
-        closed, clear = closed_value((lower, upper), at_a_jamb, self._upright)
+        closed, clear = closed_value(limits, at_a_jamb, upright)
         if not clear:
             raise UrdfError(
                 "the leaf meets a jamb where it is not clear that the door is closed", file=self._urdf,

@@ -7,9 +7,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from itertools import chain
-
-import numpy as np
 
 from doorman.control.estimator import Estimate
 from doorman.model import GRAVITY, Model
@@ -25,9 +22,36 @@ _FELT = 0.25
 _SURELY = 0.12
 """For which it must have been less [s]."""
 _BEHIND = 0.015
-"""Farther back than where it gripped, and than the closed leaf, no held tip comes [m]: the grip gives way by 1 mm at 5 N."""
+"""Farther back than where the gripper closed, and than the closed leaf, no held tip comes [m]: it gives way by 1 mm at 5 N."""
 _CLOSED = math.radians(1.0)
 """A leaf that begins nearer to its stop than this is closed [rad]."""
+
+
+class _Sums:
+    """Sum and sum of squares of values that come and go, for their variance; beside the first one, so that no digits are lost."""
+
+    def __init__(self) -> None:
+        self._from: float | None = None
+        self._sum = self._squares = 0.0
+
+    def add(self, value: float) -> None:
+        """Take one in."""
+        if self._from is None:
+            self._from = value
+        beside = value - self._from
+        self._sum += beside
+        self._squares += beside * beside
+
+    def remove(self, value: float) -> None:
+        """Leave one out that was taken in."""
+        beside = value - (self._from or 0.0)
+        self._sum -= beside
+        self._squares -= beside * beside
+
+    def variance(self, count: int) -> float:
+        """Of the values, which are so many."""
+        mean = self._sum / count
+        return max(self._squares / count - mean * mean, 0.0)
 
 
 class GripWatch:
@@ -50,18 +74,20 @@ class GripWatch:
         self._door, self._lever = model.door, model.coupling.lever_length
         self._stops = _stops_where_closed(model)
         self._begin()
+        self._gripped_at: float | None = None
 
     def _begin(self) -> None:
         self._recent.clear()
-        self._gripped_at: float | None = None
+        self._pushed, self._answered = _Sums(), _Sums()
         self._loose_for = 0.0
 
-    def is_loose(self, estimate: Estimate, holds: bool, time_step: float) -> bool:
+    def is_loose(self, estimate: Estimate, closes: bool, holds: bool, time_step: float) -> bool:
         """Take in what is known now; once per tick.
 
         Args:
             estimate: It.
-            holds: Whether the gripper has been told to hold, and has had time to.
+            closes: Whether the gripper has been told to hold,
+            holds: and has had time to.
             time_step: Since the last call [s].
 
         Returns:
@@ -71,30 +97,34 @@ class GripWatch:
         for pole in range(3):
             self._poles[pole] += _share(self._rate * time_step) * (push - self._poles[pole])
             push = self._poles[pole]
+        behind = -self._door.opening_of(estimate.tip_angle) * self._lever
+        if not closes:
+            self._gripped_at = None
+        elif self._gripped_at is None:
+            self._gripped_at = behind  # a door that opens before it is tugged comes back to here
         if not holds:
             self._begin()
             return False
-        loose = self._feels_nothing(push, estimate.normal_force, time_step) or self._is_behind(estimate.tip_angle)
+        loose = self._feels_nothing(push, estimate.normal_force, time_step) or self._is_behind(behind)
         self._loose_for = self._loose_for + time_step if loose else 0.0
         return self._loose_for > _SURELY
 
     def _feels_nothing(self, push: float, felt: float, time_step: float) -> bool:
         """Whether the push has changed in the window, and the tip's force has not [N]."""
         self._recent.append((push, felt))
+        self._pushed.add(push)
+        self._answered.add(felt)
         if len(self._recent) * time_step <= _WINDOW:
             return False
-        self._recent.popleft()
-        values = np.fromiter(chain.from_iterable(self._recent), np.float64, 2 * len(self._recent)).reshape(-1, 2)
-        beside = values - values.mean(axis=0)
-        pushed, answered = ((beside * beside).sum(axis=0) / len(values)).tolist()
-        return bool(pushed > self._least and answered < _FELT**2 * pushed)
+        first_push, first_felt = self._recent.popleft()
+        self._pushed.remove(first_push)
+        self._answered.remove(first_felt)
+        pushed, answered = self._pushed.variance(len(self._recent)), self._answered.variance(len(self._recent))
+        return pushed > self._least and answered < _FELT**2 * pushed
 
-    def _is_behind(self, tip_angle: float) -> bool:
-        """Whether the tip is where a closed leaf would have had to come through its stop."""
-        behind = -self._door.opening_of(tip_angle) * self._lever
-        if self._gripped_at is None:
-            self._gripped_at = behind
-        return self._stops and behind > _BEHIND + max(self._gripped_at, 0.0)
+    def _is_behind(self, behind: float) -> bool:
+        """Whether the tip is where a closed leaf would have had to come through its stop [m]."""
+        return self._stops and behind > _BEHIND + max(self._gripped_at or 0.0, 0.0)
 
 
 def _share(steps: float) -> float:

@@ -7,12 +7,17 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
+from doorman.control.door_locator import DoorLocator
 from doorman.control.engagement import Engagement
-from doorman.control.estimator import Estimate, Estimator
+from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.lift_scale import LiftScale
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
+from doorman.control.present import present_attitude
+from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
@@ -53,6 +58,7 @@ class Mission(Uncopied):
             model.vehicle.mass, GRAVITY, model.vehicle.max_thrust, settings.control, model.actuation
         )
         self._engagement = Engagement(model)
+        self._locator = DoorLocator(model)
         self._estimator = Estimator(model, self.converter)
         self._sequence = Sequence(model, self.converter, self._schedule, self._estimator, self._note_phase)
         pushes = settings.contact.kind == "push"
@@ -63,6 +69,7 @@ class Mission(Uncopied):
         self._opened_at: float | None = None
         self._last_setpoint: Setpoint | None = None
         self._rotors = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        self._lift = LiftScale(model.vehicle.mass * GRAVITY, model.vehicle.max_thrust)
         self._abort_reason = ""
 
     @property
@@ -124,13 +131,17 @@ class Mission(Uncopied):
         finally:
             self._write_phase(now, "end", outcome)
 
-    def _tick(self, backend: Backend, measurement: Measurement) -> float:
-        """One period of the controller; returns the estimated door angle."""
-        now = measurement.time
+    def _tick(self, backend: Backend, measured: Measurement) -> float:
+        """One period of the controller; returns the estimated door angle.
+
+        All of it sees the door where the map has it: `DoorLocator` moves measurements and commands.
+        """
+        now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        force = rotation_body_to_world(measurement.attitude) @ self._rotors
+        force = rotation_body_to_world(present_attitude(measurement)) @ self._rotors
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
+        outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
             seeks = self._sequence.at_the_leaf or self.phase is Phase.RELEASE
             estimate = self._whole_body.listen(measurement, force, estimate, seeks, elapsed)
@@ -146,18 +157,26 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
-            attitude = self._engaged(thrust.attitude, measurement)
-            ahead, left, up = self.model.actuation.body_force(thrust.force, measurement.attitude)
+            attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
+            ahead, left, up = self.model.actuation.body_force(thrust.force, present_attitude(measurement))
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
             command = planned
             made = rotation_body_to_world(planned.attitude) @ planned.body_force
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
+        if self._sequence.at_the_leaf:
+            command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
+        elif self._sequence.tie is Tie.FREE:
+            self._lift.learn(float(outer[2]), elapsed)
         self._rotors = command.body_force
-        backend.command(command)
+        command = replace(command, thrust=self._lift.command(command.thrust))
+        told = self._locator.told(command)
+        backend.command(told)
         self._estimator.tell(command.attitude)
-        self._record(measurement, estimate, setpoint, thrust, command)
+        self._record(measured, estimate, setpoint, thrust, told)
+        touches = self._sequence.at_the_leaf and estimate.touching
+        self._locator.update(measured, touches, self._sequence.tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
@@ -172,16 +191,15 @@ class Mission(Uncopied):
             raise DoormanError("the planner was made for another scenario", field="planner")
         return planner or Planner(model)
 
-    def _engaged(self, attitude: np.ndarray, measurement: Measurement) -> np.ndarray:
-        """Commanded attitude; while a grip is young its pitch stays near the measured one."""
+    def _engaged(self, attitude: np.ndarray, now: float, pitch: float) -> np.ndarray:
+        """Commanded attitude; while a grip is young its pitch stays near the present one."""
         if self.model.scenario.contact.kind != "grip" or self.phase is not Phase.OPEN:
             self._opened_at = None
             return attitude
         if self._opened_at is None:
-            self._opened_at = measurement.time
-        reach = self._engagement.lead(measurement.time - self._opened_at)
-        pitch = measurement.attitude[1] + np.clip(attitude[1] - measurement.attitude[1], -reach, reach)
-        return np.array([attitude[0], pitch, attitude[2]])
+            self._opened_at = now
+        reach = self._engagement.lead(now - self._opened_at)
+        return np.array([attitude[0], pitch + np.clip(attitude[1] - pitch, -reach, reach), attitude[2]])
 
     def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
         self._write_phase(now, phase.value, reason)
@@ -193,28 +211,42 @@ class Mission(Uncopied):
     def _record(
         self, measurement: Measurement, estimate: Estimate, setpoint: Setpoint, thrust: Thrust, command: Command
     ) -> None:
-        now, write, hinge = measurement.time, self.recorder.write, estimate.hinge
+        """Write it down in the map."""
+        now, write, hinge, door = measurement.time, self.recorder.write, estimate.hinge, self._locator
+        state = estimate.state.copy()
+        state[2] = door.heading(float(state[2]))
         write("measurement", now, {name: getattr(measurement, name) for name in _MEASUREMENT_FIELDS})
         write(
             "estimate",
             now,
             {
-                "state": estimate.state,
+                "state": state,
                 "door_disturbance": estimate.door_disturbance,
-                "position": estimate.position,
-                "velocity": estimate.velocity,
-                "wind": estimate.wind,
-                "tip_force": estimate.tip_force,
+                "position": door.place(estimate.position),
+                "velocity": door.vector(estimate.velocity),
+                "wind": door.vector(estimate.wind),
+                "tip_force": door.vector(estimate.tip_force),
                 "normal_force": estimate.normal_force,
                 "touching": estimate.touching,
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
+                "door_place": [*door.offset, door.yaw],
+                "door_place_deviation": [*door.offset_deviation, door.yaw_deviation],
                 "torque_deviation": hinge.torque_deviation,
                 "hinge_deviation": [
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation
                 ],
             },
         )  # fmt: skip
-        write("setpoint", now, {name: getattr(setpoint, name) for name in _SETPOINT_FIELDS})
+        write(
+            "setpoint",
+            now,
+            {
+                "position": door.place(setpoint.position),
+                **{name: door.vector(getattr(setpoint, name)) for name in ("velocity", "acceleration", "force")},
+                "yaw": door.heading(setpoint.yaw),
+                "arm_rates": setpoint.arm_rates,
+            },
+        )
         write("command", now, {name: getattr(command, name) for name in _COMMAND_FIELDS})
         write(
             "controller",
@@ -224,7 +256,6 @@ class Mission(Uncopied):
 
 
 _MEASUREMENT_FIELDS = ("position", "velocity", "attitude", "body_rates", "arm_angles", "arm_rates", "pose_time")
-_SETPOINT_FIELDS = ("position", "velocity", "acceleration", "yaw", "force", "arm_rates")
 _COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
 
 

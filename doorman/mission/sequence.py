@@ -134,7 +134,8 @@ class Sequence:
         if now.guarded:
             self._follow(self._guard.judge(now, estimate), estimate)
         now = self._current(estimate)
-        if self.attempt.grips and self._grip_watch.is_loose(estimate, now.holds(estimate.time), time_step):
+        closes, holds = now.closes_gripper, now.holds(estimate.time)
+        if self.attempt.grips and self._grip_watch.is_loose(estimate, closes, holds, time_step):
             self.abort(estimate, "the gripper does not hold the leaf", at_once=True)
         setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
         self._follow(then, estimate)

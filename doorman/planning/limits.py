@@ -95,7 +95,8 @@ def largest_push(model: Model, tilt: float, door_angle: float | None = None) -> 
         return model.actuation.push / max(level, 1e-3)
     by_tilt = weight * slope / (level - upwards * slope) if level > upwards * slope else math.inf
     left = (upwards * weight) ** 2 + model.vehicle.max_thrust**2 - weight**2
-    return min(by_tilt, max(math.sqrt(max(left, 0.0)) - upwards * weight, 0.0))
+    by_thrust = max(math.sqrt(max(left, 0.0)) - upwards * weight, 0.0)
+    return min(by_tilt, by_thrust, model.scenario.control.max_push)
 
 
 def least_cosine(model: Model) -> float:

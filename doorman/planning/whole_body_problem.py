@@ -250,9 +250,29 @@ def contact_forces(numbers: Numbers, model: Model, states: Array) -> Array:
     Returns:
         λ at rest, shape (m,) [N].
     """
-    depths = np.array([tip_on_face(model, x[:3], x[3:6], float(x[12]), x[14:])[0] for x in states])
+    depths = depths_in_face(model, states[:, :3], states[:, 3:6], states[:, 12], states[:, 14:])
     pressed = 0.5 * (depths + np.sqrt(depths**2 + 4.0 * numbers.one("contact.smoothing") ** 2))
     return np.asarray(numbers.one("contact.stiffness") * pressed)
+
+
+def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles: Array, arm_angles: Array) -> Array:
+    r"""How deep the tip is in the face, :math:`\delta = n_D^T(P + R\,d - P_h) + o`, and the way of a slide, for many states.
+
+    Args:
+        model: Model of the scenario.
+        positions: P, shape (m, 3), world frame [m].
+        attitudes: Φ, shape (m, 3) [rad].
+        door_angles: α, shape (m,) [rad].
+        arm_angles: H, shape (m, n) [rad].
+
+    Returns:
+        δ, shape (m,) [m].
+    """
+    door, angles = model.door, door_angles.tolist()
+    from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
+    normals = np.array([door.normal(angle) for angle in angles])
+    before = np.array([door.contact_offset + door.way(angle) for angle in angles])
+    return np.asarray(np.einsum("ij,ij->i", normals, from_hinge) + before)
 
 
 def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
@@ -292,7 +312,7 @@ def tip_on_face(
     Returns:
         Depth δ in the face, and the place on it, along and up, shape (2,) [m].
     """
-    tip = position + rotation_body_to_world(attitude) @ model.vehicle.tip_position(arm_angles)
+    tip = position + model.coupling.tips(attitude[None], arm_angles[None])[0]
     off = tip - model.coupling.contact_point(door_angle)
     place = np.array([model.door.leaf_direction(door_angle) @ off, model.door.up @ off])
     return float(model.door.normal(door_angle) @ off), place

@@ -44,11 +44,26 @@ class End:
     """Number of joints."""
     normal: float
     """Heading along the leaf's normal [rad]."""
+    paper_arm: tuple[float, ...]
+    """The paper's H, for four joints [rad]."""
 
     @classmethod
-    def of(cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int) -> End:
-        """End of a scenario's section, at a door angle [rad]."""
-        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle))
+    def of(
+        cls, name: str, section: StartSection | GoalSection, angle: float, door: Door, n_arm: int, share: float = 1.0
+    ) -> End:
+        """End of a scenario's section.
+
+        Args:
+            name: `start` or `goal`.
+            section: Of that name.
+            angle: α there [rad].
+            door: The door.
+            n_arm: Number of joints.
+            share: Of the way between the paper's arms of start and goal that is this task's.
+        """
+        first, last = (np.array(PAPER_POSTURES[f"{end}.arm"]) for end in ("start", name))
+        arm = tuple(((1.0 - share) * first + share * last).tolist())
+        return cls(name, angle, section.attitude, section.arm, n_arm, door.heading(angle), arm)
 
     @property
     def free(self) -> NDArray[np.int64]:
@@ -70,7 +85,7 @@ class End:
 
     def paper_state(self) -> Array | None:
         """Posture with the paper's arm; None for an arm of another number of joints that is not pinned down."""
-        arm = PAPER_POSTURES[f"{self.name}.arm"]
+        arm = self.paper_arm
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 
 

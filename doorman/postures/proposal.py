@@ -8,6 +8,7 @@ constraints leads.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -28,6 +29,9 @@ __all__ = ["PAPER_POSTURES", "Postures", "propose", "start_arm"]
 
 Array = NDArray[np.float64]
 
+_WHOLE_TURN = math.radians(69.9)
+"""Turn of a leaf's face, as of the paper's, for which a pushing arm moves from its start to its goal [rad]. A slide's face does
+not turn, and an arm that moves on a short way slows the push down."""
 _AS_WIDE = 0.002
 """Postures whose widths differ by less are as wide as each other."""
 _FIRST_ENDS = 3
@@ -65,9 +69,16 @@ def propose(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, re
     """
     finder = _Finder(scenario, vehicle, door, travel, reduced)
     ends = (("start", scenario.start, travel.start), ("goal", scenario.goal, travel.goal))
-    start, goal = (End.of(name, section, angle, door, vehicle.n_arm) for name, section, angle in ends)
+    share = 1.0 if scenario.contact.kind == "grip" else _share_of_turn(door, travel)
+    start, goal = (End.of(name, section, angle, door, vehicle.n_arm, share) for name, section, angle in ends)
     first, last = finder.ends(start, goal)
     return Postures(first, last, {**_open(start, first), **_open(goal, last)})
+
+
+def _share_of_turn(door: Door, travel: Travel) -> float:
+    """Turn of the leaf's face from start to goal, as a share of the paper's, at most 1."""
+    cosine = float(door.normal(travel.start) @ door.normal(travel.goal))
+    return min(math.acos(min(max(cosine, -1.0), 1.0)) / _WHOLE_TURN, 1.0)
 
 
 def start_arm(scenario: Scenario, vehicle: Vehicle, door: Door, travel: Travel, reduced: ReducedModel) -> Array:

@@ -53,6 +53,8 @@ class ControlSection(Section):
     """Bound of that torque's estimate [N m]."""
     max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.25
     """[rad]."""
+    max_push: Positive = 12.0
+    """Largest force of the rotors beyond the weight while the tip is at the leaf, whatever is estimated or planned [N]."""
 
 
 class ContactStateSection(Section):
@@ -85,6 +87,11 @@ class EstimationSection(Section):
     """Bandwidth of the observer of velocity and outer force [rad/s]."""
     wind_rate: Positive = 1.0
     """Bandwidth of the wind's estimate in free flight [rad/s]; in contact it fades to the average of free flight so fast."""
+    door_place_deviation: NonNegative = 0.015
+    """Of the hinge from where the URDF has it, along either horizontal axis [m],"""
+    door_yaw_deviation: NonNegative = 0.026
+    """and of the doorway's heading [rad]. A leaf that is met up to three times as far off closed as these explain counts as
+    closed: the map is off. 0 for both trusts the map."""
     angle_deviation: Positive = 0.01
     """Of the door's angle at the start [rad]."""
     angle_noise: Positive = 0.005

@@ -151,14 +151,16 @@ def first_contact(model: Model) -> Array:
 
 
 def _check_first_contact(model: Model) -> None:
-    """A flight that begins with the tip on the leaf needs a leaf there."""
+    """A flight that begins with the tip on the leaf needs a leaf there, where the true one stands elsewhere."""
     door, angle = model.true_door, float(model.start_state[3])
+    if door is model.door or model.scenario.mission.start != "contact":
+        return
     away = first_contact(model) - door.hinge_position
-    along = float(door.leaf_direction(angle) @ away)
-    if model.scenario.mission.start == "contact" and not (0 <= along <= door.width and 0 <= away[2] <= door.height):
+    along, up = float(door.leaf_direction(angle) @ away), float(door.up @ away)
+    if not (0 <= along <= door.width and 0 <= up <= door.height):
         raise ScenarioError(
             "the tip begins beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
-            given=f"contact {along:.3f} m from the hinge, {away[2]:.3f} m high",
+            given=f"contact {along:.3f} m from the hinge, {up:.3f} m high",
             allowed=f"up to {door.width:g} m and {door.height:g} m, or mission.start = \"hover\"",
         )  # fmt: skip
 
@@ -179,8 +181,9 @@ def _set_hinge(spec: Any, model: Model) -> None:
     hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
     hinge.stiffness[0] = told.section.stiffness if true.door_stiffness is None else true.door_stiffness
     hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
-    hinge.limited = bool(told.lower_limit < told.upper_limit)
-    if (told.section.preload if true.door_preload is None else true.door_preload) > 0.0:
+    pressed_shut = (told.section.preload if true.door_preload is None else true.door_preload) > 0.0
+    hinge.limited = pressed_shut or (told.lower_limit < told.upper_limit and not told.endless)
+    if pressed_shut:
         hinge.range = _closed_stop(told)
     hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
     if true.door_mass is not None:

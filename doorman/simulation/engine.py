@@ -34,7 +34,7 @@ def check_stability(mujoco: Any, data: Any) -> None:
         BackendError: if the physics diverged, or a buffer was too small, since `data` was made.
     """
     counts = data.warning.number
-    if not counts.any():
+    if not any(counts.tolist()):
         return
     kinds = [name for name, kind in mujoco.mjtWarning.__members__.items() if name != "mjNWARNING" and counts[int(kind)]]
     raise BackendError(

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.interface import Measurement
-from doorman.kinematics.urdf import frozen
 from doorman.scenario import NoiseSection, SensorsSection
 from doorman.simulation.reality.seen_frame import seen_frame
 from doorman.simulation.truth import Truth
@@ -127,10 +126,11 @@ class Sensors:
             position=pose.position,
             velocity=pose.velocity,
             attitude=pose.attitude,
-            body_rates=frozen(truth.body_rates + noise.body_rates * draws[9:12]),
+            body_rates=_sealed(truth.body_rates + noise.body_rates * draws[9:12]),
             arm_angles=arm.angles,
             arm_rates=arm.rates,
             pose_time=pose.time,
+            arm_time=arm.time,
         )
 
     def _see_pose(self, truth: Truth, draws: Array) -> None:
@@ -149,24 +149,24 @@ class Sensors:
                 truth, position=self._frame.position(truth.position), velocity=self._frame.velocity(truth.velocity),
                 attitude=self._frame.attitude(truth.attitude),
             )  # fmt: skip
-        position = frozen(truth.position + self._noise.position * draws[0:3])
-        attitude = frozen(truth.attitude + self._noise.attitude * draws[6:9])
+        position = _sealed(truth.position + self._noise.position * draws[0:3])
+        attitude = _sealed(truth.attitude + self._noise.attitude * draws[6:9])
         delay = self._delivery.jitter * float(self._jitter.uniform()) if self._delivery.jitter > 0.0 else 0.0
         pose = _Pose(time, position, self._velocity(truth, position, draws[3:6]), attitude, delay)
         self._keep(self._poses, pose)
 
     def _velocity(self, truth: Truth, position: Array, draws: Array) -> Array:
         if self._delivery.velocity == "measured":
-            return frozen(truth.velocity + self._noise.velocity * draws)
+            return _sealed(truth.velocity + self._noise.velocity * draws)
         if not self._poses:
-            return frozen(truth.velocity)  # at rest
+            return _sealed(truth.velocity.copy())  # at rest
         last = self._poses[-1]
-        return frozen((position - last.position) / (truth.time - last.time))
+        return _sealed((position - last.position) / (truth.time - last.time))
 
     def _hear_arm(self, truth: Truth, draws: Array) -> None:
         n = len(truth.arm_angles)
-        angles = frozen(self._behind_play(truth.arm_angles) + self._noise.arm_angles * draws[12 : 12 + n])
-        rates = frozen(truth.arm_rates + self._noise.arm_rates * draws[12 + n :])
+        angles = _sealed(self._behind_play(truth.arm_angles) + self._noise.arm_angles * draws[12 : 12 + n])
+        rates = _sealed(truth.arm_rates + self._noise.arm_rates * draws[12 + n :])
         self._keep(self._arms, _Arm(truth.time, angles, rates))
 
     def _behind_play(self, angles: Array) -> Array:
@@ -190,3 +190,9 @@ class Sensors:
         while len(samples) > 1 and samples[1].time + samples[1].delay + latency <= now + _TOLERANCE:
             samples.popleft()
         return samples[0]
+
+
+def _sealed(array: Array) -> Array:
+    """An array that nobody else has, from now on read-only."""
+    array.flags.writeable = False
+    return array

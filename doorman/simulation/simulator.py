@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, SingularityError
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world, skew
-from doorman.kinematics.urdf import frozen
 from doorman.model import GRAVITY, Model
 from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
 from doorman.simulation.contact import NO_FORCES, TOUCH, ContactReader, Gripper
@@ -191,21 +190,21 @@ class Simulator(Uncopied):
         lever = skew(self._qvel[3:6]) @ to_base[:3, 3]
         return Truth(
             time=self.time,
-            position=frozen(self._qpos[:3] + root @ to_base[:3, 3]),
-            velocity=frozen(self._qvel[:3] + root @ lever),
-            attitude=frozen(attitude),
-            body_rates=frozen(to_base[:3, :3].T @ self._qvel[3:6]),
+            position=_sealed(self._qpos[:3] + root @ to_base[:3, 3]),
+            velocity=_sealed(self._qvel[:3] + root @ lever),
+            attitude=_sealed(attitude),
+            body_rates=_sealed(to_base[:3, :3].T @ self._qvel[3:6]),
             door_angle=plant.door_angle,
             door_rate=plant.door_rate,
-            arm_angles=frozen(self._qpos[plant.arm_positions]),
-            arm_rates=frozen(self._qvel[plant.arm_velocities]),
-            tip_force=frozen(self._tip_force),
+            arm_angles=_sealed(self._qpos[plant.arm_positions]),
+            arm_rates=_sealed(self._qvel[plant.arm_velocities]),
+            tip_force=_sealed(self._tip_force),
             tip_normal_force=self._normal_force,
             touching=self._gripper.closed or max(map(abs, self._tip_force.tolist())) > TOUCH,
             max_pull=self._max_pull,
             collisions=self._collisions,
             collision_pairs=self._pair_names(),
-            rotor_thrusts=frozen(plant.rotor_thrusts),
+            rotor_thrusts=_sealed(plant.rotor_thrusts),
             max_push=self._max_push,
             gripping=self._gripper.closed,
             grip_slips=self._gripper.slips,
@@ -244,6 +243,12 @@ class Simulator(Uncopied):
         data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
         self._hinge_torques.other = plant.hinge.joint_torque(disturbance.hinge_torque)
         self._outer_force = math.hypot(*disturbance.force)
+
+
+def _sealed(array: Array) -> Array:
+    """An array that nobody else has, from now on read-only."""
+    array.flags.writeable = False
+    return array
 
 
 def _onboard_parameters(

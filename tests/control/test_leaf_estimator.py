@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from doorman.control.door_filter import DoorFilter
 from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.model import GRAVITY, Model
+from doorman.scenario import Scenario
 from doorman.signals import Measurement
 
 Array = np.ndarray
@@ -151,3 +153,58 @@ def test_the_heading_goes_on_without_jumps(model: Model) -> None:
         vehicle.yaw = math.remainder(3.0 + 0.005 * k, 2.0 * math.pi)
         seen.append(float(vehicle.fly(TICK, vehicle.at(0.5), np.zeros(3)).attitude[2]))
     assert np.abs(np.diff(seen)).max() < 0.01 and seen[-1] - seen[0] == pytest.approx(0.995, abs=0.01)
+
+
+@pytest.fixture(scope="module")
+def drawer() -> Model:
+    return Model("shipped:drawer_close")
+
+
+def met(drawer: Model, before: float, force: float) -> LeafEstimate:
+    """A tip that comes to the open drawer's front, which stands so far before its place, and presses."""
+    vehicle, angle = Vehicle(drawer), drawer.travel.start
+    vehicle.fly(3.0, vehicle.at(0.2, angle), np.zeros(3), seeks=False)
+    vehicle.fly(1.5, vehicle.at(0.2, angle), np.zeros(3), to=vehicle.at(before, angle))
+    return vehicle.fly(1.5, vehicle.at(before, angle), -force * drawer.door.normal(angle))
+
+
+@pytest.mark.parametrize("before", [0.02, 0.0, -0.02])
+def test_the_front_of_a_drawer_is_met_where_it_stands(drawer: Model, before: float) -> None:
+    known = met(drawer, before, 1.2)
+    assert known.touching and known.face_offset == pytest.approx(before, abs=0.005)
+    assert known.door_angle == pytest.approx(drawer.travel.start, abs=0.005)
+    assert known.normal_force == pytest.approx(1.2, abs=0.15)
+    assert known.lever == pytest.approx(drawer.door.per_angle)
+
+
+def test_a_flap_that_stands_open_has_the_friction_that_its_weight_needs() -> None:
+    """Nothing else says so before the touch."""
+    keys = {"contact.kind": "push", "contact.frame": None, "contact.side": "pull", "contact.distance_from_hinge": 0.5,
+            "start.opening": 0.5, "goal.opening": 0.0}  # fmt: skip
+    flap = Model(Scenario.load("shipped:hatch", keys))
+    weight = abs(flap.door.weight_torque(flap.travel.start))
+    known = met(flap, 0.0, 1.0)
+    assert weight > 2.0
+    assert known.touching and known.door_angle == pytest.approx(flap.travel.start, abs=0.005)
+    assert known.resistance > weight
+    assert known.normal_force == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize(("beyond", "moves"), [(-0.02, True), (0.3, False)])
+def test_a_tip_beside_the_range_of_the_joint_has_not_passed_the_leaf(drawer: Model, beyond: float, moves: bool) -> None:
+    """A tip that slipped off a drawer's front is farther in than the drawer can be."""
+    leaf = DoorFilter(drawer, drawer.scenario.estimation)
+    first, end = leaf.angle, drawer.door.lower_limit
+    leaf.passed(end - beyond)
+    assert leaf.angle == pytest.approx(end - beyond if moves else first)
+
+
+@pytest.mark.parametrize("size", [1.5, 3.0])
+def test_an_observer_of_the_hinge_that_is_off_teaches_nothing(model: Model, size: float) -> None:
+    """What the hinge bears is not known then; to take it for zero would make a torque of the wind that presses."""
+    scenario = Scenario.load(model.scenario.name, {"control.door_observer_rate": 0.0})
+    vehicle, normal = Vehicle(Model(scenario)), model.door.normal(CLOSED)
+    before = vehicle.estimator._wind.state[4]
+    known = pressed(vehicle, 1.0, size * normal)
+    assert known.touching and float(normal @ known.wind) == pytest.approx(size, abs=0.3)
+    assert vehicle.estimator._wind.state[4] == before

@@ -36,6 +36,18 @@ def coupling(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
 PAPER = Coupling(Vehicle(VEHICLE), Door(DOOR), 0.7, 0.8)
 
 
+def test_tips_of_many_postures_are_those_of_each(coupling: Coupling) -> None:
+    rng, n = np.random.default_rng(4), coupling.vehicle.n_arm
+    attitudes, arms = rng.uniform(-1.4, 1.4, (6, 3)), rng.uniform(-2.0, 2.0, (6, n))
+    expected = [
+        rotation_body_to_world(attitude) @ coupling.vehicle.tip_position(arm)
+        for attitude, arm in zip(attitudes, arms, strict=True)
+    ]
+    np.testing.assert_allclose(coupling.tips(attitudes, arms), expected, atol=1e-13)
+    strided = np.hstack([attitudes, arms])
+    np.testing.assert_array_equal(coupling.tips(strided[:, :3], strided[:, 3:]), coupling.tips(attitudes, arms))
+
+
 def random_state(n: int, rng: np.random.Generator) -> np.ndarray:
     return np.concatenate(
         [rng.uniform(-1.2, 1.2, 3), rng.uniform(-0.3, 1.7, 1), rng.normal(size=1), rng.uniform(-1.5, 1.5, n)]

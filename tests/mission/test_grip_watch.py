@@ -10,11 +10,21 @@ import numpy as np
 import pytest
 
 from doorman import Model
-from doorman.mission.grip_watch import TUG, GripWatch
+from doorman.mission.grip_watch import TUG, GripWatch, _Sums
 from doorman.model import GRAVITY
 from doorman.scenario import Scenario
 
 TICK = 0.004
+
+
+def test_the_variance_of_a_window_that_moves_is_numpys() -> None:
+    rng, sums = np.random.default_rng(3), _Sums()
+    values = 1e3 + np.cumsum(rng.standard_normal(3000))
+    for k, value in enumerate(values.tolist()):
+        sums.add(value)
+        if k >= 200:
+            sums.remove(float(values[k - 200]))
+            assert sums.variance(200) == pytest.approx(np.var(values[k - 199 : k + 1]), rel=1e-9)
 
 
 def first_alarm(
@@ -34,7 +44,7 @@ def first_alarm(
             before = poles[pole]
         force = before + bias + noise * rng.standard_normal()
         known = SimpleNamespace(push=push(k * TICK), normal_force=force, tip_angle=math.pi / 2)
-        if watch.is_loose(known, True, TICK):  # type: ignore[arg-type]
+        if watch.is_loose(known, True, True, TICK):  # type: ignore[arg-type]
             return k * TICK
     return None
 
@@ -69,7 +79,7 @@ def test_who_neither_pushes_nor_pulls_learns_nothing(model: Model) -> None:
 def test_an_open_gripper_is_not_looked_at(model: Model) -> None:
     watch = GripWatch(model)
     known = SimpleNamespace(push=-3.0, normal_force=0.0, tip_angle=math.pi / 2)
-    assert not any(watch.is_loose(known, False, TICK) for _ in range(1000))  # type: ignore[arg-type]
+    assert not any(watch.is_loose(known, False, False, TICK) for _ in range(1000))  # type: ignore[arg-type]
 
 
 def test_what_was_felt_before_a_slip_is_forgotten(model: Model) -> None:
@@ -84,7 +94,7 @@ def test_what_was_felt_before_a_slip_is_forgotten(model: Model) -> None:
             poles[pole] += (1.0 - math.exp(-15.0 * TICK)) * (felt - poles[pole])
             felt = poles[pole]
         known = SimpleNamespace(push=push, normal_force=felt + 0.05 * rng.standard_normal(), tip_angle=1.2)
-        if watch.is_loose(known, True, TICK):  # type: ignore[arg-type]
+        if watch.is_loose(known, True, True, TICK):  # type: ignore[arg-type]
             assert slipped < time < slipped + 1.2
             return
     pytest.fail("it was not noticed")
@@ -102,7 +112,7 @@ def test_a_closed_leaf_does_not_come_back_through_its_stop(
     for k in range(100):
         behind = gripped if k < 20 else back
         known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + behind / lever)
-        found |= watch.is_loose(known, True, TICK)  # type: ignore[arg-type]
+        found |= watch.is_loose(known, True, True, TICK)  # type: ignore[arg-type]
     assert found is loose
 
 
@@ -110,4 +120,4 @@ def test_a_leaf_that_begins_open_may_come_back() -> None:
     ajar = Model(Scenario.load("paper", {"start.door_angle": math.pi / 2 - 0.3}))
     watch = GripWatch(ajar)
     known = SimpleNamespace(push=0.0, normal_force=0.0, tip_angle=math.pi / 2 + 0.1)
-    assert not any(watch.is_loose(known, True, TICK) for _ in range(200))  # type: ignore[arg-type]
+    assert not any(watch.is_loose(known, True, True, TICK) for _ in range(200))  # type: ignore[arg-type]

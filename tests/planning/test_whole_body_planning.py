@@ -12,7 +12,7 @@ from doorman.exceptions import DimensionError, ScenarioError
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
-from doorman.planning.whole_body_problem import depth_of
+from doorman.planning.whole_body_problem import depth_of, depths_in_face, tip_on_face
 
 PUSH = Scenario.load("push")
 
@@ -102,3 +102,17 @@ def test_a_constraint_of_the_user_holds_along_whole_body_plans() -> None:
     planner = Planner(PUSH, constraints=[lowest])
     plan = planner.plan(planner.planning.start_state)
     assert plan.flyable and "not lower" in planner.user_rows()
+
+
+@pytest.mark.parametrize("name", ["push", "hatch", "sliding"])
+def test_depths_of_many_states_are_those_of_each_on_any_leaf(name: str) -> None:
+    model, rng = Model(name), np.random.default_rng(2)
+    start = model.start_state
+    positions = model.hover_offset + rng.uniform(-1.0, 1.0, (5, 3))
+    attitudes, angles = rng.uniform(-0.5, 0.5, (5, 3)), rng.uniform(0.2, 1.8, 5)
+    arms = start[5:] + rng.uniform(-0.5, 0.5, (5, model.n_arm))
+    expected = [
+        tip_on_face(model, position, attitude, float(angle), arm)[0]
+        for position, attitude, angle, arm in zip(positions, attitudes, angles, arms, strict=True)
+    ]
+    np.testing.assert_allclose(depths_in_face(model, positions, attitudes, angles, arms), expected, atol=1e-12)

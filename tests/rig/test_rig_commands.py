@@ -163,3 +163,21 @@ def test_the_rig_prints_how_to_fly_and_ends_by_ctrl_c(tmp_path):
         r"doorman fly paper --set contact.kind=push --set 'start.arm=\[0, 1, -0.6, -0.4\]' --pixhawk udp:\d+ --servos \S+\n",
         lines[1],
     ), lines
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_motors_whose_thrust_is_the_squared_signal_are_flown_by_the_slope_that_hover_measures(tmp_path, autopilot):
+    folder = tmp_path / "flown"
+    ran = subprocess.run(
+        [*COMMAND, "rig", "paper", "--fly", "--autopilot", autopilot, "--motors", "quadratic", "--out", str(folder)],
+        cwd=tmp_path, text=True, capture_output=True, check=False, timeout=400, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    assert ("THR_MDL_FAC is 0" in ran.stdout) is (autopilot == "px4"), "the checklist says so"
+    assert ran.stdout.rstrip().endswith(f"Results: {folder}") and {one.name for one in folder.iterdir()} == {
+        "truth.mcap",
+        "flight.mcap",
+    }
+    hover = Recording.load(folder / "flight.mcap")["hover"]
+    assert hover["slope"][-1] == pytest.approx(2.0 if autopilot == "px4" else 1.25, abs=0.15)

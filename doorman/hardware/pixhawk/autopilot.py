@@ -304,7 +304,7 @@ class Autopilot(Uncopied):
         return curve
 
     def measure_slope(self, at: PositionSetpoint) -> Slope | None:
-        """Measure how steeply thrust grows with its setpoint, by bobbing up and down a little; the vehicle must hold.
+        """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold.
 
         Args:
             at: Where it holds.

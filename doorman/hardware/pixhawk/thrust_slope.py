@@ -25,8 +25,8 @@ from doorman.hardware.pixhawk.setpoints import PositionSetpoint
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81
-_HEIGHT, _PERIOD = 0.04, 1.2
-"""Of the bob: a tenth of the weight, and slow enough for telemetry of 20 messages a second [m], [s]."""
+_HEIGHT, _ASIDE, _PERIOD = 0.04, 0.03, 1.2
+"""Of the bob: a tenth of the weight, a tilt of 5°, and slow enough for telemetry of 20 messages a second [m], [m], [s]."""
 BOB_TIME = 2.25 * _PERIOD
 """Two times up and down, and the delay between thrust and velocity [s]."""
 _DELAYS = np.arange(-0.04, 0.2001, 0.01)
@@ -90,16 +90,19 @@ class SlopeMeasurement:
 
 
 def bob(at: PositionSetpoint, passed: float) -> PositionSetpoint:
-    """Setpoint of a vehicle that bobs: z = h (1 − cos ωt) above the hold.
+    """Setpoint of a vehicle that bobs: h (1 − cos ωt) above the hold, and as a share of that to the left.
 
     Args:
         at: Where it held.
         passed: Since then [s].
     """
     rate, angle = 2.0 * math.pi / _PERIOD, 2.0 * math.pi * passed / _PERIOD
-    up = np.array([0.0, 0.0, _HEIGHT])
+    way = np.array([-_ASIDE * math.sin(at.yaw), _ASIDE * math.cos(at.yaw), _HEIGHT])
     return PositionSetpoint(
-        at.position + (1.0 - math.cos(angle)) * up, at.yaw, rate * math.sin(angle) * up, rate**2 * math.cos(angle) * up
+        at.position + (1.0 - math.cos(angle)) * way,
+        at.yaw,
+        rate * math.sin(angle) * way,
+        rate**2 * math.cos(angle) * way,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -36,6 +37,8 @@ class VehicleBackend(Backend):
 
     real_time = True
     comes_back = True
+    pose_delay: float = 0.0
+    """By how much poses are later than their stamps say, as measured in flight [s]."""
 
     def __init__(self, model: Model, links: VehicleLinks) -> None:
         if links.config.n_arm != model.n_arm:
@@ -198,7 +201,8 @@ class VehicleBackend(Backend):
         if not pose.usable:
             raise BackendError(f"the pose is {pose.quality.value}", field="mocap", given=f"age {pose.age:.3f} s",
                                allowed="measured, or predicted for a short while")  # fmt: skip
-        return pose.origin or pose
+        pose = pose.origin or pose
+        return replace(pose, time=min(pose.time - self.pose_delay, time.monotonic()))
 
     def _require_permission(self) -> None:
         reason = self.links.inhibited

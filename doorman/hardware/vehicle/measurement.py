@@ -1,10 +1,10 @@
 r"""Measurement from the newest samples of all links.
 
 Position and velocity stay as they were measured, with the time at which they were true: the estimator behind it knows how to
-use an old position. Attitude and joint angles, which nobody filters, are carried on to the time of the tick,
+use an old pose. The attitude is brought to that time, and the joint angles, which nobody filters, to the time of the tick,
 
 .. math::
-    q(t) = q_0 \exp(\Omega\,(t - t_0)), \qquad H(t) = H_0 + \dot H\,(t - t_0)
+    q(t_p) = q_0 \exp(\Omega\,(t_p - t_0)), \qquad H(t) = H_0 + \dot H\,(t - t_0)
 
 A sample that is too old for that is an error, never a measurement; but the cameras replace an autopilot that is not heard for
 a while.
@@ -49,7 +49,7 @@ def compose(
         servo_patience: Age up to which joint angles are used [s].
 
     Returns:
-        Everything as of the tick.
+        Position and attitude as of the pose, everything else as of the tick.
 
     Raises:
         BackendError: if a link has nothing usable; `field` says which.
@@ -71,7 +71,7 @@ def compose(
         time=now - opened,
         position=seen.position,
         velocity=seen.velocity,
-        attitude=_turned(quaternion, body_rates, now - turned_at),
+        attitude=_turned(quaternion, body_rates, at - turned_at),
         body_rates=body_rates,
         arm_angles=servos.angles[:n_arm] + ahead * servos.rates[:n_arm],
         arm_rates=servos.rates[:n_arm],
@@ -80,6 +80,6 @@ def compose(
 
 
 def _turned(quaternion: Array, body_rates: Array, ahead: float) -> Array:
-    turn = 0.5 * max(ahead, 0.0) * body_rates
+    turn = 0.5 * ahead * body_rates
     turned = multiply(quaternion, [1.0, *turn])
     return euler_from_quaternion(turned / np.linalg.norm(turned))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from doorman.control.present import present_attitude
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
 from doorman.hardware.mocap.sample import measured
@@ -64,8 +65,9 @@ def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras()
     )
     measurement = at(vehicle=replace(VEHICLE, status=SampleStatus.STALE, body_rates=np.full(3, 9.0)), pose=turning)
     assert measurement.body_rates.tolist() == [0.0, 0.0, 0.4]
-    yaw_rate = (euler_rate_matrix(ATTITUDE) @ measurement.body_rates)[2]
-    assert measurement.attitude[2] == pytest.approx(ATTITUDE[2] + 0.02 * yaw_rate, abs=1e-4)
+    assert measurement.attitude == pytest.approx(ATTITUDE) and measurement.pose_time == pytest.approx(
+        NOW - OPENED - 0.02
+    )
 
 
 def test_without_cameras_it_is_that_of_the_autopilot():
@@ -74,11 +76,14 @@ def test_without_cameras_it_is_that_of_the_autopilot():
     assert measurement.position.tolist() == [1.0, 2.0, 3.0]
 
 
-@pytest.mark.parametrize(("pose", "age"), [(POSE, 0.02), (None, 0.004)])
-def test_attitude_is_carried_on_by_the_gyroscope(pose, age):
-    expected = ATTITUDE + age * euler_rate_matrix(ATTITUDE) @ RATES
-    assert at(pose=pose).attitude == pytest.approx(expected, abs=1e-4)
-    assert np.abs(expected - ATTITUDE).max() > 1e-3
+@pytest.mark.parametrize(("pose", "later"), [(POSE, 0.0), (None, 0.026)])
+def test_attitude_is_that_of_the_position_s_time(pose, later):
+    """The autopilot tells both at times of their own."""
+    expected = ATTITUDE - later * euler_rate_matrix(ATTITUDE) @ RATES
+    measurement = at(pose=pose)
+    assert measurement.attitude == pytest.approx(expected, abs=1e-4)
+    whole = ATTITUDE + (0.02 if pose is POSE else 0.004) * euler_rate_matrix(ATTITUDE) @ RATES
+    assert present_attitude(measurement) == pytest.approx(whole, abs=1e-4), "and is carried on from there, once"
 
 
 def test_joint_angles_are_carried_on_and_the_gripper_left_out():

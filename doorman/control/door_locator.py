@@ -1,0 +1,231 @@
+r"""Where the door truly stands, from the track of a tip that grips one point of the leaf.
+
+A point of the leaf goes round the true hinge. With h, the hinge's offset from the map, a Kalman filter of h and ρ takes in
+
+.. math:: \|p - p_h - h\| = \rho .
+
+The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
+are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
+A tip that only pushes creeps on the leaf, and says nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.signals import Command, Measurement
+
+Array = NDArray[np.float64]
+
+_EVERY = 0.1
+"""Between measurements of the track, each an average: the noise of poses is a new one by then [s]."""
+_TRACK_NOISE = 0.002
+"""Of them [m]."""
+_UNLIKELY = 4.0
+"""A measurement that is so many deviations off is left out: the tip has slipped."""
+_ELSEWHERE, _AJAR = 3.0, 1.5
+"""A leaf that is met so many deviations before its place is not the map's; one that is met so many behind it stands ajar."""
+_LOST = 0.2
+"""A tip that leaves the leaf for so long comes back to another point of it [s]."""
+_SPEED, _TURN = 0.005, 0.01
+"""With which what is found is used: the vehicle is not to jump after it [m/s], [rad/s]."""
+_STEP = 1e-5
+
+
+class DoorLocator:
+    """Pose of a door on a vertical hinge, against the map. Others stand where the map has them.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        settings = model.scenario.estimation
+        self._model, self._door = model, model.door
+        known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
+        self._works = model.scenario.contact.kind == "grip" and model.door.vertical and not known
+        self._start = float(model.start_state[3])
+        self._shuts = -model.travel.sense  # of α, towards the start
+        self._doubt = settings.door_place_deviation, settings.door_yaw_deviation
+        self._known = np.zeros(3)  # h, world frame, and ρ
+        self._covariance = np.diag([self._doubt[0] ** 2, self._doubt[0] ** 2, 0.0])
+        self._goes_round = False
+        self._met: Array | None = None  # where the leaf was nearest to closed
+        self._sum, self._count, self._since, self._last = np.zeros(3), 0, 0.0, 0.0
+        self._away, self._ended = 0.0, False
+        self._offset, self._turned = np.zeros(2), 0.0  # as they are used
+
+    @property
+    def offset(self) -> Array:
+        """h, of the hinge from where the map has it, shape (2,), world frame [m]."""
+        return self._known[:2].copy()
+
+    @property
+    def offset_deviation(self) -> Array:
+        """Its standard deviation along the world's x and y, shape (2,) [m]."""
+        return np.asarray(np.sqrt(np.diag(self._covariance)[:2]))
+
+    @property
+    def yaw(self) -> float:
+        """By which the door is turned against the map [rad]."""
+        return self._yaw_of(self._known) if self._goes_round else 0.0
+
+    @property
+    def yaw_deviation(self) -> float:
+        """Its standard deviation [rad]."""
+        if not self._goes_round:
+            return self._doubt[1]
+        slope = self._slope(self._yaw_of)
+        own = _TRACK_NOISE / self._model.coupling.lever_length  # of where the leaf was met
+        return math.sqrt(float(slope @ self._covariance @ slope) + own**2)
+
+    def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
+        """Take in where the tip is.
+
+        Args:
+            measured: As the sensors say it.
+            touches: Whether the tip is on the leaf,
+            grips: and is held there.
+            time_step: Since the last call [s].
+        """
+        if not self._works:
+            return
+        self._follow(time_step)
+        if self._ended or not (touches or grips):
+            self._lose(time_step)
+            return
+        self._away = 0.0
+        tip = rotation_body_to_world(measured.attitude) @ self._model.vehicle.tip_position(measured.arm_angles)
+        self._sum += measured.position + tip
+        self._count += 1
+        self._since += time_step
+        if self._since >= _EVERY:
+            self._take(self._sum / self._count, grips)
+            self._sum, self._count, self._since = np.zeros(3), 0, 0.0
+
+    def seen(self, measured: Measurement) -> Measurement:
+        """A measurement as it would be if the door stood where the map has it."""
+        if not (self._turned or self._offset.any()):
+            return measured
+        back = self._rotation(-self._turned)
+        attitude = np.array(measured.attitude)
+        attitude[2] -= self._turned
+        origin = self._door.hinge_position
+        moved = measured.position - origin
+        moved[:2] -= self._offset
+        return replace(measured, position=origin + back @ moved, velocity=back @ measured.velocity, attitude=attitude)
+
+    def told(self, command: Command) -> Command:
+        """A command to the vehicle, from one for a door that stands where the map has it."""
+        if not self._turned:
+            return command
+        attitude = np.array(command.attitude)
+        attitude[2] += self._turned
+        return replace(command, attitude=attitude)
+
+    def place(self, point: Array) -> Array:
+        """A place in the map, from one that is seen, shape (3,), world frame [m]."""
+        if not (self._turned or self._offset.any()):
+            return point
+        origin = self._door.hinge_position
+        there = origin + self._rotation(self._turned) @ (point - origin)
+        there[:2] += self._offset
+        return there
+
+    def vector(self, vector: Array) -> Array:
+        """A vector in the map, from one that is seen, shape (3,), world frame."""
+        return self._rotation(self._turned) @ vector if self._turned else vector
+
+    def heading(self, yaw: float) -> float:
+        """A heading in the map, from one that is seen [rad]."""
+        return yaw + self._turned
+
+    def _take(self, tip: Array, grips: bool) -> None:
+        """Measure that the tip keeps its distance from the hinge; and where the leaf was closed."""
+        if (
+            self._met is None
+            or self._shuts * (self._angle(tip, self._known) - self._angle(self._met, self._known)) > 0.0
+        ):
+            self._met = tip
+        if not grips:
+            return
+        if not self._goes_round:
+            self._begin(tip)
+            return
+        away = self._away_from(tip, self._known)
+        radius = float(np.linalg.norm(away))
+        self._correct(radius - self._known[2], np.array([*(-away / radius), -1.0]), _TRACK_NOISE)
+
+    def _begin(self, tip: Array) -> None:
+        """From here on the tip goes round."""
+        if not self._stands_closed():
+            self._ended = True  # open already: nothing says by how much the door is turned
+            return
+        self._goes_round = True
+        away, variance = self._away_from(tip, self._known), self._doubt[0] ** 2
+        self._known[2] = radius = float(np.linalg.norm(away))
+        slope = -away / radius  # of ρ by h
+        self._covariance[:2, 2] = self._covariance[2, :2] = variance * slope
+        self._covariance[2, 2] = variance + _TRACK_NOISE**2
+        self._correct(self._yaw_of(self._known), self._slope(self._yaw_of), self._doubt[1])
+
+    def _correct(self, off: float, slope: Array, noise: float) -> None:
+        """Kalman's step for a scalar that should be 0."""
+        spread = self._covariance @ slope
+        variance = float(slope @ spread) + noise**2
+        if off * off > _UNLIKELY**2 * variance:
+            return
+        self._known = self._known - spread * (off / variance)
+        self._covariance = self._covariance - np.outer(spread, spread) / variance
+
+    def _slope(self, value: Callable[[Array], float]) -> Array:
+        """Of a value by what is known, shape (3,)."""
+        steps = _STEP * np.eye(3)
+        return np.array([(value(self._known + step) - value(self._known - step)) / (2.0 * _STEP) for step in steps])
+
+    def _yaw_of(self, known: Array) -> float:
+        """By which the leaf stood off its angle as the tip met it, about a hinge there [rad]."""
+        assert self._met is not None
+        return self._door.hand * (self._angle(self._met, known) - self._start)
+
+    def _angle(self, tip: Array, known: Array) -> float:
+        return self._door.angle_of(np.array([*self._away_from(tip, known), 0.0]))
+
+    def _away_from(self, tip: Array, known: Array) -> Array:
+        """From a hinge there to a tip, shape (2,) [m]."""
+        return np.asarray((tip - self._door.hinge_position)[:2] - known[:2])
+
+    def _stands_closed(self) -> bool:
+        """Whether the map's doubt explains where the leaf was met, rather than a leaf that stands open."""
+        lever = self._model.coupling.lever_length
+        likely = math.hypot(self._doubt[0] / lever, self._doubt[1])
+        before = self._shuts * self._door.hand * self._yaw_of(np.zeros(3))
+        return -_AJAR * likely < before < _ELSEWHERE * likely
+
+    def _lose(self, time_step: float) -> None:
+        self._sum, self._count, self._since = np.zeros(3), 0, 0.0
+        if not self._goes_round:
+            return
+        self._away += time_step
+        self._ended = self._ended or self._away > _LOST
+
+    def _follow(self, time_step: float) -> None:
+        """Use what is found, little by little."""
+        if not self._goes_round:
+            return
+        off, most = self._known[:2] - self._offset, _SPEED * time_step
+        self._offset = self._offset + off * min(1.0, most / max(float(np.hypot(*off)), 1e-9))
+        turn, most = self._yaw_of(self._known) - self._turned, _TURN * time_step
+        self._turned += min(max(turn, -most), most)
+
+    @staticmethod
+    def _rotation(yaw: float) -> Array:
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

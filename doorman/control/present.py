@@ -1,0 +1,54 @@
+r"""A measurement whose pose is old, carried on to now.
+
+.. math::
+    \Phi(t) = \Phi_0 + (t - t_0)\,W(\Phi_0)\,\Omega, \qquad p(t) = p_0 + (t - t_0)\,\hat v, \qquad H(t) = H_0 + (t - t_0)\,\dot H
+
+with the body rates Ω, which the gyroscope tells without delay, and the observer's velocity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.signals import Measurement
+
+Array = NDArray[np.float64]
+
+
+def present_attitude(measured: Measurement) -> Array:
+    """Φ now, shape (3,) [rad].
+
+    Args:
+        measured: What the sensors say.
+
+    Raises:
+        SingularityError: if θ = ±π/2.
+    """
+    age = measured.time - measured.pose_time
+    if age <= 0.0:
+        return measured.attitude
+    return np.asarray(measured.attitude + age * (euler_rate_matrix(measured.attitude) @ measured.body_rates))
+
+
+def present(measured: Measurement, velocity: Array) -> Measurement:
+    """The measurement with position, attitude and joint angles of now.
+
+    Args:
+        measured: What the sensors say.
+        velocity: Ṗ as it is known, shape (3,), world frame [m/s].
+
+    Raises:
+        SingularityError: if θ = ±π/2.
+    """
+    age = measured.time - measured.pose_time
+    arm_age = 0.0 if measured.arm_time is None else measured.time - measured.arm_time
+    if age <= 0.0 and arm_age <= 0.0:
+        return measured
+    return replace(
+        measured, position=measured.position + age * velocity, attitude=present_attitude(measured),
+        arm_angles=measured.arm_angles + arm_age * measured.arm_rates, pose_time=measured.time, arm_time=None,
+    )  # fmt: skip

@@ -1,0 +1,42 @@
+r"""What the rotors push with at the leaf is bounded, whatever was estimated or planned.
+
+.. math::
+    F = m g\,e_3 + d, \qquad d \leftarrow d \min(1, d_{max}/|d|)
+
+bounds the rotors' force beyond the weight in every direction, since the leaf may stand elsewhere than is believed. An impact
+adds the vehicle's momentum to it, which the speed of the touch bounds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.signals import Command
+
+
+def limited(command: Command, weight: float, most: float) -> Command:
+    """The command, or the one with the same heading that pushes the same way, and no harder than allowed.
+
+    Args:
+        command: What the vehicle is to do.
+        weight: m g [N].
+        most: Largest force of the rotors beyond the weight, `control.max_push` [N].
+    """
+    up = np.array([0.0, 0.0, weight])
+    rotation = rotation_body_to_world(command.attitude)
+    beyond = rotation @ command.body_force - up
+    size = float(np.linalg.norm(beyond))
+    if size <= most:
+        return command
+    x, y, z = (up + most / size * beyond).tolist()
+    if any(command.side_force):  # the body stays as it is
+        ahead, left, lift = (rotation.T @ [x, y, z]).tolist()
+        return replace(command, thrust=lift, side_force=(ahead, left))
+    yaw, thrust = float(command.attitude[2]), math.sqrt(x * x + y * y + z * z)
+    ahead, aside = math.cos(yaw) * x + math.sin(yaw) * y, math.cos(yaw) * y - math.sin(yaw) * x
+    attitude = np.array([-math.asin(aside / thrust), math.atan2(ahead, z), yaw])
+    return replace(command, thrust=thrust, attitude=attitude)

@@ -1,0 +1,100 @@
+"""The door's pose from the track of a gripping tip, against tracks made here."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from doorman import simulate
+from doorman.control.door_locator import DoorLocator
+from doorman.model import Model
+from doorman.scenario import Scenario
+from doorman.signals import Command, Measurement
+
+TICK = 0.005
+
+
+def model_of(source: str = "paper", **overrides: Any) -> Model:
+    return Model(Scenario.load(f"shipped:{source}", {key.replace("__", "."): each for key, each in overrides.items()}))
+
+
+def measured(model: Model, tip: np.ndarray, time: float) -> Measurement:
+    """Of a level vehicle whose tip is there."""
+    arm = model.start_arm
+    still = np.zeros(3)
+    at = tip - model.vehicle.tip_position(arm)
+    return Measurement(time, at, still, still, still, arm, np.zeros(len(arm)), time)
+
+
+def located(
+    model: Model, offset: tuple[float, float], yaw: float, begins: float = 0.0, noise: float = 1e-3, swing: float = 1.1
+) -> DoorLocator:
+    """After a swing of a door that stands elsewhere, open by so much at first [rad]; poses 20 times a second are noisy."""
+    locator, random = DoorLocator(model), np.random.default_rng(3)
+    door, hinge = model.door, model.door.hinge_position + np.array([*offset, 0.0])
+    radius, turns = 0.7, -door.hand if door.side == "push" else door.hand
+    along = math.atan2(door.along[1], door.along[0]) + yaw
+    off = np.zeros(3)
+    for k in range(2000):
+        opening = begins + swing * max(k - 100, 0) / 1900
+        azimuth = along + turns * opening
+        tip = hinge + np.array([radius * math.cos(azimuth), radius * math.sin(azimuth), 0.8])
+        if k % 10 == 0:
+            off = random.normal(0.0, noise, 3)
+        locator.update(measured(model, tip + off, TICK * k), True, True, TICK)
+    return locator
+
+
+@pytest.mark.parametrize("offset, yaw", [((0.0, 0.0), 0.0), ((-0.03, -0.02), 0.04), ((0.01, 0.03), -0.015)])
+@pytest.mark.parametrize("source", ["paper", "push_left"])
+def test_a_door_that_stands_elsewhere_is_found(source: str, offset: tuple[float, float], yaw: float) -> None:
+    model = model_of(source, contact__kind="grip")
+    yaw *= model.door.hand  # a leaf far behind its place would stand ajar
+    locator = located(model, offset, yaw)
+    assert np.all(np.abs(locator.offset - offset) < 3.0 * locator.offset_deviation)
+    assert np.all(locator.offset_deviation < 0.004)
+    assert abs(locator.yaw - yaw) < 3.0 * locator.yaw_deviation and locator.yaw_deviation < 0.006
+
+
+def test_a_leaf_that_stands_ajar_is_not_taken_for_another_place() -> None:
+    locator = located(model_of(), (0.0, 0.0), 0.0, begins=0.12)
+    assert not locator.offset.any() and locator.heading(0.0) == 0.0
+
+
+def test_a_tip_that_pushes_and_a_map_that_is_trusted_say_nothing() -> None:
+    trusted = {"estimation__door_place_deviation": 0.0, "estimation__door_yaw_deviation": 0.0}
+    for model in (model_of("push"), model_of("paper", **trusted)):
+        assert not located(model, (0.03, 0.0), 0.02).offset.any()
+
+
+def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
+    model = model_of()
+    locator = located(model, (0.03, -0.02), 0.03)
+    there = measured(model, np.array([-0.2, 0.6, 1.2]), 1.0)
+    there = replace(there, velocity=np.array([0.3, -0.1, 0.2]), attitude=np.array([0.1, -0.2, 0.4]))
+    seen = locator.seen(there)
+    assert locator.place(seen.position) == pytest.approx(there.position)
+    assert locator.vector(seen.velocity) == pytest.approx(there.velocity)
+    command = locator.told(Command(30.0, seen.attitude, np.zeros(model.n_arm)))
+    assert command.attitude == pytest.approx(there.attitude)
+    door = model.door
+    closed = door.hinge_position + np.array([0.03, -0.02, 0.0])
+    moved = locator.seen(replace(there, position=closed)).position
+    assert moved == pytest.approx(door.hinge_position, abs=0.006)
+
+
+@pytest.mark.slow
+def test_a_flight_ends_at_the_true_angle_of_a_door_that_stands_elsewhere() -> None:
+    """3 cm and 3 degrees: without the pose of the door the flight ends 2 degrees off."""
+    elsewhere = {
+        "simulation.door_offset": [0.02, 0.022, 0.0], "simulation.door_yaw": 0.05,
+    }  # fmt: skip
+    summary = simulate(Scenario.load("shipped:paper", elsewhere), seed=1).summary
+    assert summary is not None and abs(summary["final_error"]) < 1.0, summary
+    for name in ("door_x", "door_y", "door_yaw"):
+        found = summary["estimates"][name]
+        assert abs(found["value"] - found["true"]) < 3.0 * found["deviation"], name

@@ -1,0 +1,147 @@
+"""The whole-body problem on leaves that do not turn about a vertical: weight, friction, and what stands beside them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from doorman.kinematics.arm_pattern import ArmPattern
+from doorman.kinematics.numbers import Numbers
+from doorman.model import GRAVITY, Model
+from doorman.planning.limits import largest_push
+from doorman.planning.whole_body import WholeBodyTask, constraints
+from doorman.planning.whole_body_problem import tip_on_face, whole_body_numbers, whole_body_state
+from doorman.scenario import Scenario
+
+Array = np.ndarray
+FLAP = {"contact.kind": "push", "contact.frame": None, "contact.side": "pull", "contact.distance_from_hinge": 0.5,
+        "start.opening": 0.5, "goal.opening": 0.0}  # fmt: skip
+GATE = {"contact.kind": "push", "start.opening": 0.0}
+WIDE = {"goal.opening": 1.9}
+TASKS: dict[str, tuple[str, dict[str, Any]]] = {
+    "drawer": ("drawer_close", {}), "flap": ("hatch", FLAP), "gate": ("sliding", GATE), "wide door": ("push", WIDE),
+}  # fmt: skip
+
+
+class OnLeaf:
+    """Expressions of one task as functions of state and numbers, at hover."""
+
+    def __init__(self, name: str) -> None:
+        source, keys = TASKS[name]
+        self.model = Model(Scenario.load(f"shipped:{source}", keys))
+        self.numbers = whole_body_numbers(self.model)
+        pattern, _ = ArmPattern.of(self.model.vehicle.arm)
+        self.task = WholeBodyTask(pattern, self.model.vehicle.point_names, self.numbers, self.model.surroundings)
+
+    def function(self, expression: object) -> Callable[[Array, Numbers], Array]:
+        task = self.task
+        compiled = ca.Function("f", [task.state, task.inputs, task.parameters], [expression])
+        hover = np.concatenate([[self.model.vehicle.mass * GRAVITY], np.zeros(3 + self.model.n_arm)])
+        return lambda x, numbers: np.array(compiled(x, hover, numbers.vector)).ravel()
+
+    def at(self, angle: float, depth: float = 0.0, attitude: Array | None = None, rate: float = 0.0) -> Array:
+        """With the tip this deep in the leaf at the contact point."""
+        posture = self.model.on_the_way(angle)
+        attitude = posture[:3] if attitude is None else attitude
+        place = self.model.coupling.vehicle_position(attitude, angle, posture[5:])
+        place = place + depth * self.model.door.normal(angle)
+        return whole_body_state(place, attitude, np.zeros(3), np.zeros(3), angle, rate, posture[5:])
+
+
+@pytest.fixture(scope="module", params=list(TASKS))
+def leaf(request: pytest.FixtureRequest) -> OnLeaf:
+    return OnLeaf(request.param)
+
+
+def test_a_push_lowers_the_leafs_angle(leaf: OnLeaf) -> None:
+    """Whatever the joint: the tip's force is the spring's along the normal, and makes its lever's torque."""
+    model, angle = leaf.model, leaf.model.travel.start
+    quiet = leaf.numbers.replaced({"contact.friction": 0.0, "contact.slip_damping": 0.0, "mechanism.friction": 0.0})
+    change = leaf.function(ca.vertcat(leaf.task.rates_of_change, leaf.task.normal_force))
+    pressed, free = change(leaf.at(angle, 0.002), quiet), change(leaf.at(angle, -50.0), quiet)
+    force = pressed[7]
+    np.testing.assert_allclose(
+        model.vehicle.mass * (free[:3] - pressed[:3]), force * model.door.normal(angle), atol=1e-3
+    )
+    lever = model.coupling.lever_length
+    assert force > 2.0
+    assert model.door.inertia * (pressed[6] - free[6]) == pytest.approx(-force * lever, rel=1e-3)
+
+
+def test_a_leaf_that_nobody_touches_moves_by_its_weight(leaf: OnLeaf) -> None:
+    model, change = leaf.model, leaf.function(leaf.task.rates_of_change[6])
+    quiet = leaf.numbers.replaced({"mechanism.friction": 0.0})
+    for angle in np.linspace(model.travel.start, model.travel.goal, 3):
+        found = float(change(leaf.at(float(angle), -50.0), quiet)[0])
+        assert found == pytest.approx(-model.door.weight_torque(float(angle)) / model.door.inertia, abs=2e-4)
+
+
+def test_rows_beside_the_leaf_are_the_models_own(leaf: OnLeaf) -> None:
+    """For a level disc, whose tip is on the contact point."""
+    model, points = leaf.model, len(leaf.model.vehicle.point_names)
+    margin, rows = leaf.numbers.one("limits.margin"), constraints(leaf.task)
+    narrow = leaf.numbers.replaced({"limits.widened": np.zeros(leaf.numbers.sizes["limits.widened"])})
+    value = leaf.function(ca.vertcat(*(row.expression for row in rows)))
+    assert len(rows) == model.n_constraints + 3
+    generator = np.random.default_rng(3)
+    for share in (0.0, 0.4, 1.0):
+        angle = model.travel.start + share * (model.travel.goal - model.travel.start)
+        attitude = np.array([0.0, 0.0, model.on_the_way(angle)[2] + generator.uniform(-0.2, 0.2)])
+        x = leaf.at(angle, attitude=attitude)
+        own = model.constraints(np.concatenate([attitude, [angle, 0.0], x[14:]])) + margin
+        np.testing.assert_allclose(value(x, narrow)[: points + 1], own[: points + 1], atol=1e-5)
+        np.testing.assert_allclose(value(x, narrow)[points + 1 : -3], own[points + 1 :], atol=1e-5)
+
+
+def test_the_place_of_the_tip_is_on_two_directions_of_the_face(leaf: OnLeaf) -> None:
+    model, angle = leaf.model, leaf.model.travel.start
+    place, x = leaf.function(leaf.task.place), leaf.at(leaf.model.travel.start, 0.001)
+    along, up, normal = model.door.leaf_direction(angle), model.door.up, model.door.normal(angle)
+    x[:3] += 0.02 * along - 0.03 * up + 0.01 * normal
+    np.testing.assert_allclose(place(x, leaf.numbers), [0.02, -0.03], atol=1e-9)
+    depth, found = tip_on_face(model, x[:3], x[3:6], angle, x[14:])
+    assert depth == pytest.approx(0.011, abs=1e-9)
+    np.testing.assert_allclose(found, [0.02, -0.03], atol=1e-9)
+
+
+def test_a_light_leaf_stays_where_its_friction_holds_it() -> None:
+    """A flap of 0.2 kg m²: friction by the rate at the beginning of a step would throw it to and fro."""
+    flap = OnLeaf("flap")
+    angle, step = flap.model.travel.start, flap.function(flap.task.next_state)
+    weight = abs(flap.model.door.weight_torque(angle))
+    assert weight > 1.5
+    held = flap.numbers.replaced({"mechanism.friction": 1.1 * weight, "mechanism.sticks": 1.0})
+    x = flap.at(angle, -50.0)
+    for _ in range(50):
+        x = step(x, held)
+    assert abs(x[12] - angle) < 2e-3
+    loose = held.replaced({"mechanism.friction": 0.6 * weight})
+    fallen = step(flap.at(angle, -50.0), loose)
+    time_step, inertia = flap.numbers.one("plan.time_step"), flap.model.door.inertia
+    assert abs(fallen[13]) == pytest.approx(0.4 * weight * time_step / inertia, rel=0.02)
+    slow, rates = flap.at(angle, -50.0, rate=-0.3), []
+    for _ in range(10):
+        slow = step(slow, held)
+        rates.append(slow[13])
+    assert max(rates) <= 1e-6, "friction stops the leaf, and does not drive it back"
+
+
+@pytest.mark.parametrize("tilt", [0.15, 0.3, 0.6])
+def test_the_largest_push_is_that_of_every_tilt_and_thrust(tilt: float) -> None:
+    """Against a search over all of them, for a flap whose normal looks down, and the same one lifted."""
+    for keys in (FLAP, {"goal.opening": 1.0}):
+        model = Model(Scenario.load("shipped:hatch", keys))
+        weight, most = model.vehicle.mass * GRAVITY, model.vehicle.max_thrust
+        for angle in (model.travel.start, model.travel.goal):
+            way = -model.travel.sense * model.door.normal(angle)
+            forces = np.linspace(0.0, 60.0, 60001)
+            thrust = forces[:, None] * way + np.array([0.0, 0.0, weight])
+            size = np.linalg.norm(thrust, axis=1)
+            allowed = (size <= most) & (thrust[:, 2] >= math.cos(tilt) * size)
+            largest = forces[int(np.argmin(allowed)) - 1]
+            assert largest_push(model, tilt, angle) == pytest.approx(largest, abs=2e-3)
