@@ -157,7 +157,7 @@ class Mission(Uncopied):
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
             attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
-            ahead, left, up = self.model.actuation.body_force(thrust.force, measurement.attitude)
+            ahead, left, up = self.model.actuation.body_force(thrust.force, present_attitude(measurement))
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
             command = planned
