@@ -124,3 +124,8 @@ def level(source: str, **overrides: Any) -> dict[str, Any]:
 @pytest.mark.slow
 def test_a_fully_actuated_vehicle_pushes_with_a_level_body() -> None:
     assert level("push_tilted")["contact_fraction"] >= 0.98
+
+
+@pytest.mark.slow
+def test_a_fully_actuated_vehicle_grips_with_a_level_body() -> None:
+    level("paper_tilted")
