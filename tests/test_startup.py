@@ -129,7 +129,7 @@ def test_a_flight_and_its_page_load_neither_meshes_nor_plots(tmp_path):
     page = FLIGHT.replace("open_door(", "open_door.__globals__.update(write_pictures=replay)\nopen_door(")
     code = f"""
 from doorman.visualization.replay import replay_page
-def replay(recording, model, folder):
+def replay(recording, model, folder, helper):
     replay_page(recording, model, folder / "replay.html")
 {page}"""
     assert loaded_by(code, {*unused, "mujoco"}, tmp_path) == {"mujoco"}

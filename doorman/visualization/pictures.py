@@ -87,6 +87,7 @@ def write_pictures(recording: Recording, model: Model, folder: Path, helper: Hel
         RecordingError: if the recording lacks what a figure shows.
         PicturesMissing: if a file cannot be written.
     """
+    folder.mkdir(parents=True, exist_ok=True)
     if helper is not None:
         helper.begin(list(_FIGURES), folder / "recording.mcap", folder)
     page = Drawing([], {})

@@ -224,11 +224,15 @@ def test_a_hinge_too_stiff_for_the_tilt() -> None:
     assert named(geometry_findings(changed(door__friction=0.7), DURATION), "force on the door").value == pytest.approx(
         1.0, rel=1e-3
     )
-    weak = named(geometry_findings(changed(door__friction=20.0, control__max_tilt=0.5), DURATION), "force on the door")
+    weak = named(
+        geometry_findings(changed(door__friction=20.0, control__max_tilt=0.5, control__max_push=100.0), DURATION),
+        "force on the door",
+    )
     assert weak.severity is Severity.ERROR
     assert weak.limit == pytest.approx(3.0 * 9.81 * math.tan(0.5))
     spring = named(
-        geometry_findings(changed(door__stiffness=8.0, control__max_tilt=0.5), DURATION), "force on the door"
+        geometry_findings(changed(door__stiffness=8.0, control__max_tilt=0.5, control__max_push=100.0), DURATION),
+        "force on the door",
     )
     assert spring.value == pytest.approx(8.0 * math.radians(70.0) / 0.7)
     assert spring.severity is Severity.WARNING
