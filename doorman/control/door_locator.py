@@ -58,9 +58,13 @@ class DoorLocator:
         self._covariance = np.diag([self._doubt[0] ** 2, self._doubt[0] ** 2, 0.0])
         self._goes_round = False
         self._met: Array | None = None  # where the leaf was nearest to closed
-        self._sum, self._count, self._since, self._last = np.zeros(3), 0, 0.0, 0.0
+        self._sum, self._count, self._since = np.zeros(3), 0, 0.0
         self._away, self._ended = 0.0, False
         self._offset, self._turned = np.zeros(2), 0.0  # as they are used
+        self.yaw = 0.0
+        """By which the door is turned against the map [rad]."""
+        self.yaw_deviation = settings.door_yaw_deviation
+        """Its standard deviation [rad]."""
 
     @property
     def offset(self) -> Array:
@@ -71,20 +75,6 @@ class DoorLocator:
     def offset_deviation(self) -> Array:
         """Its standard deviation along the world's x and y, shape (2,) [m]."""
         return np.asarray(np.sqrt(np.diag(self._covariance)[:2]))
-
-    @property
-    def yaw(self) -> float:
-        """By which the door is turned against the map [rad]."""
-        return self._yaw_of(self._known) if self._goes_round else 0.0
-
-    @property
-    def yaw_deviation(self) -> float:
-        """Its standard deviation [rad]."""
-        if not self._goes_round:
-            return self._doubt[1]
-        slope = self._slope(self._yaw_of)
-        own = _TRACK_NOISE / self._model.coupling.lever_length  # of where the leaf was met
-        return math.sqrt(float(slope @ self._covariance @ slope) + own**2)
 
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
         """Take in where the tip is.
@@ -108,6 +98,8 @@ class DoorLocator:
         self._since += time_step
         if self._since >= _EVERY:
             self._take(self._sum / self._count, grips)
+            if self._goes_round:
+                self._learn_yaw()
             self._sum, self._count, self._since = np.zeros(3), 0, 0.0
 
     def seen(self, measured: Measurement) -> Measurement:
@@ -162,6 +154,13 @@ class DoorLocator:
         away = self._away_from(tip, self._known)
         radius = float(np.linalg.norm(away))
         self._correct(radius - self._known[2], np.array([*(-away / radius), -1.0]), _TRACK_NOISE)
+
+    def _learn_yaw(self) -> None:
+        """The door's turn, from where its hinge is and where the leaf was met."""
+        slope = self._slope(self._yaw_of)
+        own = _TRACK_NOISE / self._model.coupling.lever_length  # of where the leaf was met
+        self.yaw = self._yaw_of(self._known)
+        self.yaw_deviation = math.sqrt(float(slope @ self._covariance @ slope) + own**2)
 
     def _begin(self, tip: Array) -> None:
         """From here on the tip goes round."""
@@ -222,7 +221,7 @@ class DoorLocator:
             return
         off, most = self._known[:2] - self._offset, _SPEED * time_step
         self._offset = self._offset + off * min(1.0, most / max(float(np.hypot(*off)), 1e-9))
-        turn, most = self._yaw_of(self._known) - self._turned, _TURN * time_step
+        turn, most = self.yaw - self._turned, _TURN * time_step
         self._turned += min(max(turn, -most), most)
 
     @staticmethod
