@@ -29,8 +29,8 @@ JUMP = 1.0
 """A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
 
 _DEARER = 1.2
-"""So does a rolled-out trajectory that costs so many times what the previous one did, and what its iteration expected. Noise alone
-makes a start dearer by as much; its iteration then expects it."""
+"""So does a rollout that costs so many times what the previous one did, and what its iteration expected. Noise alone
+makes a start dearer by as much; the iteration then expects it."""
 
 _LATEST_SHIFT = 2
 """Steps of the previous trajectory in which the present state is looked for."""
