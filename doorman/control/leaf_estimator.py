@@ -19,7 +19,7 @@ from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
 from doorman.control.wind_filter import WindFilter
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.kinematics.rotations import euler_rates
 from doorman.model import GRAVITY, Model
 from doorman.signals import Measurement
 
@@ -303,7 +303,7 @@ class LeafEstimator:
 
     def _attitude(self, measured: Measurement) -> tuple[Array, Array]:
         """Φ now, without jumps of ψ, and Φ̇."""
-        rates = np.asarray(euler_rate_matrix(measured.attitude) @ measured.body_rates)
+        rates = np.array(euler_rates(measured.attitude, measured.body_rates))
         attitude = measured.attitude + (measured.time - measured.pose_time) * rates
         attitude[2] += 2.0 * math.pi * round((self._yaw - attitude[2]) / (2.0 * math.pi))
         self._yaw = float(attitude[2])
