@@ -13,7 +13,8 @@ leaf, whose lever :math:`l_W` is half of a hinged leaf's width. It would pass fo
 with the angle; it is expected to blow as the vehicle feels it before the touch. An extended Kalman filter measures the tip's
 angle. A door that stands still says nothing of its parameters but that its friction suffices: they rest until it moves. Their
 standard deviations are what the motion has taught; damping, friction and closer stay correlated where the door has only seen one
-speed.
+speed. A seal or a latch says nothing of them either: the first degrees of a leaf that comes loose under far more than the hinge
+should resist with are left out.
 """
 
 from __future__ import annotations
@@ -46,6 +47,9 @@ _AJAR = 0.02
 """A leaf that begins farther open stands there by its friction [rad]."""
 _PAST_ITS_END = 0.05
 """A tip that is farther beyond the joint's range is beside the leaf, and not before it [rad]."""
+_SEALED, _UNSEALED = 2.0, 0.05
+"""A leaf that comes loose under more than its hinge should resist with, by so many deviations, is sealed or latched. For so far
+what it resists with says nothing of the hinge [rad]."""
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
 
@@ -106,7 +110,7 @@ class DoorFilter:
         self.covariance = np.diag([deviation**2 for _, deviation in prior])
         """Shape (9, 9)."""
         self._seen = -math.inf
-        self._touched = False
+        self._touched, self._stood, self._sealed = False, True, -math.inf
         self._push_noise, self._torque_deviation = settings.push_noise, settings.torque_deviation
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
@@ -175,6 +179,7 @@ class DoorFilter:
             return
         if not touching and self.rate == 0.0 and self._holds():
             return
+        self._come_loose(push if touching else 0.0)
         self._predict(push if touching else 0.0, touching, time_step)
         if touching and measured_at > self._seen:
             self._correct(tip_angle, now - measured_at)
@@ -241,6 +246,7 @@ class DoorFilter:
         Where the door comes loose, angle and rate lag behind, and as much as they lag they are uncertain together; to take
         the rate's lag for motion would make the leaf light. The tip's angle is that of `age` ago besides.
         """
+        self._stood = True
         parts = math.ceil(time_step / _LONGEST_STEP)
         for _ in range(parts):
             off = tip_angle - self.state[ANGLE]
@@ -252,6 +258,19 @@ class DoorFilter:
         p[: RATE + 1, :] = p[:, : RATE + 1] = 0.0
         p[ANGLE, ANGLE], p[RATE, RATE] = angle @ angle, rate @ rate
         p[ANGLE, RATE] = p[RATE, ANGLE] = angle @ rate
+
+    def _come_loose(self, push: float) -> None:
+        """Notice a seal as the leaf begins to move, and its end."""
+        if self._stood:
+            self._stood, hinge = False, self.hinge()
+            bears = abs(self._lever * push + self._known() + hinge.stiffness * (self.angle - self._rest))
+            if bears > hinge.friction + _SEALED * hinge.friction_deviation + self._torque_deviation:
+                self._sealed = self.angle
+                self.covariance[TORQUE, TORQUE] = bears**2
+        elif math.isfinite(self._sealed) and abs(self.angle - self._sealed) > _UNSEALED:
+            self._sealed, self.state[TORQUE] = -math.inf, 0.0
+            self.covariance[TORQUE, :] = self.covariance[:, TORQUE] = 0.0
+            self.covariance[TORQUE, TORQUE] = self._torque_deviation**2
 
     def _predict(self, push: float, touching: bool, time_step: float) -> None:
         z, settings = self.state, self._settings
@@ -292,6 +311,8 @@ class DoorFilter:
         row[ANGLE], row[RATE] = 1.0, -age
         spread = self.covariance @ row
         gain = spread / (row @ spread + noise)
+        if math.isfinite(self._sealed):
+            gain[TORQUE + 1 :] = 0.0
         self.state += gain * (tip_angle - row @ self.state)
         self.state[DAMPING:INERTIA] = np.maximum(self.state[DAMPING:INERTIA], 0.0)
         self.state[INERTIA] = min(max(self.state[INERTIA], self._inertias[0]), self._inertias[1])
