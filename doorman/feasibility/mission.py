@@ -190,7 +190,8 @@ def _true_hinge(model: Model) -> Finding:
         + max(sense * model.door.stiffness * (angle - model.door.rest_angle) for angle in (start, goal))
     )
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
-    observed = told + (control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0)
+    most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
+    observed = told + (most if control.door_observer_rate > 0.0 else 0.0)
     limit = min(push, observed)
     ok = resists <= limit
     why = "tilt and thrust make" if push <= observed else "the door observer finds"
