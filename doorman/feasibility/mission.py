@@ -179,7 +179,8 @@ def _true_hinge(model: Model) -> Finding:
     resting = (hinge.torque_at_rest(end, model.door.rest_angle) + model.door.weight_torque(end) for end in ends)
     told = hinge.friction + max(sense * torque for torque in resting)
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
-    observed = told + (control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0)
+    most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
+    observed = told + (most if control.door_observer_rate > 0.0 else 0.0)
     limit = min(push, observed)
     ok = resists <= limit
     why = "tilt and thrust make" if push <= observed else "the door observer finds"
