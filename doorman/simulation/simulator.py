@@ -95,6 +95,7 @@ class Simulator(Uncopied):
         varies = disturbance, self._thrust, self._drag, true.gripper_force, self._hinge.vary or None
         self._at_once = all(each is None for each in varies)
         """Whether a step needs nothing from Python."""
+        self._wrench = data.xfrc_applied[self.plant.base_body]
         self._outer_force = 0.0
         self._steps = 0
         self._hinge.act()
@@ -252,9 +253,8 @@ class Simulator(Uncopied):
         """Before a step: what acts on the plant and changes from one to the next."""
         other = 0.0
         if self._disturbance is not None:
-            acting, data, base = self._disturbance(self.time), self.plant.data, self.plant.base_body
-            data.xfrc_applied[base, :3] = acting.force
-            data.xfrc_applied[base, 3:] = acting.torque
+            acting = self._disturbance(self.time)
+            self._wrench[:] = (*acting.force, *acting.torque)
             other = self.plant.hinge.joint_torque(acting.hinge_torque)
             self._outer_force = math.hypot(*acting.force)
         if self._thrust is not None:
