@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
@@ -32,6 +32,8 @@ class AttitudeTarget:
     mask: int
     quaternion: Array
     thrust: float
+    thrust_body: Array = field(default_factory=lambda: np.zeros(3))
+    """Body axes, z up."""
 
 
 @dataclass(frozen=True)

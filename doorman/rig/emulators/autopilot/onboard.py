@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
+from doorman.rig.emulators.autopilot.allocation import side_force
 from doorman.rig.emulators.autopilot.ardupilot import ArduPilotBrain
 from doorman.rig.emulators.autopilot.brain import Brain, Surroundings
 from doorman.rig.emulators.autopilot.control import FlightController, Task
@@ -145,7 +146,8 @@ class Onboard:
             force, self._steered = self._controller.actuate(demand, self.estimate, full)
             self._normalised = min(max(force / full, 0.0), 1.0)
             share = self._motors.share(self._normalised)
-            self._plant.command(share * self._plant.weight / hover_share, self._steered)
+            most = self._plant.weight / hover_share
+            self._plant.command(share * most, self._steered, side_force(self.brain.parameters, demand.side, most))
         self._plant.advance(dt)
 
     def speak(self) -> None:

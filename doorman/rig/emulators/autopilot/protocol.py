@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from doorman.rig.emulators.autopilot.brain import AttitudeTarget, Brain, Positio
 from doorman.rig.emulators.autopilot.commands import Command, Commands
 from doorman.rig.emulators.autopilot.earth import Place, global_origin
 from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.plant import Array
 from doorman.rig.emulators.autopilot.schedule import Schedule
 from doorman.rig.emulators.autopilot.telemetry import FLIP, FLIP_QUATERNION
 
@@ -209,8 +211,8 @@ class Protocol:
 
     def _attitude_target(self, message: Any) -> None:
         self._note_setpoint()
-        quaternion = np.array(message.q) * FLIP_QUATERNION
-        self._brain.attitude_target(AttitudeTarget(message.type_mask, quaternion, message.thrust))
+        quaternion, body = np.array(message.q) * FLIP_QUATERNION, thrust_body(message) * FLIP
+        self._brain.attitude_target(AttitudeTarget(message.type_mask, quaternion, message.thrust, body))
 
     def _position_target(self, message: Any) -> None:
         self._note_setpoint()
@@ -278,3 +280,17 @@ class Protocol:
                 message.get_srcSystem(), message.get_srcComponent(), 0, message.mission_type
             )
         )
+
+
+def thrust_body(message: Any) -> Array:
+    """Extension of SET_ATTITUDE_TARGET that the dialect here does not have; zeros where it was not sent, or cut off as such.
+
+    Args:
+        message: As decoded.
+
+    Returns:
+        Normalised, in the body, z down, shape (3,).
+    """
+    frame = bytes(message.get_msgbuf())
+    known, payload = message.unpacker.size, frame[10 : 10 + frame[1]] if frame[0] == 0xFD else b""
+    return np.array(struct.unpack("<3f", payload[known : known + 12].ljust(12, b"\0")))

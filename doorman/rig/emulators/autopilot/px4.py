@@ -124,13 +124,14 @@ class Px4Brain(Brain):
         """Heard in every mode, obeyed in offboard."""
         if (
             target.mask & 0x80
-            or not np.isfinite([*target.quaternion, target.thrust]).all()
+            or not np.isfinite([*target.quaternion, target.thrust, *target.thrust_body]).all()
             or not target.quaternion.any()
         ):
             return
         self._heard(needs_position=False)
         quaternion = target.quaternion / np.linalg.norm(target.quaternion)
-        self._target = Demand(Task.ATTITUDE, quaternion=quaternion, thrust=min(max(target.thrust, 0.0), 1.0))
+        x, y, z = target.thrust_body if target.mask & 0x20 else (0.0, 0.0, target.thrust)
+        self._target = Demand(Task.ATTITUDE, quaternion=quaternion, thrust=min(max(z, 0.0), 1.0), side=(x, y))
 
     def position_target(self, target: PositionTarget) -> None:
         """Heard in every mode, obeyed in offboard; BODY_NED has a velocity along the heading, other frames are dropped."""
