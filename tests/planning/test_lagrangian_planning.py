@@ -350,7 +350,7 @@ def test_the_papers_door_is_opened() -> None:
     assert summary["max_constraint_violation_m"] <= 0.01
     assert summary["collisions"] == 0 and summary["min_clearance_m"] > 0.0
     assert summary["planner_rate_hz"] == pytest.approx(100.0, rel=0.01)
-    assert plan["states"].shape[1:] == (51, 9) and plan["inputs"].shape[1:] == (50, 8)
+    assert plan["states"].shape[1:] == (51, 9) and plan["input"].shape[1:] == (8,)
     margin = model.scenario.planner.margin
     for k in range(0, len(plan.time), 40):
         assert model.constraints_along(plan["states"][k][1:]).max() <= -margin + 1e-6
