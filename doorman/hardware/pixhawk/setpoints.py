@@ -12,7 +12,7 @@ from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.frames import LocalFrame
 from doorman.hardware.pixhawk.messages import Message, mavlink
-from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.hardware.quaternions import from_attitude
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def attitude_message(
         system: Target.
         component: Target.
     """
-    quaternion = frame.quaternion_to_ned(quaternion_from_euler(setpoint.attitude))
+    quaternion = frame.quaternion_to_ned(from_attitude(setpoint.attitude.tolist()))
     return mavlink.MAVLink_set_attitude_target_message(
         boot_ms, system, component, ATTITUDE_AND_THRUST, quaternion.tolist(), 0.0, 0.0, 0.0, thrust
     )
