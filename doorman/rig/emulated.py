@@ -23,9 +23,8 @@ from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot.dialects import DIALECTS, Flavour
 from doorman.rig.emulators.autopilot.motors import MotorKind
-from doorman.rig.emulators.autopilot.onboard import Flavour
-from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
@@ -256,5 +255,5 @@ class Rig(Uncopied):
         return ArduPilotSitl(layout, setup.sitl_port or SERVO_PORT, setup.motors)
 
     def _parameters(self, flavour: Flavour) -> dict[str, float]:
-        mocap = (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}
+        mocap = DIALECTS[flavour].mocap if self.setup.mocap_port > 0 else {}
         return {**mocap, **_SAFE[flavour]}
