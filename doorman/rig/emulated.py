@@ -128,7 +128,7 @@ class RigSetup:
             if value is not None and not least <= value <= 65535:
                 raise BackendError("not a port", field=name, given=value, allowed=f"{least} to 65535")
         if self.mocap_port == 0 and self.autopilot not in _SAFE:
-            raise BackendError("the autopilot's own code has no satellites here", field="mocap_port", given=0,
+            raise BackendError("the autopilot's own code gets no satellites from the rig", field="mocap_port", given=0,
                                allowed="1 to 65535")  # fmt: skip
 
 

@@ -64,7 +64,7 @@ def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None =
         )
     ids = own.pop("ids", tuple(range(1, len(angles) + 1)))
     if len(angles) != len(ids):
-        raise BackendError("not one angle a servo", file=file.path, field="--posture", given=tuple(angles),
+        raise BackendError("wrong number of angles", file=file.path, field="--posture", given=tuple(angles),
                            allowed=f"{len(ids)} angles, for servos {', '.join(map(str, ids))}")  # fmt: skip
     n = len(ids)
     config = with_settings(ServoConfig(port, [-math.pi] * n, [math.pi] * n, [1.0] * n, ids=ids), own, "servos.")
