@@ -75,7 +75,7 @@ class Door:
         self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:
             raise UrdfError(
-                "the leaf does not hang on the hinge", file=urdf, field="door.leaf", given=self.section.leaf,
+                "the hinge does not move the leaf", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
         leaf_on_joint = read_leaf(urdf, self.model, self.section)
