@@ -150,14 +150,14 @@ class SimulationSection(Section):
     """Play of every servo, between its stops: what it measures follows the joint no closer [rad]."""
     tip_friction: NonNegative = 0.8
     """Coulomb coefficient between tip and leaf."""
-    tip_stiffness: Positive = 2000.0
-    """Compliance of a pushing tip [N/m]."""
-    tip_damping: Positive = 60.0
-    """[N s/m]."""
-    grip_stiffness: Positive = 5000.0
-    """Compliance of a gripping tip, in every direction [N/m]."""
-    grip_damping: Positive = 100.0
-    """[N s/m]."""
+    tip_stiffness: Positive | None = None
+    """Compliance of a pushing tip [N/m]; by default 2000 N/m of the shipped vehicle's, in proportion to weight and R_A."""
+    tip_damping: Positive | None = None
+    """Its damping [N s/m]; by default 60 N s/m in that proportion."""
+    grip_stiffness: Positive | None = None
+    """Compliance of a gripping tip, in every direction [N/m]; by default 5000 N/m in that proportion."""
+    grip_damping: Positive | None = None
+    """Its damping [N s/m]; by default 100 N s/m in that proportion."""
     gripper_closes: Switch = True
     """Whether the gripper closes when it is told to; one that does not is a tip that only pushes."""
     gripper_force: Positive | None = None

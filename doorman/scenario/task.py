@@ -22,8 +22,9 @@ class VehicleSection(Section):
     """R_A [m]; by default the disc that holds the collision shapes of the base link, or the propellers (`kinematics.disc`)."""
     max_thrust: Positive | None = None
     """[N]; by default the sum over the URDF's rotors, or twice the weight where it names none."""
-    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.05
-    """Of the autopilot's attitude loop behind its setpoints [s]; the flight's own estimate starts from it."""
+    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.1
+    """Of the autopilot's attitude loop behind its setpoints of roll and pitch [s]: plans, look-aheads, the simulated loop and the
+    check use it (`dynamics.attitude_loop`), and the flight's own estimate starts from it."""
 
 
 _NAMES = {"joint": "hinge", "link": "leaf"}
