@@ -74,6 +74,8 @@ def number(value: Any, field: str, allowed: str = "a finite number") -> float:
     Raises:
         DimensionError: if it is no number, or not finite.
     """
+    if type(value) is float and math.isfinite(value):
+        return value
     try:
         found = float(numbers(value, field, allowed)) if np.ndim(value) == 0 else math.nan
     except ValueError as error:  # of an array whose rows differ in length

@@ -174,9 +174,8 @@ class LeafEstimator:
 
     def _friction_share(self) -> float:
         """Share of friction in what the hinge resists with, beside the leaf's weight."""
-        hinge = self._door.hinge()
-        closer = max(hinge.stiffness * (self._rest - self._door.angle), 0.0)
-        slides = hinge.friction + 0.05
+        closer = max(self._door.stiffness * (self._rest - self._door.angle), 0.0)
+        slides = self._door.friction + 0.05
         return slides / (slides + closer)
 
     def _tip(self, measured: Measurement, velocity: Array) -> tuple[float, float]:

@@ -95,6 +95,8 @@ class Door:
         self.along, self.into = frozen(along + 0.0), frozen(-self._turns * opens + 0.0)
         self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
         self.up = frozen(leaf_on_joint.up(self.into, self.along) + 0.0)
+        self.axes = frozen(np.vstack([self.into, self.along, self.up]))
+        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
         """Whether it is a hinge on a plumb axis, on which no weight acts."""
         self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
@@ -146,6 +148,11 @@ class Door:
     def normal(self, door_angle: float) -> Array:
         """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
         return self._in_world(self._motion.normal(door_angle))
+
+    def normals(self, door_angles: Array) -> Array:
+        """`normal` at many angles, shape (m, 3) from (m,)."""
+        components = np.array([self._motion.normal(angle) for angle in door_angles.tolist()]).reshape(-1, 2)
+        return np.asarray(components @ self.axes[:2])
 
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
@@ -372,11 +379,6 @@ class Door:
                 given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute, continuous or prismatic",
             )  # fmt: skip
         return index
-
-    @property
-    def axes(self) -> Array:
-        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
-        return np.vstack([self.into, self.along, self.up])
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:
