@@ -55,7 +55,7 @@ def fly_campaign(
         raise DoormanError(
             "a cluster has its own workers", field="--workers", given=workers, allowed="not with --scheduler"
         )
-    campaign = Campaign(source, {**vehicle_values(vehicle), **parse_overrides(settings)})
+    campaign = Campaign(source, {**vehicle_values(vehicle), **parse_overrides(settings)}, vehicle)
     scenario = campaign.scenario
     if vehicle is not None:
         check_links(Model(scenario), vehicle)

@@ -146,7 +146,9 @@ class AtTheLeaf:
             estimate: What is known now.
             push: F_n [N].
         """
-        return self.push(estimate, push + min(max(self._speed_gain * (_CREEP - estimate.tip_speed), 0.0), self._most_push))
+        return self.push(
+            estimate, push + min(max(self._speed_gain * (_CREEP - estimate.tip_speed), 0.0), self._most_push)
+        )
 
     def move(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the normal.

@@ -52,7 +52,9 @@ class SlamDetector:
         speed, struck = estimate.tip_speed, gripping or estimate.touching
         if leaving:
             force = max(estimate.normal_force, 0.0)
-            struck = struck or force > max(_STRUCK * self._mass * GRAVITY, _ALONG * float(np.linalg.norm(estimate.tip_force)))
+            struck = struck or force > max(
+                _STRUCK * self._mass * GRAVITY, _ALONG * float(np.linalg.norm(estimate.tip_force))
+            )
             speed -= _SOON * force / self._mass
         if not struck or speed >= -(_THROWN_BACK + retreating):
             self.reset()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import shlex
 import shutil
 from pathlib import Path
@@ -23,6 +24,8 @@ def test_a_campaign_flies_the_file_s_vehicle(tmp_path: Path, task: Path) -> None
     assert result.exit_code == 0, result.output
     (row,) = pyarrow.parquet.read_table(out / "results.parquet").to_pylist()
     words = shlex.split(row["command"])
-    again = load_task(words[2], [value for value in words if "=" in value], None)
+    assert words[words.index("--vehicle") + 1] == str(path)
+    settings = [word for before, word in itertools.pairwise(words) if before == "--set"]
+    again = load_task(words[2], settings, str(path))
     assert again.vehicle_urdf == (tmp_path / "mine.urdf").resolve()
     assert again.control.max_tilt == 0.3, "the command line wins"

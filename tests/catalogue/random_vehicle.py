@@ -120,6 +120,7 @@ class RandomVehicle:
         keys: dict[str, Any] = {
             "vehicle.urdf": str(vehicle), "door.urdf": str(door), "contact.distance_from_hinge": self.contact,
             "contact.height": 2.0 * self.radius, "planner.margin": 0.1 * self.radius,
+            "door.friction": self.friction, "door.damping": 0.2 * self.friction,
             "simulation.door_friction": self.friction, "simulation.door_damping": 0.2 * self.friction,
             "control.max_door_disturbance": 3.0 * self.friction,
         }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Vehicles drawn by chance: what the check says of each, against geometry and statics that `random_vehicle` works out by itself."""
+"""Vehicles drawn by chance: what the check says of each, against geometry and statics that `random_vehicle` works out."""
 
 from __future__ import annotations
 
