@@ -12,7 +12,8 @@ from doorman.exceptions import SingularityError
 
 Array = NDArray[np.float64]
 
-_SMALLEST_COSINE = 1e-6
+SMALLEST_COSINE = 1e-6
+"""Of the pitch, below which Euler angles count as singular."""
 
 
 def rotation_body_to_world(attitude: ArrayLike) -> Array:
@@ -39,6 +40,26 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
     ).reshape(3, 3)  # fmt: skip
 
 
+def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
+    """Unit quaternion [w, x, y, z] of Euler angles, body to world.
+
+    Args:
+        attitude: Φ = [φ, θ, ψ], shape (3,) [rad].
+
+    Raises:
+        DimensionError: if the attitude is not three finite numbers.
+    """
+    roll, pitch, yaw = vector(attitude, 3, "attitude").tolist()
+    cr, sr, cp, sp = math.cos(0.5 * roll), math.sin(0.5 * roll), math.cos(0.5 * pitch), math.sin(0.5 * pitch)
+    cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+    return (
+        cy * cp * cr + sy * sp * sr,
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+    )
+
+
 def attitude_from_rotation(rotation: ArrayLike) -> Array:
     """Euler angles Φ of a rotation matrix, with θ in (−π/2, π/2).
 
@@ -52,7 +73,7 @@ def attitude_from_rotation(rotation: ArrayLike) -> Array:
         SingularityError: if θ = ±π/2, where φ and ψ are not defined.
     """
     matrix = np.asarray(rotation, dtype=np.float64)
-    if math.hypot(matrix[0, 0], matrix[1, 0]) < _SMALLEST_COSINE:
+    if math.hypot(matrix[0, 0], matrix[1, 0]) < SMALLEST_COSINE:
         raise SingularityError("Euler angles are singular", field="pitch", given=90.0, allowed="|pitch| < 90°")
     pitch = math.asin(max(-1.0, min(1.0, -matrix[2, 0])))
     return np.array([math.atan2(matrix[2, 1], matrix[2, 2]), pitch, math.atan2(matrix[1, 0], matrix[0, 0])])
@@ -151,7 +172,7 @@ def _regular(attitude: ArrayLike) -> tuple[float, float, float, float]:
     """Cosine and sine of roll, cosine and tangent of a pitch that is not ±π/2."""
     roll, pitch, _ = components(attitude, 3, "attitude")
     cp = math.cos(pitch)
-    if abs(cp) < _SMALLEST_COSINE:
+    if abs(cp) < SMALLEST_COSINE:
         raise SingularityError("Euler rates are singular", field="attitude[1]", given=pitch, allowed="|pitch| < π/2")
     return math.cos(roll), math.sin(roll), cp, math.tan(pitch)
 
