@@ -48,6 +48,7 @@ class DisturbanceObserver:
         self.memory = np.array([*np.zeros(STARTED + 1), self._gain, rate, damping, limit])
         """What the kernels of `control_step` read and write, shape (OBSERVER,)."""
         assert len(self.memory) == OBSERVER
+        align_disturbance(self.memory, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, np.zeros(3))  # compiles: nothing is in flight
 
     @property
     def estimate(self) -> Array:

@@ -111,8 +111,15 @@ class DoorFilter:
         )
         noises = settings.push_noise, settings.torque_deviation
         self._memory = np.array([-math.inf, 0.0, *noises, 1.0, -math.inf])
+        self._compile()
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
+
+    def _compile(self) -> None:
+        """Make the kernels while nothing is in flight."""
+        kept = self._memory.copy(), self.state.copy(), self.covariance.copy(), self._work
+        advance_door(self._numbers, self._leaf, *kept, 0.0, False, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0)
+        hinge_of(self._numbers, self._leaf, self.state, self.covariance, self._hinge)
 
     @property
     def angle(self) -> float:

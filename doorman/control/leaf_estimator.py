@@ -114,6 +114,7 @@ class LeafEstimator:
         settings = model.scenario.estimation
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
+        self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
         self._start = float(model.start_state[3])
         self._most_resistance = largest_push(model, model.scenario.control.max_tilt) * self._lever
@@ -143,14 +144,14 @@ class LeafEstimator:
             seeks: Whether the tip is to touch the leaf.
             wanted: Opening rate that is asked for [rad/s].
         """
-        weight = np.array([0.0, 0.0, self._mass * GRAVITY])
+        lifts = rotors - self._weight_force
         center = center_of_mass(self._model.vehicle, measured)
-        self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step, center)
+        self._vehicle.update(measured.position, measured.pose_time, measured.time, lifts, time_step, center)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
         self._wind.predict(time_step)
         tip = self._tip(measured, velocity)
         normal = self._leaf.normal(self._door.angle)
-        push = float(normal @ (rotors - weight))
+        push = float(normal @ lifts)
         touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
         if touching and self._closed:
             touching, tip = self._first_touch(tip, time_step)

@@ -102,6 +102,8 @@ class PositionController:
         gains = *settings.position_gain, *settings.velocity_gain
         self._numbers = np.array([mass, mass * gravity, _MOST_LIFT * mass * gravity, *gains])
         self._memory, self._given, self._found = np.zeros(MEMORY), np.zeros(GIVEN), np.zeros(6)
+        kept = self.observer.memory.copy(), self._numbers, self._memory.copy(), self._given
+        wanted_force(*kept, 0.0, False, 0.0, self._found)  # compiles: nothing is in flight
 
     def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
         """One period of control.

@@ -34,6 +34,20 @@ def present_attitude(measured: Measurement) -> Array:
     return np.asarray(measured.attitude + age * np.array(euler_rates(measured.attitude, measured.body_rates)))
 
 
+def present_posture(measured: Measurement) -> tuple[Array, Array]:
+    """Φ and H now, shapes (3,) and (n,) [rad].
+
+    Args:
+        measured: What the sensors say.
+
+    Raises:
+        SingularityError: if θ = ±π/2.
+    """
+    age = 0.0 if measured.arm_time is None else measured.time - measured.arm_time
+    arm = measured.arm_angles + age * measured.arm_rates if age > 0.0 else measured.arm_angles
+    return present_attitude(measured), arm
+
+
 def present(measured: Measurement, velocity: Array) -> Measurement:
     """The measurement with position, attitude and joint angles of now.
 

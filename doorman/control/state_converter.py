@@ -52,6 +52,8 @@ class StateConverter:
         self._acceleration_ahead, self._attitude_ahead = look_aheads(model)
         rest = np.zeros(3)
         self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
+        tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
+        self._coupling.tips(rest[None], np.zeros((1, model.n_arm)))
 
     def state(
         self,
@@ -171,7 +173,11 @@ class StateConverter:
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)
-        return self._coupling.motion_of(state, inputs[1:4], inputs[4 : 4 + self.model.n_arm])
+        body_rates, arm_rates = (
+            inputs[1:4].copy(),
+            inputs[4 : 4 + self.model.n_arm].copy(),
+        )  # kernels take writable arrays
+        return self._coupling.motion_of(state, body_rates, arm_rates)
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
         """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.

@@ -44,6 +44,7 @@ class VehicleObserver:
         self.rate = rate
         self._memory, self._given = np.zeros(SIZE), np.zeros(GIVEN)
         self._memory[SEEN] = np.nan
+        advance_vehicle(self._memory.copy(), self._given, mass, rate, 0.0, 0.0, 0.0)  # compiles: nothing is in flight
 
     @property
     def position(self) -> Array:
