@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.visualization.constraint_figure import constraints_and_forces_figure
     from doorman.visualization.figures import states_figure
     from doorman.visualization.live import LiveView
+    from doorman.visualization.paper_figure import paper_figure
     from doorman.visualization.pictures import PicturesMissing, write_pictures
     from doorman.visualization.replay import replay_page
     from doorman.visualization.style import save
@@ -25,6 +26,7 @@ __all__ = [
     "LiveView",
     "PicturesMissing",
     "constraints_and_forces_figure",
+    "paper_figure",
     "planner_time_figure",
     "replay_page",
     "save",
@@ -37,6 +39,7 @@ _MODULES = {
     "LiveView": "live",
     "PicturesMissing": "pictures",
     "constraints_and_forces_figure": "constraint_figure",
+    "paper_figure": "paper_figure",
     "planner_time_figure": "timing_figure",
     "replay_page": "replay",
     "save": "style",
