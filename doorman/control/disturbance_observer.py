@@ -17,11 +17,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.kernels.control_step import (
+    ESTIMATE,
+    INNER,
+    OBSERVER,
+    OUTER,
+    STARTED,
+    align_disturbance,
+    observe_disturbance,
+)
+
 Array = NDArray[np.float64]
-
-
-_UNWINDING = 10.0
-"""How much faster than the observer its inner state follows at the bound; not by more than all of it in one period."""
 
 
 class DisturbanceObserver:
@@ -39,10 +45,14 @@ class DisturbanceObserver:
         self.damping = damping
         self.limit = limit
         self._gain = mass * rate**2
-        self._inner = np.zeros(3)
-        self._outer: Array | None = None
-        self.estimate = np.zeros(3)
-        """δ̂, shape (3,), world frame [N]."""
+        self.memory = np.array([*np.zeros(STARTED + 1), self._gain, rate, damping, limit])
+        """What the kernels of `control_step` read and write, shape (OBSERVER,)."""
+        assert len(self.memory) == OBSERVER
+
+    @property
+    def estimate(self) -> Array:
+        """δ̂, shape (3,), world frame, written to by every update [N]."""
+        return self.memory[ESTIMATE : ESTIMATE + 3]
 
     def update(self, position: Array, force: Array, time_step: float) -> Array:
         """Advance by one period.
@@ -55,16 +65,8 @@ class DisturbanceObserver:
         Returns:
             δ̂, shape (3,), world frame [N].
         """
-        if self._outer is None:
-            self._outer = -self._gain * position  # starts from δ̂ = 0, wherever the vehicle is
-        self._inner -= time_step * self.rate**2 * (self.estimate + force)
-        self._outer += time_step * (self._inner - self.damping * self.rate * self.estimate)
-        raw = self._gain * position + self._outer
-        self.estimate = np.clip(raw, -self.limit, self.limit)
-        excess = self.estimate - raw  # anti-windup: both states stay where the bound is reached, not beyond
-        self._outer += excess
-        self._inner += _UNWINDING * self.rate / max(_UNWINDING * self.rate * time_step, 1.0) * excess
-        return self.estimate
+        observe_disturbance(self.memory, np.array(position), np.array(force), time_step)
+        return self.estimate.copy()
 
     def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:
         """Set the estimate along one direction, at rest there: for a bumpless change of what holds the vehicle.
@@ -74,13 +76,8 @@ class DisturbanceObserver:
             disturbance: δ̂ from now on, of which the share along `direction` is taken, shape (3,) [N].
             velocity: ṗ, shape (3,) [m/s].
         """
-        if self._outer is None:
-            return
-        change = (direction @ (disturbance - self.estimate)) * direction
-        self.estimate = self.estimate + change
-        self._outer = self._outer + change
-        settled = self.damping * self.rate * self.estimate - self._gain * velocity
-        self._inner = self._inner + (direction @ (settled - self._inner)) * direction
+        (x, y, up), (to_x, to_y, to_up) = direction.tolist(), disturbance.tolist()
+        align_disturbance(self.memory, x, y, up, to_x, to_y, to_up, np.array(velocity))
 
     def resume(self, position: Array, velocity: Array, disturbance: Array) -> None:
         """Begin anew with a known disturbance.
@@ -90,6 +87,7 @@ class DisturbanceObserver:
             velocity: ṗ, shape (3,), world frame [m/s].
             disturbance: δ̂ from now on, shape (3,), world frame [N].
         """
-        self.estimate = np.clip(disturbance, -self.limit, self.limit)
-        self._outer = self.estimate - self._gain * position
-        self._inner = self.damping * self.rate * self.estimate - self._gain * velocity
+        self.estimate[:] = np.clip(disturbance, -self.limit, self.limit)
+        self.memory[OUTER : OUTER + 3] = self.estimate - self._gain * position
+        self.memory[INNER : INNER + 3] = self.damping * self.rate * self.estimate - self._gain * velocity
+        self.memory[STARTED] = 1.0

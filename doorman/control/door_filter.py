@@ -13,41 +13,40 @@ leaf, whose lever :math:`l_W` is half of a hinged leaf's width. It would pass fo
 with the angle; it is expected to blow as the vehicle feels it before the touch. An extended Kalman filter measures the tip's
 angle. A door that stands still says nothing of its parameters but that its friction suffices: they rest until it moves. Their
 standard deviations are what the motion has taught; damping, friction and closer stay correlated where the door has only seen one
-speed.
+speed. A seal or a latch says nothing of them either: the first degrees of a leaf that comes loose under far more than the hinge
+should resist with are left out.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.kernels.door_step import (
+    ANGLE,
+    FRICTION,
+    INERTIA,
+    RATE,
+    STATES,
+    STIFFNESS,
+    advance_door,
+    hinge_of,
+)
+from doorman.control.kernels.leaf import leaf_numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
 
 Array = NDArray[np.float64]
 
-ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = range(9)
-_STATES = 9
-_PARAMETERS = (DAMPING, FRICTION, STIFFNESS, INERTIA)
-_MOVING = 0.02
-"""Slower than this the door counts as standing [rad/s]."""
-_LONGEST_STEP = 0.02
-"""A longer period, of a controller that was held up, is followed in parts [s]."""
-_STUCK_RATE = 8.0
-"""Bandwidth with which a standing door's angle is followed [rad/s]."""
-_STUCK_DEVIATIONS = (0.002, 0.01)
-"""Of angle and rate that are followed so, where they do not lag [rad], [rad/s]."""
 _INERTIA_SHARES = (0.4, 2.5)
 """Of the URDF's, between which an inertia is believed: a hand that shakes the leaf can make it seem anything."""
 _AJAR = 0.02
 """A leaf that begins farther open stands there by its friction [rad]."""
 _PAST_ITS_END = 0.05
 """A tip that is farther beyond the joint's range is beside the leaf, and not before it [rad]."""
-_FELT = 0.1
-"""Wind that says where it comes from [N]."""
 
 
 @dataclass(frozen=True)
@@ -86,15 +85,9 @@ class DoorFilter:
     """
 
     def __init__(self, model: Model, settings: EstimationSection) -> None:
-        self._settings = settings
-        self._lever = model.coupling.lever_length
-        self._vehicle_inertia = model.vehicle.mass * self._lever**2
-        start = float(model.start_state[3])
-        self._door, self._rest = model.door, model.door.rest_angle
-        self._preload = model.door.closing_torque
-        inertia = model.door.inertia
-        self._inertias = (_INERTIA_SHARES[0] * inertia, _INERTIA_SHARES[1] * inertia)
-        door = model.door
+        start, lever = float(model.start_state[3]), model.coupling.lever_length
+        self._door = door = model.door
+        inertia = door.inertia
         prior = (
             (start, settings.angle_deviation), (0.0, 0.01), (0.0, settings.torque_deviation),
             _named(door.damping, settings.damping), _named(door.friction, settings.friction),
@@ -105,9 +98,19 @@ class DoorFilter:
         """z, shape (9,)."""
         self.covariance = np.diag([deviation**2 for _, deviation in prior])
         """Shape (9, 9)."""
-        self._seen = -math.inf
-        self._touched = False
-        self._push_noise, self._torque_deviation = settings.push_noise, settings.torque_deviation
+        self._numbers = np.array([
+            lever, model.vehicle.mass * lever**2, door.rest_angle, door.closing_torque,
+            *(share * inertia for share in _INERTIA_SHARES), settings.torque_time, settings.angle_noise,
+            settings.push_noise_in_wind, settings.torque_deviation_in_wind, *settings.leaf_wind, settings.leaf_wind_share,
+            door.wind_lever, -1.0 if door.side == "push" else 1.0,
+        ])  # fmt: skip
+        self._leaf, self._work, self._hinge = (
+            leaf_numbers(door),
+            np.zeros((2, STATES)),
+            np.zeros(len(fields(HingeEstimate))),
+        )
+        noises = settings.push_noise, settings.torque_deviation
+        self._memory = np.array([-math.inf, 0.0, *noises, 1.0, -math.inf])
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
 
@@ -127,21 +130,24 @@ class DoorFilter:
         return float(self.state[RATE])
 
     @property
+    def friction(self) -> float:
+        """Friction τ_c [N m]."""
+        return float(self.state[FRICTION])
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness k of spring or closer [N m/rad]."""
+        return float(self.state[STIFFNESS])
+
+    @property
     def inertia(self) -> float:
         """I_D [kg m²]."""
         return float(self.state[INERTIA])
 
     def hinge(self) -> HingeEstimate:
         """Parameters with their standard deviations."""
-        p = self.covariance
-        turned, known = abs(self._rest - self.angle), abs(self._known())
-        squares = p.item(FRICTION, FRICTION) + turned * turned * p.item(STIFFNESS, STIFFNESS)
-        together = 2.0 * turned * p.item(FRICTION, STIFFNESS)
-        torque, spare = (math.sqrt(max(squares + sign * together, 0.0)) for sign in (1.0, -1.0))
-        b, c, k, inertia = (self.state.item(row) for row in _PARAMETERS)
-        d = [math.sqrt(max(p.item(row, row), 0.0)) for row in _PARAMETERS]
-        wind = (-1.0 if self._door.side == "push" else 1.0) * float(self._wind_lever() @ self.state[WIND_X:])
-        return HingeEstimate(b, c, k, inertia, d[0], d[1], d[2], d[3], torque, wind, c - known - k * turned, spare)
+        hinge_of(self._numbers, self._leaf, self.state, self.covariance, self._hinge)
+        return HingeEstimate(*self._hinge.tolist())
 
     def update(
         self,
@@ -167,18 +173,11 @@ class DoorFilter:
         """
         if not time_step > 0.0:
             return
-        if touching and not self._touched:
-            self._touched = True
-            self._expect(np.zeros(2) if wind is None else wind[:2])
-        if touching and abs(self.rate) < _MOVING:
-            self._track(tip_angle, now - measured_at, time_step)
-            return
-        if not touching and self.rate == 0.0 and self._holds():
-            return
-        self._predict(push if touching else 0.0, touching, time_step)
-        if touching and measured_at > self._seen:
-            self._correct(tip_angle, now - measured_at)
-        self._seen = measured_at
+        wind_x, wind_y = (0.0, 0.0) if wind is None else (float(wind[0]), float(wind[1]))
+        advance_door(
+            self._numbers, self._leaf, self._memory, self.state, self.covariance, self._work, push, touching, tip_angle,
+            measured_at, now, time_step, wind_x, wind_y,
+        )  # fmt: skip
 
     def passed(self, tip_angle: float) -> None:
         """A leaf that is not touched is beyond the tip, wherever it was thought to be.
@@ -201,100 +200,6 @@ class DoorFilter:
 
     def stays(self) -> None:
         """The leaf has stood here with nothing at it: friction is at least what the closer makes."""
-        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest))) + abs(self._known())
+        rest, known = self._door.rest_angle, self._door.closing_torque + self._door.weight_torque(self.angle)
+        closer = abs(float(self.state[STIFFNESS] * (self.state[ANGLE] - rest))) + abs(known)
         self.state[FRICTION] = max(float(self.state[FRICTION]), 1.001 * closer)
-
-    def _known(self) -> float:
-        """Torque of closer and weight that the scenario names, in the sense of damping [N m]."""
-        return self._preload + self._door.weight_torque(self.angle)
-
-    def _wind_lever(self) -> Array:
-        """Torque of wind on the leaf, in the sense of damping, for each newton of its components, shape (2,) [m]."""
-        return self._door.wind_lever * self._door.normal(self.angle)[:2]
-
-    def _expect(self, wind: Array) -> None:
-        """Wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""
-        settings, strength = self._settings, float(np.linalg.norm(wind))
-        self._push_noise += settings.push_noise_in_wind * strength
-        self._torque_deviation += settings.torque_deviation_in_wind * strength
-        self.covariance[TORQUE, TORQUE] = self._torque_deviation**2
-        if strength > 0.0:
-            typical, deviation = settings.leaf_wind
-            mean = typical + settings.leaf_wind_share * (strength - typical)
-            along = min(strength / _FELT, 1.0) / strength * wind
-            self.state[WIND_X:] = mean * along
-            self.covariance[WIND_X:, WIND_X:] += deviation**2 * np.outer(along, along)
-
-    def _holds(self) -> bool:
-        """Whether friction holds a free door that stands."""
-        closer = abs(self.state[STIFFNESS] * (self.state[ANGLE] - self._rest)) + abs(self._known())
-        return bool(self.state[FRICTION] > closer)
-
-    def _stop(self) -> None:
-        """A door that its closer or its weight presses shut goes no farther than closed."""
-        if self._known() != 0.0 and self._door.opening_of(self.angle) < 0.0:
-            self.state[ANGLE], self.state[RATE] = self._door.angle_of_opening(0.0), 0.0
-
-    def _track(self, tip_angle: float, age: float, time_step: float) -> None:
-        """A standing door: follow the tip, leave the parameters alone.
-
-        Where the door comes loose, angle and rate lag behind, and as much as they lag they are uncertain together; to take
-        the rate's lag for motion would make the leaf light. The tip's angle is that of `age` ago besides.
-        """
-        parts = math.ceil(time_step / _LONGEST_STEP)
-        for _ in range(parts):
-            off = tip_angle - self.state[ANGLE]
-            self.state[ANGLE] += time_step / parts * (self.state[RATE] + 2.0 * _STUCK_RATE * off)
-            self.state[RATE] += time_step / parts * _STUCK_RATE**2 * off
-        lag, p = abs(off), self.covariance
-        rate = np.array([2.0 * _STUCK_RATE * lag, 0.0, _STUCK_DEVIATIONS[1]])
-        angle = np.array([lag, _STUCK_DEVIATIONS[0], 0.0]) + age * rate
-        p[: RATE + 1, :] = p[:, : RATE + 1] = 0.0
-        p[ANGLE, ANGLE], p[RATE, RATE] = angle @ angle, rate @ rate
-        p[ANGLE, RATE] = p[RATE, ANGLE] = angle @ rate
-
-    def _predict(self, push: float, touching: bool, time_step: float) -> None:
-        z, settings = self.state, self._settings
-        inertia = z[INERTIA] + (self._vehicle_inertia if touching else 0.0)
-        slip = math.tanh(z[RATE] / (0.5 * _MOVING))
-        wind = self._wind_lever()
-        torque = z[DAMPING] * z[RATE] + z[FRICTION] * slip + z[STIFFNESS] * (z[ANGLE] - self._rest) + z[TORQUE]
-        torque += self._known() + float(wind @ z[WIND_X:])
-        acceleration = -(self._lever * push + torque) / inertia
-        change = np.eye(_STATES)
-        change[ANGLE, RATE] = time_step
-        change[RATE, ANGLE] = -time_step * z[STIFFNESS] / inertia
-        stiff = z[FRICTION] * (1.0 - slip * slip) / (0.5 * _MOVING)
-        change[RATE, RATE] = 1.0 - time_step * min((z[DAMPING] + stiff) / inertia, 0.5 / time_step)
-        change[RATE, TORQUE] = -time_step / inertia
-        change[RATE, DAMPING] = -time_step * z[RATE] / inertia
-        change[RATE, FRICTION] = -time_step * slip / inertia
-        change[RATE, STIFFNESS] = -time_step * (z[ANGLE] - self._rest) / inertia
-        change[RATE, INERTIA] = -time_step * acceleration / inertia
-        change[RATE, WIND_X:] = -time_step * wind / inertia
-        fade = math.exp(-time_step / settings.torque_time)
-        change[TORQUE, TORQUE] = fade
-        z[ANGLE] += time_step * z[RATE]
-        rate = z[RATE] + time_step * acceleration
-        if not touching and self._holds() and (rate * z[RATE] <= 0.0 or abs(rate) < 0.5 * _MOVING):
-            rate = 0.0  # friction stops a free door, it does not drive it back
-        z[RATE] = rate
-        self._stop()
-        z[TORQUE] *= fade
-        covariance = change @ self.covariance @ change.T
-        covariance[RATE, RATE] += time_step * (self._push_noise * self._lever / inertia) ** 2
-        covariance[TORQUE, TORQUE] += (1.0 - fade**2) * self._torque_deviation**2
-        self.covariance = covariance
-
-    def _correct(self, tip_angle: float, age: float) -> None:
-        """Measure the angle as it was `age` ago."""
-        row, noise = np.zeros(_STATES), self._settings.angle_noise**2
-        row[ANGLE], row[RATE] = 1.0, -age
-        spread = self.covariance @ row
-        gain = spread / (row @ spread + noise)
-        self.state += gain * (tip_angle - row @ self.state)
-        self.state[DAMPING:INERTIA] = np.maximum(self.state[DAMPING:INERTIA], 0.0)
-        self.state[INERTIA] = min(max(self.state[INERTIA], self._inertias[0]), self._inertias[1])
-        left = np.eye(_STATES) - np.outer(gain, row)  # Joseph's form: right for a gain that is not the best
-        covariance = left @ self.covariance @ left.T + noise * np.outer(gain, gain)
-        self.covariance = 0.5 * (covariance + covariance.T)

@@ -61,6 +61,7 @@ class DoorLocator:
         self._sum, self._count, self._since = np.zeros(3), 0, 0.0
         self._away, self._ended = 0.0, False
         self._offset, self._turned = np.zeros(2), 0.0  # as they are used
+        self._moved, self._turn = False, np.eye(3)  # whether they are not zero, and the rotation of the map to the door
         self.yaw = 0.0
         """By which the door is turned against the map [rad]."""
         self.yaw_deviation = settings.door_yaw_deviation
@@ -104,9 +105,9 @@ class DoorLocator:
 
     def seen(self, measured: Measurement) -> Measurement:
         """A measurement as it would be if the door stood where the map has it."""
-        if not (self._turned or self._offset.any()):
+        if not self._moved:
             return measured
-        back = self._rotation(-self._turned)
+        back = self._turn.T
         attitude = np.array(measured.attitude)
         attitude[2] -= self._turned
         origin = self._door.hinge_position
@@ -124,16 +125,16 @@ class DoorLocator:
 
     def place(self, point: Array) -> Array:
         """A place in the map, from one that is seen, shape (3,), world frame [m]."""
-        if not (self._turned or self._offset.any()):
+        if not self._moved:
             return point
         origin = self._door.hinge_position
-        there = origin + self._rotation(self._turned) @ (point - origin)
+        there = origin + self._turn @ (point - origin)
         there[:2] += self._offset
         return there
 
     def vector(self, vector: Array) -> Array:
         """A vector in the map, from one that is seen, shape (3,), world frame."""
-        return self._rotation(self._turned) @ vector if self._turned else vector
+        return self._turn @ vector if self._moved else vector
 
     def heading(self, yaw: float) -> float:
         """A heading in the map, from one that is seen [rad]."""
@@ -223,8 +224,5 @@ class DoorLocator:
         self._offset = self._offset + off * min(1.0, most / max(float(np.hypot(*off)), 1e-9))
         turn, most = self.yaw - self._turned, _TURN * time_step
         self._turned += min(max(turn, -most), most)
-
-    @staticmethod
-    def _rotation(yaw: float) -> Array:
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        cosine, sine = math.cos(self._turned), math.sin(self._turned)
+        self._moved, self._turn = True, np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

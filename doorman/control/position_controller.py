@@ -13,13 +13,13 @@ Choi and Kim, IEEE TCST 2018.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.disturbance_observer import DisturbanceObserver
+from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
 from doorman.kinematics.actuation import Actuation, TiltedThrust
 from doorman.kinematics.actuation import attitude_of_force as attitude_of_force
 from doorman.kinematics.actuation import saturate as saturate
@@ -28,9 +28,6 @@ from doorman.scenario import ControlSection
 
 Array = NDArray[np.float64]
 
-_UP = np.array([0.0, 0.0, 1.0])
-_AVERAGED = 4.0
-"""Time over which δ̂ of free flight is averaged once it has settled [s]: a gust is over when the tip pushes."""
 _MOST_LIFT = 0.024
 """By which δ̂ of a tip on the leaf may differ up or down from that of free flight, as a share of the weight: without, one that has
 slipped hops, and a vehicle that grips hangs on the handle."""
@@ -102,11 +99,9 @@ class PositionController:
             mass, settings.observer_rate, settings.observer_damping, settings.max_disturbance
         )
         self._weight = np.array([0.0, 0.0, mass * gravity])
-        self._most_lift = _MOST_LIFT * mass * gravity
-        self._position_gain = np.array(settings.position_gain)
-        self._velocity_gain = np.array(settings.velocity_gain)
-        self._acting, self._free = np.zeros(3), np.zeros(3)
-        self._free_time = 0.0
+        gains = *settings.position_gain, *settings.velocity_gain
+        self._numbers = np.array([mass, mass * gravity, _MOST_LIFT * mass * gravity, *gains])
+        self._memory, self._given, self._found = np.zeros(MEMORY), np.zeros(GIVEN), np.zeros(6)
 
     def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
         """One period of control.
@@ -120,32 +115,15 @@ class PositionController:
         Returns:
             Thrust and attitude.
         """
-        self.observer.update(position, self._acting, time_step)
-        touches = bool(setpoint.force.any())
-        if touches:
-            self._not_wound_up(setpoint, velocity)
-        disturbance = self.observer.estimate
-        if setpoint.push is None and touches:
-            self._free = np.array([disturbance[0], disturbance[1], self._free[2]])
-        elif setpoint.push is None or not touches:
-            self._free_time += time_step
-            share = 1.0 if self._free_time < _AVERAGED else min(time_step / _AVERAGED, 1.0)
-            self._free = self._free + share * (disturbance - self._free)
-        if setpoint.push is not None:
-            lift = float(disturbance[2] - self._free[2])
-            disturbance = self._free + min(max(lift, -self._most_lift), self._most_lift) * _UP
-        disturbance = disturbance - (setpoint.normal @ disturbance) * setpoint.normal
-        correction = (
-            setpoint.acceleration
-            + self._velocity_gain * (setpoint.velocity - velocity)
-            + self._position_gain * (setpoint.position - position)
-        )
-        wanted = self.mass * correction + self._weight + setpoint.force - disturbance
-        if setpoint.push is not None:
-            wanted = wanted + (setpoint.push - setpoint.normal @ (wanted - self._weight)) * setpoint.normal
+        pushes = setpoint.push is not None
+        seen = position, velocity, setpoint.position, setpoint.velocity, setpoint.acceleration
+        np.concatenate((*seen, setpoint.force, setpoint.normal), out=self._given)
+        observer, push = self.observer.memory, setpoint.push or 0.0
+        wanted_force(observer, self._numbers, self._memory, self._given, time_step, pushes, push, self._found)
+        wanted, disturbance = self._found[:3], self._found[3:].copy()
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
         force = self._actuation.within_limits(wanted, setpoint.yaw, max_tilt)
-        self._acting = force - self._weight - setpoint.force
+        self._memory[ACTING : ACTING + 3] = force - self._weight - setpoint.force
         return Thrust(
             thrust=float(np.linalg.norm(force)),
             attitude=self._actuation.attitude(force, setpoint.yaw),
@@ -163,13 +141,5 @@ class PositionController:
             wind: δ̂ from now on, shape (3,), world frame [N].
         """
         self.observer.resume(position, velocity, wind)
-        self._acting, self._free = np.zeros(3), self.observer.estimate.copy()
-
-    def _not_wound_up(self, setpoint: Setpoint, velocity: Array) -> None:
-        """Keep δ̂ near what it was in free flight: upwards, and along the leaf where the tip pushes."""
-        if setpoint.push is not None:
-            normal = setpoint.normal
-            self.observer.align(np.array([-normal[1], normal[0], 0.0]), self._free, velocity)
-        lift = float(self.observer.estimate[2] - self._free[2])
-        if abs(lift) > self._most_lift:
-            self.observer.align(_UP, self._free + math.copysign(self._most_lift, lift) * _UP, velocity)
+        self._memory[ACTING : ACTING + 3] = 0.0
+        self._memory[FREE : FREE + 3] = self.observer.estimate

@@ -19,19 +19,16 @@ Of an arm with mass it is the centre of mass that moves so; O_B is where that is
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.kernels.vehicle_step import GIVEN, OUTER_FORCE, POSITION, SEEN, SIZE, VELOCITY, advance_vehicle
+from doorman.control.kernels.vehicle_step import LATEST as LATEST
+
 Array = NDArray[np.float64]
 
-LATEST = 0.6
-"""Largest ω t; for older positions ω is less."""
 AT_THE_ORIGIN = (np.zeros(3), np.zeros(3))
 """Centre of mass of a vehicle whose arm has no mass, and its velocity, from O_B."""
-_FORGETS = 0.2
-"""By so much a second the age that ω is chosen for falls, where positions are new again [s/s]."""
 
 
 class VehicleObserver:
@@ -45,15 +42,23 @@ class VehicleObserver:
     def __init__(self, mass: float, rate: float) -> None:
         self.mass = mass
         self.rate = rate
-        self._seen: float | None = None
-        self._late = 0.0
-        self._center = AT_THE_ORIGIN
-        self.position = np.zeros(3)
-        """p̂ of O_B, shape (3,), world frame [m]."""
-        self.velocity = np.zeros(3)
-        """v̂ of O_B, shape (3,), world frame [m/s]."""
-        self.outer_force = np.zeros(3)
-        """F̂_out: wind, contact and whatever the model leaves out, shape (3,), world frame [N]."""
+        self._memory, self._given = np.zeros(SIZE), np.zeros(GIVEN)
+        self._memory[SEEN] = np.nan
+
+    @property
+    def position(self) -> Array:
+        """p̂ of O_B, shape (3,), world frame, written to by every update [m]."""
+        return self._memory[POSITION : POSITION + 3]
+
+    @property
+    def velocity(self) -> Array:
+        """v̂ of O_B, shape (3,), world frame, written to by every update [m/s]."""
+        return self._memory[VELOCITY : VELOCITY + 3]
+
+    @property
+    def outer_force(self) -> Array:
+        """F̂_out: wind, contact and what the model leaves out, shape (3,), world frame, written to by every update [N]."""
+        return self._memory[OUTER_FORCE : OUTER_FORCE + 3]
 
     def update(
         self, position: Array, measured_at: float, now: float, force: Array, time_step: float,
@@ -69,29 +74,5 @@ class VehicleObserver:
             time_step: Since the last call [s].
             center: Place and velocity of the centre of mass from O_B, both of shape (3,), world axes [m], [m/s].
         """
-        if self._seen is None:  # the centre of mass moves as it is believed to
-            self.position, self.velocity = position.copy(), self.velocity - center[1]
-            self._center, self._seen = center, measured_at
-            return
-        place, speed = self.position + self._center[0], self.velocity + self._center[1]
-        self._center = center
-        acceleration = (force + self.outer_force) / self.mass
-        place = place + time_step * (speed + 0.5 * time_step * acceleration)
-        speed = speed + time_step * acceleration
-        if measured_at > self._seen:
-            place, speed = self._corrected(place, speed, position + center[0], self._seen, measured_at, now)
-        self.position, self.velocity = place - center[0], speed - center[1]
-
-    def _corrected(
-        self, place: Array, speed: Array, measured: Array, seen: float, measured_at: float, now: float
-    ) -> tuple[Array, Array]:
-        """Place and speed of the centre of mass with a new position taken in, and the outer force."""
-        apart, self._seen = measured_at - seen, measured_at
-        age = now - measured_at
-        innovation = measured - (place - age * speed)
-        self._late = max(age, self._late - _FORGETS * apart)
-        rate = min(self.rate, LATEST / self._late) if self._late > 0.0 else self.rate
-        kept = math.exp(-rate * apart)
-        lost = 1.0 - kept
-        self.outer_force = self.outer_force + self.mass * lost**3 / apart**2 * innovation
-        return place + (1.0 - kept**3) * innovation, speed + 1.5 * (1.0 - kept**2) * lost / apart * innovation
+        np.concatenate((position, force, *center), out=self._given)
+        advance_vehicle(self._memory, self._given, self.mass, self.rate, measured_at, now, time_step)

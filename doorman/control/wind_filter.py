@@ -12,6 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.kernels.wind_step import correct_wind, predict_wind
+
 Array = NDArray[np.float64]
 
 _FIRST, _FIRST_TURN = 0.5, 0.1
@@ -37,6 +39,9 @@ _STEADY = 0.15
 """Weaker wind has no direction that turns [N]."""
 
 
+_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
 class WindFilter:
     """Of one flight."""
 
@@ -59,15 +64,7 @@ class WindFilter:
             time_step: Since the last call [s].
         """
         self._flown += time_step
-        x, y, _, turn, _ = self.state
-        c, s = np.cos(turn * time_step), np.sin(turn * time_step)
-        self.state[:2] = c * x - s * y, s * x + c * y
-        change = np.eye(5)
-        change[:2, :2] = [[c, -s], [s, c]]
-        if np.hypot(x, y) > _STEADY:
-            change[:2, 3] = -time_step * self.state[1], time_step * self.state[0]
-        noise = np.array([_GUSTS**2] * 3 + [_TURNS**2, 0.0])
-        self.covariance = change @ self.covariance @ change.T + time_step * np.diag(noise)
+        predict_wind(self.state, self.covariance, time_step, _STEADY, _GUSTS**2, _TURNS**2)
 
     def feel(self, felt: Array, near: bool, time_step: float) -> None:
         """Take in what is felt in free flight.
@@ -80,8 +77,7 @@ class WindFilter:
         if self._flown < _SETTLES or time_step <= 0.0:
             return
         noise = _FELT**2 * (_NEAR_NOISE**2 if near else 1.0) * max(_FELT_TIME / time_step, 1.0)
-        for axis in np.eye(3):
-            self._correct(axis, float(axis @ (felt - self.state[:3])), noise)
+        self._take_for_wind(felt, noise)
 
     def unexplained(self, direction: Array, force: float, time_step: float) -> None:
         """Take in a part of what the tip seems to feel that no contact makes.
@@ -109,10 +105,12 @@ class WindFilter:
         if time_step <= 0.0:
             return
         self.covariance[4, 4] += _HINGE_CHANGES**2 * abs(opening) * time_step
-        row = np.append(-sum(levers) * normal, [0.0, 1.0])
-        off = torque - float(row @ self.state)
+        lever, (x, y, up) = -sum(levers), normal.tolist()
+        wind_x, wind_y, wind_up, _, hinge = self.state.tolist()
+        off = torque - (lever * (x * wind_x + y * wind_y + up * wind_up) + hinge)
         if opening > _MOVES or off > 0.0:
-            self._update(row, off, _MOVED**2 * max(_MOVED_TIME / time_step, 1.0))
+            noise = _MOVED**2 * max(_MOVED_TIME / time_step, 1.0)
+            correct_wind(self.state, self.covariance, lever * x, lever * y, lever * up, 1.0, off, noise)
 
     def met(self, normal: Array, more: float) -> None:
         """Take in that the tip presses harder than the wind seemed to say.
@@ -129,14 +127,12 @@ class WindFilter:
         Args:
             felt: Outer force, shape (3,), world frame [N].
         """
-        for axis in np.eye(3):
-            self._correct(axis, float(axis @ (felt - self.state[:3])), _SUDDEN**2)
+        self._take_for_wind(felt, _SUDDEN**2)
+
+    def _take_for_wind(self, felt: Array, noise: float) -> None:
+        for k, (x, y, up) in enumerate(_AXES):
+            correct_wind(self.state, self.covariance, x, y, up, 0.0, float(felt[k] - self.state[k]), noise)
 
     def _correct(self, direction: Array, off: float, noise: float) -> None:
-        self._update(np.append(direction, [0.0, 0.0]), off, noise)
-
-    def _update(self, row: Array, off: float, noise: float) -> None:
-        spread = self.covariance @ row
-        gain = spread / (row @ spread + noise)
-        self.state = self.state + gain * off
-        self.covariance = self.covariance - np.outer(gain, spread)
+        x, y, up = direction.tolist()
+        correct_wind(self.state, self.covariance, x, y, up, 0.0, off, noise)

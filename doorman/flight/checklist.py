@@ -89,7 +89,6 @@ def preflight(model: Model, links: VehicleLinks, findings: Report) -> list[Check
         _autopilot(model, links),
         _mocap(model, links),
         _servos(model, links),
-        judge_rotors(model),
         judge_limits(model),
         _place(model, links),
         _computer(),
@@ -133,6 +132,8 @@ def _autopilot(model: Model, links: VehicleLinks) -> Iterator[Check]:
         yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none, and so no home to return to",
                    "reboot the autopilot: it had a position before it got one", Verdict.WARNING)  # fmt: skip
     yield judge_setpoints(status.dialect, autopilot.config.setpoints)
+    if model.actuation.fully:
+        yield judge_rotors(autopilot.config.setpoints, autopilot.side_force_missing())
     if status.namesake:
         yield Check("system id", Verdict.WARNING,
                     f"another station has ours, {autopilot.config.system_id}: the autopilot may not notice when we are gone",
@@ -271,15 +272,17 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
     return _row("setpoints", not winds_up, found, "--setpoints attitude", Verdict.WARNING)
 
 
-def judge_rotors(model: Model) -> Iterator[Check]:
-    """Row about rotors that push to the side, of a vehicle that has them: attitude and thrust do not fly it with a level body.
+def judge_rotors(setpoints: str, missing: str) -> Check:
+    """Row about rotors that push to the side, of a vehicle that has them.
 
     Args:
-        model: Model of the scenario.
+        setpoints: "attitude" or "position".
+        missing: Why the autopilot makes no force to the side; empty if it does.
     """
-    if model.actuation.fully:
-        yield _row("rotors", False, "make force to every side, of which the setpoints carry none",
-                   "fly it in simulation; the links send attitude and thrust")  # fmt: skip
+    if setpoints != "attitude":
+        return Check("rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "--setpoints attitude")
+    found = missing or "the autopilot knows how they are tilted"
+    return _row("rotors", not missing, found, "PX4 1.14 or newer, its CA_ROTOR parameters as the URDF's rotors")
 
 
 def judge_limits(model: Model) -> Iterator[Check]:

@@ -92,9 +92,8 @@ class Door:
         self.closed, self._sense = leaf_on_joint.closed()
         """Value of the URDF's joint where the door is closed [rad or m]."""
         along, opens = leaf_on_joint.directions(self.closed, self._sense)
-        self.along, self.into = frozen(along + 0.0), frozen(-self._turns * opens + 0.0)
-        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
-        self.up = frozen(leaf_on_joint.up(self.into, self.along) + 0.0)
+        into = -self._turns * opens
+        self._take_axes(into, along, leaf_on_joint.up(into, along))
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
         """Whether it is a hinge on a plumb axis, on which no weight acts."""
         self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
@@ -139,6 +138,13 @@ class Door:
         """Of the closer's preload, in the sense of damping [N m]."""
         self.stiction = arm * self.section.stiction
 
+    def _take_axes(self, into: Array, along: Array, up: Array) -> None:
+        """Stand with these axes of the doorway, unit vectors in the world."""
+        self.into, self.along, self.up = (frozen(axis + 0.0) for axis in (into, along, up))
+        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
+        self.axes = frozen(np.vstack([self.into, self.along, self.up]))
+        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
+
     def leaf_direction(self, door_angle: float) -> Array:
         """Unit vector along the leaf from hinge to latch, world frame."""
         return self._in_world(self._motion.leaf(door_angle))
@@ -146,6 +152,11 @@ class Door:
     def normal(self, door_angle: float) -> Array:
         """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
         return self._in_world(self._motion.normal(door_angle))
+
+    def normals(self, door_angles: Array) -> Array:
+        """`normal` at many angles, shape (m, 3) from (m,)."""
+        components = np.array([self._motion.normal(angle) for angle in door_angles.tolist()]).reshape(-1, 2)
+        return np.asarray(components @ self.axes[:2])
 
     def bend(self, door_angle: float) -> Array:
         """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
@@ -372,11 +383,6 @@ class Door:
                 given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute, continuous or prismatic",
             )  # fmt: skip
         return index
-
-    @property
-    def axes(self) -> Array:
-        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
-        return np.vstack([self.into, self.along, self.up])
 
 
 def _variant(urdf: Path, section: DoorSection) -> Path:

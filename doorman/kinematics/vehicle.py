@@ -82,6 +82,7 @@ class Vehicle:
         self._point_frames = [*self._servo_frames(), self._tip_frame]
         self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
         self.mass = self._positive_mass()
+        self._heavy = [(k, body.mass, np.array(body.lever)) for k, body in enumerate(self.model.inertias) if body.mass]
         self.bodies = Bodies.of(self.model, self._data, self._base_placement())
         self.slides = self._sliding()
         self.lower_limits, self.upper_limits = self._position_limits()
@@ -139,10 +140,7 @@ class Vehicle:
         """
         angles = vector(arm_angles, self.n_arm, "arm_angles")
         pinocchio.forwardKinematics(self.model, self._data, angles)
-        weighted = sum(
-            inertia.mass * placement.act(inertia.lever)
-            for inertia, placement in zip(self.model.inertias, self._data.oMi, strict=True)
-        )
+        weighted = sum(mass * self._data.oMi[k].act(lever) for k, mass, lever in self._heavy)
         return np.array(self._base_placement().actInv(weighted / self.mass))
 
     def center_of_mass_jacobian(self, arm_angles: ArrayLike) -> Array:

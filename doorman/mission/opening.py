@@ -14,7 +14,7 @@ from doorman.control.state_converter import StateConverter
 from doorman.control.turning_aid import TurningAid
 from doorman.mission.door_opening import HEADING_LOST, DoorOpening
 from doorman.mission.resistance import Resistance
-from doorman.mission.schedule import PlanSchedule
+from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.model import Model
 
 Array = NDArray[np.float64]
@@ -85,9 +85,13 @@ class Opening(DoorOpening):
         self._last = now
         self.resistance.learn(estimate, time_step)
         self._progress.update(estimate, False, time_step)
-        state = self._converter.planner_state(estimate.state, body_rates)
         torque = self.resistance.torque(estimate, time_step)
-        current = self._schedule.update(now, state, self.resistance.hinge(estimate, torque))
+
+        def wanted() -> Wanted:
+            state = self._converter.planner_state(estimate.state, body_rates)
+            return Wanted(state, self.resistance.hinge(estimate, torque))
+
+        current = self._schedule.update(now, wanted)
         if current is None:
             if self._waiting is None:
                 self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,17 @@ class TimedPlan:
     plan: Plan
     start: float
     available_at: float
+
+
+class Wanted(NamedTuple):
+    """What is to be planned, as it is known when a plan is due."""
+
+    state: Array
+    """x of the planner, shape (nx,)."""
+    hinge: Hinge
+    """What is known of it."""
+    numbers: Mapping[str, Any] | None = None
+    """References and weights of a whole-body plan, by name: one iteration follows them."""
 
 
 @dataclass(frozen=True)
@@ -123,18 +134,14 @@ class PlanSchedule:
             finally:
                 self._thread = None
 
-    def update(
-        self, now: float, state: Array, hinge: Hinge, numbers: Mapping[str, Any] | None = None
-    ) -> TimedPlan | None:
+    def update(self, now: float, wanted: Callable[[], Wanted]) -> TimedPlan | None:
         """Plan if it is time to, and return the plan to follow now.
 
         A plan that is not flyable is recorded and dropped: the last usable one is followed to its end, where it rests.
 
         Args:
             now: Time of the state [s].
-            state: x of the planner, shape (nx,).
-            hinge: What is known of it.
-            numbers: References and weights of a whole-body plan, by name: one iteration follows them.
+            wanted: Says what to plan; called where a plan is due.
 
         Returns:
             The plan, or None before the first one is known.
@@ -147,17 +154,9 @@ class PlanSchedule:
             self._take(answer, now)
         if now >= self._next - 1e-9 and (thread is None or not thread.busy):
             self._next = max(self._next + self.period, now)
-            margin = self.planner.settings.margin
-            order = _Order(
-                now,
-                state,
-                hinge,
-                margin,
-                not self._started,
-                math.inf if thread is None else _LONGEST,
-                numbers,
-                self._epoch,
-            )
+            state, hinge, numbers = wanted()
+            margin, limit = self.planner.settings.margin, math.inf if thread is None else _LONGEST
+            order = _Order(now, state, hinge, margin, not self._started, limit, numbers, self._epoch)
             self._started = True
             if thread is None:
                 self._take(self._carry_out(order), now + (0.0 if order.cold else self.latency_periods * self.period))
@@ -224,7 +223,7 @@ class PlanSchedule:
                 "margin": order.margin,
                 "state": states[0],
                 "states": states.astype(np.float32),
-                "inputs": inputs,
+                "input": inputs[0],
                 "cost": plan.cost,
                 "max_violation": plan.max_violation,
                 "violated": plan.violated,

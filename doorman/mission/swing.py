@@ -96,13 +96,13 @@ class Swing(DoorOpening):
         """Why the opening should be given up; empty if it should not."""
         if silence := self._silence(estimate.time):
             return silence
-        angle = self._model.door.in_words(estimate.door_angle)
         heading = float(self._model.on_the_way(estimate.door_angle)[2])
         turned = abs(math.remainder(float(estimate.state[2]) - heading, 2.0 * math.pi))
         if turned > HEADING_LOST:
+            angle = self._model.door.in_words(estimate.door_angle)
             return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle}"
         swung = self._progress.swung and self._swung > _SURELY
         in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
-        return self._does_not_move(estimate, max(0.0, -estimate.door_disturbance))
+        return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.push))

@@ -11,7 +11,7 @@ from doorman.control.estimator import Estimate
 from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
-from doorman.mission.schedule import PlanSchedule
+from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.signals import Command, Measurement
@@ -73,17 +73,22 @@ class WholeBodyFlight:
         Returns:
             The command; None where the tip is not at the leaf, or no plan is known yet.
         """
-        if not at_the_leaf or self._known is None:
+        known = self._known
+        if not at_the_leaf or known is None:
             self._at_the_leaf = False
             return None
         if not self._at_the_leaf:
             self._at_the_leaf = True
             self._controller.forget()
             self._schedule.forget()
-        self._controller.aim(self._known, time_step)
-        state, numbers = self._controller.start(self._known)
+        self._controller.aim(known, time_step)
+
+        def wanted() -> Wanted:
+            state, numbers = self._controller.start(known)
+            return Wanted(state, self._hinge, numbers)
+
         now = measurement.time
-        current = self._schedule.update(now, state, self._hinge, numbers=numbers)
+        current = self._schedule.update(now, wanted)
         if current is None:
             return None
         return self._controller.follow(current.plan, now - current.start, float(measurement.attitude[2]), time_step)

@@ -121,7 +121,7 @@ def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
     """
     roll, pitch, yaw, angle = states[: len(inputs), :4].T
     door, weight = model.door, model.vehicle.mass * GRAVITY
-    normals = np.array([door.normal(float(each)) for each in angle]).reshape(-1, 3)
+    normals = door.normals(angle)
     ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
     left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
     level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left

@@ -81,8 +81,8 @@ class WholeBodyPlanning:
         force = float(contact_forces(numbers, self.model, start[None])[0])
         touching = force > 0.5 * self._resting
         pushes = force * self.model.door.normal(joint)
-        turned = turned_by(self.model, start[3:6], start[14:], pushes)
-        side = rotation_body_to_world(start[3:6]).T @ pushes
+        turned = turned_by(self.model, start[3:6], start[14:], pushes) if touching else np.zeros(2)
+        side = (rotation_body_to_world(start[3:6]).T @ pushes)[:2]
         rate = numbers.one("reference.opening_speed")
         lever = self.model.coupling.lever_length
         known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
@@ -92,8 +92,8 @@ class WholeBodyPlanning:
                 "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
                 "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
                 "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
-                "reference.turned": turned if touching else np.zeros(2),
-                **({"actuation.side": side[:2]} if self.model.actuation.fully else {}),
+                "reference.turned": turned,
+                **({"actuation.side": side} if self.model.actuation.fully else {}),
             }
         )  # fmt: skip
 

@@ -268,11 +268,10 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
     Returns:
         δ, shape (m,) [m].
     """
-    door, angles = model.door, door_angles.tolist()
+    door = model.door
+    ways = np.array([door.way(angle) for angle in door_angles.tolist()])
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
-    normals = np.array([door.normal(angle) for angle in angles])
-    before = np.array([door.contact_offset + door.way(angle) for angle in angles])
-    return np.asarray(np.einsum("ij,ij->i", normals, from_hinge) + before)
+    return np.asarray((door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + ways)
 
 
 def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) -> Array:
@@ -287,9 +286,11 @@ def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) ->
     Returns:
         Shape (2,) [rad].
     """
-    lever = model.vehicle.tip_position(arm_angles) - model.vehicle.center_of_mass(arm_angles)
-    moment = -np.cross(lever, rotation_body_to_world(attitude).T @ force)
-    return np.asarray(moment[:2] / tilt_stiffness(model))
+    lever = model.coupling.tips(np.zeros((1, 3)), arm_angles[None])[0]
+    if not model.vehicle.bodies.balanced:
+        lever = lever - model.vehicle.center_of_mass(arm_angles)
+    (x, y, z), (ahead, left, up) = lever.tolist(), (rotation_body_to_world(attitude).T @ force).tolist()
+    return np.asarray(np.array([z * left - y * up, x * up - z * ahead]) / tilt_stiffness(model))
 
 
 def tilt_stiffness(model: Model) -> Array:

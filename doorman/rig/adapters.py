@@ -36,9 +36,10 @@ class RigVehicle:
         """Weight [N]."""
         return self._plant.model.vehicle.mass * GRAVITY
 
-    def command(self, thrust: float, quaternion: Array) -> None:
-        """Fly with a thrust [N] towards an attitude [w, x, y, z], until the next command."""
-        self._plant.fly(max(0.0, thrust), np.array(to_attitude((quaternion / np.linalg.norm(quaternion)).tolist())))
+    def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Fly with a thrust, and a force to the side [N], towards an attitude [w, x, y, z], until the next command."""
+        attitude = np.array(to_attitude((quaternion / np.linalg.norm(quaternion)).tolist()))
+        self._plant.fly(max(0.0, thrust), attitude, side_force)
 
     def stop_motors(self) -> None:
         """Let the motors stand still."""

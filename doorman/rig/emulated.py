@@ -23,6 +23,7 @@ from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot.allocation import add_rotors
 from doorman.rig.emulators.autopilot.dialects import DIALECTS, Flavour
 from doorman.rig.emulators.autopilot.motors import MotorKind
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
@@ -186,6 +187,10 @@ class Rig(Uncopied):
             )
             for name, value in self._parameters(flavour).items():
                 self.autopilot.parameters[name] = value
+            if flavour == "px4" and model.actuation.fully:
+                rotors = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+                moments = rotors.torque_per_thrust * rotors.directions
+                add_rotors(self.autopilot.parameters, rotors.positions, rotors.thrust_axes, moments)
         self.servos = ServoEmulator(
             servo_setups(model.n_arm, self.gripper, None if mounted is None else mounted.servos),
             RigArm(self.plant, self.gripper), link=self._servos,

@@ -81,7 +81,7 @@ class RigPlant(Uncopied):
         self._gains = self._simulator.plant.engine_model.actuator_gainprm
         lags = self._simulator.plant.engine_model.actuator_dynprm[: self._simulator.layout.count, 0]
         lags[:] = np.where(lags > 0.0, np.maximum(lags, motor_lag), 0.0)
-        self._thrust, self._attitude = 0.0, np.array([0.0, 0.0, self.places.yaw])
+        self._thrust, self._attitude, self._side_force = 0.0, np.array([0.0, 0.0, self.places.yaw]), (0.0, 0.0)
         plant = self._simulator.plant
         self._free = float(plant.engine_model.dof_frictionloss[plant.hinge_velocity])
         self._own_spring = float(plant.engine_model.jnt_stiffness[plant.engine_model.dof_jntid[plant.hinge_velocity]])
@@ -131,15 +131,16 @@ class RigPlant(Uncopied):
         """Newest state."""
         return self._snapshot
 
-    def fly(self, thrust: float, attitude: Array) -> None:
+    def fly(self, thrust: float, attitude: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
         """Run the motors.
 
         Args:
             thrust: f_t [N].
             attitude: Φ_d, shape (3,) [rad].
+            side_force: Along the body's x and y axis [N].
         """
         with self.lock:
-            self._thrust, self._attitude, self._motors = thrust, attitude, True
+            self._thrust, self._attitude, self._side_force, self._motors = thrust, attitude, side_force, True
 
     def stop_motors(self) -> None:
         """Let the motors stand still."""
@@ -239,7 +240,8 @@ class RigPlant(Uncopied):
             self._simulator.set_grip(self._grip)
             self._gains[: self._simulator.layout.count, 0] = float(self._motors)
             attitude = self._attitude if self._motors else self._snapshot.truth.attitude
-            self._simulator.set_command(self._thrust if self._motors else 0.0, attitude, self._arm_rates)
+            thrust, side = (self._thrust, self._side_force) if self._motors else (0.0, (0.0, 0.0))
+            self._simulator.set_command(thrust, attitude, self._arm_rates, side)
             self._simulator.advance(self._steps)
             self._snapshot = self._look()
         if pilot is not None:

@@ -69,7 +69,7 @@ def test_what_happens_in_a_gap_is_caught_up_with_and_not_overshot(gap: float, bl
         seen = seen if blind or k % 2 else max(k - latency, 0)
         observer.update(path[seen], seen * tick, now, np.zeros(3), tick if k else 0.0)
         if k == 0:
-            observer.velocity = velocity.copy()
+            observer.velocity[:] = velocity
         if now >= before + gap + 0.5 * tick:
             assert abs(observer.position[0] - path[k][0]) < 0.3 * gap + 0.3 * latency * tick + 0.002, now
             assert -1.0 < observer.velocity[0] < 0.31, now
@@ -81,7 +81,7 @@ def test_an_error_fades_as_designed_however_far_apart_positions_are(apart: float
     """Three poles at exp(-15 T): what is left of an error after k positions, at most k² of its k-th power."""
     observer = VehicleObserver(3.0, 15.0)
     observer.update(np.zeros(3), 0.0, 0.0, np.zeros(3), 0.0)
-    observer.velocity, errors, poses = np.array([1.0, 0.0, 0.0]), [], 40
+    observer.velocity[:], errors, poses = [1.0, 0.0, 0.0], [], 40
     for k in range(1, poses + 1):
         observer.update(np.zeros(3), k * apart, k * apart, np.zeros(3), apart)
         errors.append(abs(observer.velocity[0]))
@@ -102,7 +102,7 @@ def test_an_error_fades_however_late_positions_are(age: float, apart: float) -> 
     """Of a vehicle that stands: what is wrong about it is forgotten, with old positions as with new ones, only later."""
     observer = VehicleObserver(3.0, 15.0)
     observer.update(np.zeros(3), 0.0, age, np.zeros(3), 0.0)
-    observer.velocity, observer.outer_force = np.array([1.0, 0.0, 0.0]), np.array([3.0, 0.0, 0.0])
+    observer.velocity[:], observer.outer_force[:] = [1.0, 0.0, 0.0], [3.0, 0.0, 0.0]
     worst, patience = 0.0, 1.0 + 40.0 * age
     for k in range(1, round(patience / apart)):
         observer.update(np.zeros(3), k * apart, k * apart + age, np.zeros(3), apart)
@@ -116,7 +116,7 @@ def test_an_error_fades_however_late_positions_are(age: float, apart: float) -> 
 def test_delays_that_come_and_go_do_not_excite_the_observer(delay: float, on: float, off: float) -> None:
     observer, tick, seen = VehicleObserver(3.0, 15.0), 0.01, -1.0
     observer.update(np.zeros(3), seen, 0.0, np.zeros(3), 0.0)
-    observer.velocity, errors = np.array([0.1, 0.0, 0.0]), []
+    observer.velocity[:], errors = [0.1, 0.0, 0.0], []
     for k in range(1, round(6.0 / tick)):
         now = k * tick
         seen = max(seen, now - (delay if now % (on + off) < on else 0.005))
@@ -322,6 +322,27 @@ def test_a_door_that_comes_loose_with_a_jerk_is_not_taken_for_a_light_one(model:
         door.update(push, True, angles[-7], now - 6 * TICK, now, TICK)
     assert door.inertia == pytest.approx(inertia, rel=0.15)
     assert door.rate == pytest.approx(swing.rate, abs=0.02)
+
+
+@pytest.mark.parametrize("hinge", HINGES[:3])
+def test_a_seal_says_nothing_of_the_hinge(model: Model, hinge: dict[str, float]) -> None:
+    """It resists with 5 N m over 2°, and a push that overcomes it swings the leaf beyond."""
+    swing = Swing(model, **hinge)
+    door, generator = DoorFilter(model, EstimationSection()), np.random.default_rng(3)
+    for tick in range(round(9.0 / TICK)):
+        now, sealed = tick * TICK, math.pi / 2 - swing.angle < math.radians(2.0)
+        swing.hinge = hinge | {"friction": 5.0 + hinge["friction"]} if sealed else hinge
+        steady = (hinge["friction"] + 0.1 * hinge["damping"]) / swing.lever
+        push = 3.0 * now if sealed else steady + (0.4 if now % 3.0 < 1.5 else -0.3 * steady)
+        push += 0.0 if sealed else hinge["stiffness"] * (swing.rest - swing.angle) / swing.lever
+        swing.step(push, True)
+        noise = generator.standard_normal(2) * (0.1, 0.003)
+        door.update(push + noise[0], True, swing.angle + noise[1], now, now, TICK)
+    estimate = door.hinge()
+    assert math.pi / 2 - swing.angle > 0.2
+    for name, true in hinge.items():
+        assert abs(getattr(estimate, name) - true) <= 2.0 * getattr(estimate, f"{name}_deviation"), name
+    assert estimate.friction < hinge["friction"] + 0.6
 
 
 @pytest.mark.parametrize("inertia", [3.0, 9.0])

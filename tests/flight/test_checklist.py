@@ -88,6 +88,8 @@ def test_an_arm_that_is_mirrored_is_not_flown() -> None:
     assert mirrored.verdict is Verdict.BAD and "2.00 rad" in mirrored.found and "directions" in mirrored.advice
 
 
-def test_a_fully_actuated_vehicle_is_not_flown_by_attitude_and_thrust() -> None:
-    assert [row.verdict for row in judge_rotors(Model("push_tilted"))] == [Verdict.BAD]
-    assert list(judge_rotors(Model("push"))) == []
+def test_force_to_the_side_needs_attitude_setpoints_and_an_autopilot_that_makes_it() -> None:
+    assert judge_rotors("attitude", "").verdict is Verdict.GOOD
+    refused = judge_rotors("attitude", "ArduPilot takes thrust along the body's z axis alone")
+    assert refused.verdict is Verdict.BAD and "ArduPilot" in refused.found
+    assert judge_rotors("position", "").verdict is Verdict.BAD

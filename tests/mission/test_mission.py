@@ -17,6 +17,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission import Mission, PlanSchedule
+from doorman.mission.schedule import Wanted
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
 
@@ -96,7 +97,7 @@ def test_plans_come_at_the_planners_rate_and_are_known_later(model: Model, laten
     schedule = schedule_of(model, latency)
     starts, ages = [], []
     for k in range(250):
-        current = schedule.update(TICK * k, model.start_state, FREE)
+        current = schedule.update(TICK * k, lambda: Wanted(model.start_state, FREE))
         assert current is not None
         starts.append(current.start)
         ages.append(TICK * k - current.start)
@@ -115,13 +116,13 @@ def test_plans_come_at_the_planners_rate_and_are_known_later(model: Model, laten
 def test_a_slow_controller_plans_once_a_tick(model: Model) -> None:
     schedule = schedule_of(model, 1)
     for k in range(20):
-        schedule.update(0.05 * k, model.start_state, FREE)
+        schedule.update(0.05 * k, lambda: Wanted(model.start_state, FREE))
     assert len(schedule.planner.calls) == 20
 
 
 def test_useless_plans_are_recorded_and_not_followed(model: Model) -> None:
     schedule = schedule_of(model, 0, useless=set(range(3, 8)))
-    starts = [schedule.update(0.01 * k, model.start_state, FREE).start for k in range(10)]  # type: ignore[union-attr]
+    starts = [schedule.update(0.01 * k, lambda: Wanted(model.start_state, FREE)).start for k in range(10)]  # type: ignore[union-attr]
     assert starts == pytest.approx([0.0, 0.01, 0.01, 0.01, 0.01, 0.01, 0.01, 0.07, 0.08, 0.09])
     status = schedule.recorder.recording()["plan"]["status"].tolist()
     assert status.count("infeasible") == 5
@@ -129,7 +130,7 @@ def test_useless_plans_are_recorded_and_not_followed(model: Model) -> None:
 
 def test_nothing_to_follow_before_the_first_usable_plan(model: Model) -> None:
     schedule = schedule_of(model, 2, useless={1, 2})
-    followed = [schedule.update(0.01 * k, model.start_state, FREE) for k in range(6)]
+    followed = [schedule.update(0.01 * k, lambda: Wanted(model.start_state, FREE)) for k in range(6)]
     assert followed[:4] == [None] * 4
     assert followed[4] is not None and followed[4].start == pytest.approx(0.02)
 
@@ -137,7 +138,7 @@ def test_nothing_to_follow_before_the_first_usable_plan(model: Model) -> None:
 def test_the_planner_is_told_the_hinge(model: Model) -> None:
     schedule = schedule_of(model, 0)
     hinge = Hinge(0.1, -0.7, 4.0, 0.6, 0.9)
-    schedule.update(0.0, model.start_state, hinge)
+    schedule.update(0.0, lambda: Wanted(model.start_state, hinge))
     assert schedule.planner.told == [hinge._asdict()]
 
 
@@ -148,7 +149,7 @@ def test_first_plan_misses_no_deadline_others_may(model: Model) -> None:
 
     schedule = PlanSchedule(SlowPlanner(model), 0, Recorder(None, {}))
     for k in range(3):
-        schedule.update(0.01 * k, model.start_state, FREE)
+        schedule.update(0.01 * k, lambda: Wanted(model.start_state, FREE))
     assert schedule.recorder.recording()["plan"]["deadline_missed"].tolist() == [False, False, True]
 
 

@@ -116,3 +116,17 @@ def test_depths_of_many_states_are_those_of_each_on_any_leaf(name: str) -> None:
         for position, attitude, angle, arm in zip(positions, attitudes, angles, arms, strict=True)
     ]
     np.testing.assert_allclose(depths_in_face(model, positions, attitudes, angles, arms), expected, atol=1e-12)
+
+
+def test_noisy_states_are_followed_without_aiming_anew() -> None:
+    planner, rng = Planner(PUSH), np.random.default_rng(5)
+    step = 0.01
+    plan = planner.plan(planner.planning.start_state)
+    deviations = np.concatenate([[1e-3] * 3, [4e-3] * 3, [0.01] * 3, [0.03] * 3, [1e-3, 0.01], [1e-3] * 4])
+    iterations = []
+    for _ in range(150):
+        now = plan.states[0] + (plan.states[1] - plan.states[0]) * step / plan.time_step
+        plan = planner.replan(now + deviations * rng.normal(size=now.size), step)
+        assert plan.usable, plan.violated
+        iterations.append(plan.iterations)
+    assert sorted(iterations)[-2] <= 6, iterations

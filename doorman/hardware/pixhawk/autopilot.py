@@ -20,7 +20,7 @@ from doorman.hardware.pixhawk.mocap import MocapPose
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameter_rules import Rule, rules_for
 from doorman.hardware.pixhawk.parameters import Finding
-from doorman.hardware.pixhawk.requirements import prepare_attitude
+from doorman.hardware.pixhawk.requirements import prepare_attitude, side_force_missing
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
 from doorman.hardware.pixhawk.status import LinkStatus, link_status
@@ -171,6 +171,10 @@ class Autopilot(Uncopied):
             What should be changed, and how; empty if all is well.
         """
         return parameters.check(self._link, self._rules())
+
+    def side_force_missing(self) -> str:
+        """Why the autopilot makes no force to the side; nothing where it does, or the vehicle's rotors make none."""
+        return side_force_missing(self._link)
 
     def fix_parameters(self) -> tuple[str, ...]:
         """Write what `check_parameters` finds; some of it counts only after a reboot of the autopilot.

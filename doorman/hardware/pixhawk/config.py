@@ -11,6 +11,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.connection import parse_connection
 from doorman.hardware.pixhawk.frames import LocalFrame
 from doorman.hardware.pixhawk.thrust import ThrustCurve
+from doorman.hardware.pixhawk.tilted_rotors import TiltedRotors
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,8 @@ class PixhawkConfig:
     """Weight of the vehicle [N]; with it, a missing thrust curve is made from the autopilot's own hover thrust."""
     thrust_curve: ThrustCurve | None = None
     """Newtons to normalised thrust; needed for attitude setpoints."""
+    rotors: TiltedRotors | None = None
+    """Rotors of a fully actuated vehicle; attitude setpoints carry a force to the side then."""
     local_frame: LocalFrame = LocalFrame()
     """Of the autopilot in the world."""
     vehicle_system: int | None = None

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from doorman.hardware.pixhawk.dialect import PX4
 from doorman.hardware.pixhawk.link import Link
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameters import read_parameters
 from doorman.hardware.pixhawk.thrust import ThrustCurve
+from doorman.hardware.pixhawk.tilted_rotors import COUNT, OLD_SWITCH, names
 
 THRUST_AS_THRUST = 1 << 3
 """Bit of ArduPilot's GUID_OPTIONS."""
@@ -26,6 +28,8 @@ def prepare_attitude(link: Link) -> Outcome:
             OutcomeStatus.NOT_READY,
             f"{dialect.name} takes no thrust of a vehicle of MAV_TYPE {link.inbox.vehicle_type}; use position setpoints",
         )
+    if why := side_force_missing(link):
+        return Outcome(OutcomeStatus.NOT_READY, f"no force to the side: {why}")
     options = ("GUID_OPTIONS", "ATC_ANGLE_BOOST") if dialect.angle_boost else ()
     values = read_parameters(link, [dialect.hover_parameter, *options])
     if dialect.angle_boost:
@@ -41,3 +45,18 @@ def prepare_attitude(link: Link) -> Outcome:
     if link.stream.curve is None:
         return Outcome(OutcomeStatus.NOT_READY, "no thrust curve: give thrust_curve or hover_force")
     return Outcome(OutcomeStatus.DONE)
+
+
+def side_force_missing(link: Link) -> str:
+    """Why the autopilot makes no force to the side; nothing where it does, or the vehicle's rotors make none.
+
+    Args:
+        link: The open link.
+    """
+    dialect, rotors = link.known_dialect, link.config.rotors
+    if rotors is None:
+        return ""
+    values = read_parameters(link, [COUNT, OLD_SWITCH]) if dialect is PX4 else {}
+    if COUNT in values:
+        values |= read_parameters(link, names(round(values[COUNT])))
+    return rotors.missing(dialect, values)

@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
-from doorman.hardware.pixhawk.frames import LocalFrame
-from doorman.hardware.pixhawk.messages import Message, mavlink
+from doorman.hardware.pixhawk.frames import LocalFrame, flu_to_frd
+from doorman.hardware.pixhawk.messages import BodyThrustMessage, Message, mavlink
 from doorman.hardware.quaternions import from_attitude
 
 Array = NDArray[np.float64]
 
 ATTITUDE_AND_THRUST = 7
 """Type mask of SET_ATTITUDE_TARGET: body rates are ignored."""
+THRUST_BODY_SET = 32
+"""Bit of it: the three numbers of `thrust_body` count instead of `thrust`."""
 POSITION_AND_YAW = 2552
 """Type mask of SET_POSITION_TARGET_LOCAL_NED: position and yaw only."""
 FULL_POSITION = 2048
@@ -33,10 +35,13 @@ class AttitudeSetpoint:
     """f along the body's z axis [N]."""
     attitude: Array
     """[φ, θ, ψ], shape (3,) [rad]."""
+    side_force: tuple[float, float] = (0.0, 0.0)
+    """Along the body's x and y axis, of a fully actuated vehicle [N]."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "attitude", _frozen(self.attitude, "setpoint.attitude"))
-        _check_number(self.thrust, "setpoint.thrust")
+        for value, name in ((self.thrust, "thrust"), *((each, "side_force") for each in self.side_force)):
+            _check_number(value, f"setpoint.{name}")
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,14 @@ Setpoint = AttitudeSetpoint | PositionSetpoint
 
 
 def attitude_message(
-    setpoint: AttitudeSetpoint, thrust: float, frame: LocalFrame, boot_ms: int, system: int, component: int
+    setpoint: AttitudeSetpoint,
+    thrust: float,
+    frame: LocalFrame,
+    boot_ms: int,
+    system: int,
+    component: int,
+    *,
+    side: tuple[float, float] | None = None,
 ) -> Message:
     """SET_ATTITUDE_TARGET of a setpoint.
 
@@ -73,11 +85,14 @@ def attitude_message(
         boot_ms: Stamp [ms].
         system: Target.
         component: Target.
+        side: Normalised thrust along the body's x and y axis, −1 … 1; None of rotors that make none.
     """
     quaternion = frame.quaternion_to_ned(from_attitude(setpoint.attitude.tolist()))
-    return mavlink.MAVLink_set_attitude_target_message(
-        boot_ms, system, component, ATTITUDE_AND_THRUST, quaternion.tolist(), 0.0, 0.0, 0.0, thrust
-    )
+    target, rest = (boot_ms, system, component), (quaternion.tolist(), 0.0, 0.0, 0.0, thrust)
+    if side is None:
+        return mavlink.MAVLink_set_attitude_target_message(*target, ATTITUDE_AND_THRUST, *rest)
+    body = flu_to_frd([*side, thrust]).tolist()
+    return BodyThrustMessage(body, *target, ATTITUDE_AND_THRUST | THRUST_BODY_SET, *rest)
 
 
 def position_message(

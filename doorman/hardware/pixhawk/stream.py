@@ -144,7 +144,9 @@ class SetpointStream:
         boot_ms, frame = seconds_to_boot_ms(now), self._config.local_frame
         if isinstance(setpoint, PositionSetpoint):
             return position_message(setpoint, frame, boot_ms, *target, hold=hold)
-        return attitude_message(setpoint, self._normalised(setpoint, sample), frame, boot_ms, *target)
+        thrust = self._normalised(setpoint, sample)
+        side = self._to_the_side(setpoint, thrust, sample)
+        return attitude_message(setpoint, thrust, frame, boot_ms, *target, side=side)
 
     def _current(self, now: float, sample: VehicleSample) -> tuple[Setpoint | None, bool]:
         if self._source is Source.HOLD:
@@ -191,6 +193,19 @@ class SetpointStream:
             tilt_cosine = math.cos(float(setpoint.attitude[0])) * math.cos(float(setpoint.attitude[1]))
             force *= max(0.1, tilt_cosine)
         return self.curve.normalised(force, sample.battery.voltage)
+
+    def _to_the_side(
+        self, setpoint: AttitudeSetpoint, thrust: float, sample: VehicleSample
+    ) -> tuple[float, float] | None:
+        rotors = self._config.rotors
+        if rotors is None:
+            return None
+        assert self.curve is not None, "attitude setpoints are refused without a thrust curve"
+        x, y = (
+            scale * self.curve.beside(force, thrust, sample.battery.voltage)
+            for scale, force in zip(rotors.side_scale, setpoint.side_force, strict=True)
+        )
+        return x, y
 
 
 def here(sample: VehicleSample) -> PositionSetpoint | None:

@@ -85,6 +85,16 @@ class ThrustCurve:
             thrust = (math.sqrt(linear * linear + 4.0 * self.shape * share) - linear) / (2.0 * self.shape)
         return min(max(thrust, self.min_thrust), self.max_thrust)
 
+    def beside(self, force: float, thrust: float, voltage: float = math.nan) -> float:
+        """Change of the normalised thrust that a small change of the force takes.
+
+        Args:
+            force: The change [N].
+            thrust: τ around which it is made, 0 … 1.
+            voltage: Of the battery [V]; NaN is not compensated.
+        """
+        return force / (self.max_force(voltage) * (2.0 * self.shape * thrust + 1.0 - self.shape))
+
     def force(self, thrust: float, voltage: float = math.nan) -> float:
         """Force f of a normalised thrust [N].
 

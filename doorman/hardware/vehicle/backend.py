@@ -150,11 +150,15 @@ class VehicleBackend(Backend):
             raise BackendError(f"not a command: {error}", field="command") from error
         if not math.isfinite(thrust):
             raise BackendError("not finite", field="command.thrust", given=thrust, allowed="finite numbers")
-        if any(command.side_force):
+        if not np.isfinite(command.side_force).all():
+            raise BackendError(
+                "not finite", field="command.side_force", given=command.side_force, allowed="finite numbers"
+            )
+        if any(command.side_force) and not (self._attitude_setpoints and self.links.config.pixhawk.rotors):
             raise BackendError("setpoints carry no force to the side", field="command.side_force", given=command.side_force,
-                               allowed="(0, 0): no fully actuated vehicle")  # fmt: skip
+                               allowed="(0, 0), or attitude setpoints of a fully actuated vehicle")  # fmt: skip
         self.links.move_arm(arm_rates, command.grip)
-        if not self.links.autopilot.setpoint(self._setpoint(thrust, attitude)):
+        if not self.links.autopilot.setpoint(self._setpoint(thrust, attitude, command.side_force)):
             authority = self.links.autopilot.status().authority
             raise BackendError("the autopilot does not obey us", field="pixhawk", given=authority.value,
                                allowed="engaged, and not held")  # fmt: skip
@@ -173,13 +177,15 @@ class VehicleBackend(Backend):
         if self._own_links:
             self.links.stop()
 
-    def _setpoint(self, thrust: float, attitude: np.ndarray) -> AttitudeSetpoint | PositionSetpoint:
+    def _setpoint(
+        self, thrust: float, attitude: np.ndarray, side_force: tuple[float, float]
+    ) -> AttitudeSetpoint | PositionSetpoint:
         """The command as attitude and thrust, or as the acceleration that these make.
 
         The latter stands at the measured position and velocity, so that the autopilot's own loops add nothing to it.
         """
         if self._attitude_setpoints:
-            return AttitudeSetpoint(thrust, attitude)
+            return AttitudeSetpoint(thrust, attitude, side_force)
         measured = self._measured
         if measured is None:
             raise BackendError("position setpoints begin at what was measured", allowed="read() before command()")

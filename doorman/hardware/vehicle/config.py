@@ -16,8 +16,10 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
+from doorman.hardware.pixhawk.tilted_rotors import TiltedRotors
 from doorman.hardware.vehicle import gripper
 from doorman.hardware.vehicle.settings import with_settings
+from doorman.kinematics.rotor_layout import rotor_layout
 from doorman.kinematics.vehicle import Vehicle
 from doorman.model import GRAVITY, Model
 
@@ -133,7 +135,7 @@ def vehicle_config(
             pixhawk, setpoints=setpoints, mocap=mocap is not None, hover_force=vehicle.mass * GRAVITY,
             rates=Rates(setpoint=rate), timeouts=Timeouts(mocap=0.5), on_mocap_loss=on_mocap_loss,
             signing_key=signing_key, write_parameters=write_parameters, min_battery=model.scenario.safety.low_battery,
-            local_frame=LocalFrame((x, y, z), yaw),
+            local_frame=LocalFrame((x, y, z), yaw), rotors=_tilted_rotors(model),
         ),
         servos=ServoConfig(
             servos, lower, upper, rates, ids=tuple(range(1, len(lower) + 1) if servo_ids is None else servo_ids),
@@ -148,6 +150,13 @@ def vehicle_config(
         rate=rate,
     )  # fmt: skip
     return with_settings(config, links or {})
+
+
+def _tilted_rotors(model: Model) -> TiltedRotors | None:
+    """Of a fully actuated vehicle."""
+    if not model.actuation.fully:
+        return None
+    return TiltedRotors.of(rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust))
 
 
 def servo_limits(vehicle: Vehicle) -> tuple[Array, Array, Array]:

@@ -13,8 +13,8 @@ from doorman.exceptions import BackendError
 
 GIVEN = frozenset(
     {
-        "pixhawk.mocap", "pixhawk.listen_only", "pixhawk.on_mocap_loss", "servos.gripper", "servos.lower_limits",
-        "servos.upper_limits", "servos.rate_limits",
+        "pixhawk.mocap", "pixhawk.listen_only", "pixhawk.on_mocap_loss", "pixhawk.rotors", "servos.gripper",
+        "servos.lower_limits", "servos.upper_limits", "servos.rate_limits",
     }
 )  # fmt: skip
 """What follows from the scenario and from the links themselves."""

@@ -43,10 +43,9 @@ class Guard:
         searching = phase.searches(estimate.time)
         near, beside = self._nearness(estimate, searching)
         self._clear_at = self._clear_at if near or beside else estimate.time
-        angle = self._attempt.model.door.in_words(estimate.door_angle, 0)
         if (near and searching) or estimate.time - self._clear_at > _DOUBT:
             what = "the leaf" if near else "a jamb"
-            reason = f"the rotors come too near to {what} at {angle}"
+            reason = f"the rotors come too near to {what} at {self._stands(estimate)}"
             return GiveUp(reason, for_good=False, at_once=not self._attempt.grips)
         if self._attempt.grips:
             return None
@@ -54,8 +53,12 @@ class Guard:
             return GiveUp(f"the planner is silent for {late:.1f} s")
         past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
         if estimate.door_angle < float(self._attempt.model.goal_state[3]) - past:
-            return GiveUp(f"the leaf has gone past the goal, to {angle}")
+            return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None
+
+    def _stands(self, estimate: Estimate) -> str:
+        """Where the door is, in words."""
+        return self._attempt.model.door.in_words(estimate.door_angle, 0)
 
     def _nearness(self, estimate: Estimate, searching: bool) -> tuple[bool, bool]:
         """Whether the rotors come near the leaf, and near a jamb."""

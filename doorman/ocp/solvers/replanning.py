@@ -29,7 +29,8 @@ JUMP = 1.0
 """A sweep that changes an input by more than this, weighted by its cost, says that the previous trajectory is no guess."""
 
 _DEARER = 1.2
-"""So does a trajectory that costs so many times what the previous one did: its last step was not one towards the optimum."""
+"""So does a rollout that costs so many times what the previous one did, and what its iteration expected. Noise alone
+makes a start dearer by as much; the iteration then expects it."""
 
 _LATEST_SHIFT = 2
 """Steps of the previous trajectory in which the present state is looked for."""
@@ -54,8 +55,9 @@ class Replanner(Cddp):
     ) -> tuple[PlanStatus, int]:
         """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
 
-        That is so after a jump of state, goal or parameters, where nothing usable comes of following, and where the trajectory
-        costs a fifth more than the last one. Without a trajectory to follow it is a solve from the input goal.
+        That is so after a jump of state, goal or parameters, where nothing usable comes of following, and where the rollout
+        costs a fifth more than the last one and than the iteration expects, also if it is followed once more. Without a
+        trajectory to follow it is a solve from the input goal.
 
         Args:
             state: First state, shape (nx,).
@@ -83,7 +85,10 @@ class Replanner(Cddp):
         most, extra = (iterations, EXTRA_ITERATIONS) if max_iterations is None else (budget, 0)
         status = self.follow(first, shift, _LATEST_SHIFT, most, time_limit, extra)
         done, left = self.iterations, time_limit - (time.monotonic() - started)
-        wild = self.change > JUMP or self.cost > _DEARER * before or self._is_far_off()
+        if status is not PlanStatus.DIVERGED and self._is_dearer(before) and done < budget and left > 0.0:
+            status = self.follow(first, 0.0, _LATEST_SHIFT, min(iterations, budget - done), left, extra)
+            done, left = done + self.iterations, time_limit - (time.monotonic() - started)
+        wild = self.change > JUMP or self._is_dearer(before) or self._is_far_off()
         if (not status.usable or wild) and done < budget and left > 0.0:
             status, more = self.aim_anew(first, status, budget - done, left)
             done += more
@@ -93,6 +98,10 @@ class Replanner(Cddp):
     def _recovery_iterations(self) -> int:
         """Largest number of iterations of a replan that has to aim anew."""
         return _RECOVERY_ITERATIONS
+
+    def _is_dearer(self, before: float) -> bool:
+        """Whether the rollout costs much more than the iteration expected, and than the trajectory before."""
+        return self.cost > _DEARER * max(before, float(self._work.result[RESULT.EXPECTED]))
 
     def _is_far_off(self) -> bool:
         """Whether the last sweep says that the trajectory is no optimum, where finding one anew takes little."""

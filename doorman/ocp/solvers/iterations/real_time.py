@@ -82,6 +82,7 @@ def follow(
         now = clock()
         before, slowest = now, max(slowest, now - before)
     work.result[RESULT.ITERATIONS] = done
+    work.result[RESULT.EXPECTED] = total_cost(model, work, work.nominal)
     work.result[RESULT.NEAR] = 1.0
     code = int(take_rollout(model, work, guessing))
     work.result[RESULT.NEAR] = 0.0

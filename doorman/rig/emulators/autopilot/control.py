@@ -35,6 +35,8 @@ class Demand:
     quaternion: Array = field(default_factory=lambda: level(0.0))
     thrust: float = 0.0
     """Share of the largest, 0 … 1."""
+    side: tuple[float, float] = (0.0, 0.0)
+    """Thrust along the body's x and y axis, as normalised, −1 … 1."""
     position: Array = field(default_factory=lambda: np.zeros(3))
     velocity: Array = field(default_factory=lambda: np.zeros(3))
     acceleration: Array = field(default_factory=lambda: np.zeros(3))

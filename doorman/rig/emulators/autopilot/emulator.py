@@ -15,6 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
+from doorman.rig.emulators.autopilot.allocation import side_force
 from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.build import Build
 from doorman.rig.emulators.autopilot.clock import Clock
@@ -272,4 +273,6 @@ class EmulatedAutopilot(Uncopied):
         full = self.plant.weight / normalised_thrust(build.hover_thrust, k)
         force, self.telemetry.steered = self._controller.actuate(demand, self.estimate, full)
         self.telemetry.normalised = normalised = min(max(force / full, 0.0), 1.0)
-        self.plant.command(thrust_share(normalised, k) * self.plant.weight / build.hover_thrust, self.telemetry.steered)
+        most = self.plant.weight / build.hover_thrust
+        side = side_force(self.parameters, demand.side, most)
+        self.plant.command(thrust_share(normalised, k) * most, self.telemetry.steered, side)

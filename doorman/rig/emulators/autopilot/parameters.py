@@ -77,6 +77,10 @@ class ParameterStore:
         """In the order of their index."""
         return list(self._values)
 
+    def add(self, name: str, value: float, whole: bool = False) -> None:
+        """Be a firmware with a further parameter."""
+        self._values[name] = (value, _INT32 if whole else _REAL32)
+
     def remove(self, name: str) -> None:
         """Be a firmware without the parameter."""
         del self._values[name]

@@ -42,8 +42,8 @@ class AutopilotPlant(Protocol):
     def weight(self) -> float:
         """Weight [N]."""
 
-    def command(self, thrust: float, quaternion: Array) -> None:
-        """Fly with a thrust along the body's z axis [N] towards an attitude [w, x, y, z], until the next command."""
+    def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Fly with a thrust along the body's z axis, and along x and y [N], towards an attitude [w, x, y, z], until the next."""
 
     def stop_motors(self) -> None:
         """Let the motors stand still, until the next command."""
@@ -78,8 +78,8 @@ class SimplePlant:
         """Weight [N]."""
         return self.mass * GRAVITY
 
-    def command(self, thrust: float, quaternion: Array) -> None:
-        """Fly with a thrust [N] towards an attitude."""
+    def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Fly with a thrust [N] towards an attitude; its rotors are upright, and make no force to the side."""
         self._wanted_force, self._wanted = max(0.0, thrust), quaternion / np.linalg.norm(quaternion)
 
     def stop_motors(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.clock import Clock, CompanionClock
 from doorman.rig.emulators.autopilot.dialects import ACCEPTED, DENIED, UNSUPPORTED
 from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.plant import Array
 from doorman.rig.emulators.autopilot.telemetry import FLIP, FLIP_QUATERNION, Telemetry
 
 _FORCE = 21196.0
@@ -152,7 +154,8 @@ class Protocol:
 
     def _attitude_target(self, message: Any) -> None:
         self._note_setpoint()
-        self._brain.attitude_target(message.type_mask, np.array(message.q) * FLIP_QUATERNION, message.thrust)
+        quaternion, body = np.array(message.q) * FLIP_QUATERNION, thrust_body(message) * FLIP
+        self._brain.attitude_target(message.type_mask, quaternion, message.thrust, body)
 
     def _position_target(self, message: Any) -> None:
         self._note_setpoint()
@@ -186,3 +189,17 @@ class Protocol:
             place = message.latitude, message.longitude, message.altitude
             self._estimator.set_origin(self._clock.uptime, self._brain.armed, place)
             self._telemetry.send(mavlink.MAVLink_gps_global_origin_message(*place))
+
+
+def thrust_body(message: Any) -> Array:
+    """Extension of SET_ATTITUDE_TARGET that the dialect here does not have; zeros where it was not sent, or cut off as such.
+
+    Args:
+        message: As decoded.
+
+    Returns:
+        Normalised, in the body, z down, shape (3,).
+    """
+    frame = bytes(message.get_msgbuf())
+    known, payload = message.unpacker.size, frame[10 : 10 + frame[1]] if frame[0] == 0xFD else b""
+    return np.array(struct.unpack("<3f", payload[known : known + 12].ljust(12, b"\0")))
