@@ -17,6 +17,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from doorman.scenario import Scenario
+from doorman.scenario.sized_keys import SIZED
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "scenario.md"
@@ -38,7 +39,9 @@ def page(text: str) -> str:
     tables = dict(sections(Scenario))
     if missing := sorted(set(tables) - {name for _, name in TABLE.findall(text)}):
         raise SystemExit(f"{PAGE.name}: no table of {', '.join(missing)}")
-    return TABLE.sub(lambda found: found[1] + HEAD + "".join(map("{}\n".format, rows(tables[found[2]]))), text)
+    return TABLE.sub(
+        lambda found: found[1] + HEAD + "".join(map("{}\n".format, rows(found[2], tables[found[2]]))), text
+    )
 
 
 def sections(table: type[BaseModel], prefix: str = "") -> list[tuple[str, type[BaseModel]]]:
@@ -51,8 +54,8 @@ def sections(table: type[BaseModel], prefix: str = "") -> list[tuple[str, type[B
     return found
 
 
-def rows(section: type[BaseModel]) -> list[str]:
-    """A table's row of every key.
+def rows(table: str, section: type[BaseModel]) -> list[str]:
+    """A table's row of every key; † marks a default that grows with the vehicle.
 
     Raises:
         SystemExit: if a key's docstring is missing, or not of the form.
@@ -67,6 +70,7 @@ def rows(section: type[BaseModel]) -> list[str]:
                 f"{section.__name__}.{name}: want `Meaning [unit].`, and `Default: words.` where it is None"
             )
         default = words["default"] if field.default is None else f"`{written(field.default)}`"
+        default += " †" if f"{table}.{name}" in SIZED else ""
         cells = f"`{name}`", linked(default), words["unit"] or "–", linked(small(words["meaning"]))
         made.append(f"| {' | '.join(cells)} |")
     return made

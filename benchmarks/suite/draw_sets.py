@@ -34,6 +34,7 @@ SETS = {
     "misplaced_door": _beside("misplaced_door", 20, "door up to 2 cm, 2° elsewhere"),
     "closers": _beside("closers", 20, "closers up to 2 N m/rad"),
     "narrow_doorways": _beside("narrow_doorways", 20, "doorways of 1.10 to 1.14 m"),
+    "small_doors": _beside("small_doors", 60, "small hexarotor, doors of 0.76 to 0.91 m"),
     "hands": _beside("hands", 10, "a hand holds or shoves"),
 }
 """By name, in the order of the table."""

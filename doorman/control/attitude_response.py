@@ -14,12 +14,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.kinematics.rotations import euler_rates
 
 Array = NDArray[np.float64]
 
-USUAL_LAG = 0.05
-"""Of a vehicle of which nothing is known yet [s]."""
 LONGEST_LAG = 1.0
 """[s]."""
 _WEIGHT = 0.02

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.attitude_response import USUAL_LAG, AttitudeResponse
+from doorman.control.attitude_response import AttitudeResponse
 from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter, HingeEstimate
@@ -17,6 +17,7 @@ from doorman.control.door_observer import DoorObserver
 from doorman.control.present import present, present_attitude
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
+from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.model import GRAVITY, Model
 from doorman.one_line import OneLine
 from doorman.signals import Measurement

@@ -21,6 +21,20 @@ from doorman.signals import Measurement
 Array = NDArray[np.float64]
 
 
+def look_aheads(model: Model) -> tuple[float, float]:
+    """How much ahead of the state acceleration and attitude are taken from the plan: the settings', or by the attitude's lag [s].
+
+    Args:
+        model: Model of the scenario.
+    """
+    settings, loop = model.scenario.control, model.attitude_loop
+    acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead
+    return (
+        loop.acceleration_look_ahead if acceleration is None else acceleration,
+        loop.look_ahead if attitude is None else attitude,
+    )
+
+
 class StateConverter:
     """Both directions between vehicle and planner, by the kinematic constraint.
 
@@ -35,6 +49,7 @@ class StateConverter:
         self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
         self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
+        self._acceleration_ahead, self._attitude_ahead = look_aheads(model)
         rest = np.zeros(3)
         self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
 
@@ -133,9 +148,9 @@ class StateConverter:
         return Setpoint(
             position=motion.position,
             velocity=motion.velocity,
-            acceleration=self._acceleration(plan, time + settings.acceleration_look_ahead),
-            yaw=self.heading(plan, time + settings.attitude_look_ahead),
-            force=self._force(plan, time + settings.attitude_look_ahead),
+            acceleration=self._acceleration(plan, time + self._acceleration_ahead),
+            yaw=self.heading(plan, time + self._attitude_ahead),
+            force=self._force(plan, time + self._attitude_ahead),
             normal=self.model.door.normal(self._at(plan, time)[0][3]),
             arm_rates=np.minimum(np.maximum(arm_rates, -self._rate_limits), self._rate_limits),
         )
@@ -150,7 +165,7 @@ class StateConverter:
 
     def turning(self, plan: Plan, time: float) -> float:
         """ψ̇ that leads to the heading `control.attitude_look_ahead` after a time of the plan [rad/s]."""
-        ahead = self.model.scenario.control.attitude_look_ahead
+        ahead = self._attitude_ahead
         return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
 
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:

@@ -15,29 +15,22 @@ class ControlSection(Section):
 
     position_look_ahead: NonNegative = 0.04
     """The setpoints of position and velocity are the plan this long after the measured state [s]."""
-    acceleration_look_ahead: NonNegative = 0.12
-    """Look-ahead of the acceleration fed forward [s]."""
-    attitude_look_ahead: NonNegative = 0.2
-    """Look-ahead of yaw and of the force fed forward, which act through the attitude loop [s]."""
+    acceleration_look_ahead: NonNegative | None = None
+    """Look-ahead of the acceleration fed forward [s]. Default: 1.2 times `vehicle.attitude_lag`."""
+    attitude_look_ahead: NonNegative | None = None
+    """Look-ahead of yaw and of the force fed forward, which act through the attitude loop [s]. Default: twice
+    `vehicle.attitude_lag`."""
     arm_look_ahead: Positive = 0.1
     """Joint rates are those that reach the plan's posture this long after the measured state [s]."""
     engage_pitch: Positive = 0.1
     """Largest difference of the commanded and the measured pitch at the start [rad]."""
     engage_rate: NonNegative = 0.2
-    """Growth of that difference per second flown [rad/s]."""
-    attitude_gain: Positive = 10.0
-    """κ_a of the vehicle's attitude loop: rate of roll and pitch by their error. Plans of the whole body follow a
-    command with this lag [1/s]."""
-    attitude_rate_gain: Positive = 28.0
-    """κ_r of its rate loop with the rotors' lag: angular acceleration by the rate's error [1/s]."""
+    """Growth of that difference per second flown. With an arm that has mass, both are cut to what the rotors can answer
+    [rad/s]."""
     yaw_gain: Positive = 4.0
-    """Rate of the heading by its error in that loop [1/s]."""
+    """Rate of the heading by its error in the vehicle's attitude loop [1/s]."""
     yaw_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.65
-    """Share of the rotors' torque about the vertical, around half thrust, that these plans count on."""
-    attitude_stiffness: Positive = 700.0
-    """Angular acceleration with which the vehicle's attitude loop answers an error, per radian: its attitude and rate
-    gains multiplied. With an arm that has mass, `engage_pitch` and `engage_rate` are cut to what the rotors can answer
-    [1/s²]."""
+    """Share of the rotors' torque about the vertical, around half thrust, that plans of the whole body count on."""
     position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
     """k_p along x, y, z [1/s²]."""
     velocity_gain: tuple[Positive, Positive, Positive] = (3.5, 3.5, 4.5)

@@ -25,8 +25,9 @@ class VehicleSection(Section):
     """R_A, radius of the disc that holds the rotors [m]. Default: from the URDF's shapes or rotors."""
     max_thrust: Positive | None = None
     """Largest thrust of all rotors together [N]. Default: from the URDF."""
-    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.05
-    """Lag of the autopilot's attitude loop behind its setpoints; the flight's own estimate starts from it [s]."""
+    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.1
+    """Lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads, the simulated loop
+    and the check use it; the flight's own estimate starts from it [s]."""
 
 
 _NAMES = {"joint": "hinge", "link": "leaf"}

@@ -93,7 +93,7 @@ def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float
         raise build_fault(model, error) from error
     plant = _addresses(mujoco, compiled, model, layout.count)
     tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
-    calibrate(compiled, tip, leaf, model.scenario.simulation)
+    calibrate(compiled, tip, leaf, model)
     _place(mujoco, plant, model)
     _spin_up(plant, model, layout)
     mujoco.mj_forward(compiled, plant.data)

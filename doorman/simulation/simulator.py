@@ -291,6 +291,7 @@ def _engine_memory(mujoco: Any, plant: Plant) -> Engine:
 def _onboard_parameters(
     model: Model, plant: Plant, layout: RotorLayout, time_step: float, gains: AttitudeGains | None
 ) -> OnboardParameters:
+    gains = gains or AttitudeGains.of(model.attitude_loop, model.scenario.simulation.motor_time_constant)
     attitude = AttitudeParameters.of(model.vehicle_inertia, layout.torque_authority, time_step, gains)
     attitude.memory[0] = np.linalg.solve(attitude.inertia, hover_wrench(model)[1:])  # trimmed: a hover is at rest
     return OnboardParameters(

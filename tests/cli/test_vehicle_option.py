@@ -13,7 +13,7 @@ from doorman.scenario import Scenario
 
 COMMANDS = [
     ["check", "paper"], ["open", "paper"], ["warmup", "paper"], ["rig", "paper"], ["fly", "paper"], ["parameters", "px4"],
-    ["doctor"], ["ros2"],
+    ["doctor"], ["ros2"], ["campaign", "push_campaign"],
 ]  # fmt: skip
 
 
@@ -26,7 +26,9 @@ def test_a_wrong_key_is_an_error_of_every_command(command, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize(
-    "command", [["check", "paper"], ["open", "paper"], ["parameters", "px4"], ["rig", "paper"]], ids=" ".join
+    "command",
+    [["check", "paper"], ["open", "paper"], ["parameters", "px4"], ["rig", "paper"], ["campaign", "push_campaign"]],
+    ids=" ".join,
 )
 def test_a_link_that_cannot_be_is_an_error_before_anything_flies(command, tmp_path):
     path = tmp_path / "my.toml"

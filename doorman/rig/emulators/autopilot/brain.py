@@ -30,10 +30,8 @@ _OFF_GROUND = 0.03
 """A position setpoint that much above is a take-off [m]."""
 _TAKEN_OFF, _STILL = 0.05, 0.25
 """A take-off is over within this distance [m], below this speed [m/s]."""
-_RATES, _UNUSED = 7, 0x40 | 0x80
-"""Bits of SET_ATTITUDE_TARGET: body rates are ignored; thrust or attitude are."""
-_THRUST_BODY = 0x20
-"""Bit of SET_ATTITUDE_TARGET: its thrust is that along the body's axes."""
+_RATES, _UNUSED, _THRUST_BODY = 7, 0x40 | 0x80, 0x20
+"""Bits of SET_ATTITUDE_TARGET: body rates are ignored; thrust or attitude are; thrust is a vector in the body."""
 _UNIT_TOLERANCE = 1e-3
 _THRUST_AS_THRUST = 8
 """Of GUID_OPTIONS: without it thrust is a climb rate, by which nobody flies here."""
@@ -152,25 +150,18 @@ class Brain:
 
     # ------------------------------------------------------------ setpoints, in the world frame
 
-    def attitude_target(self, mask: int, quaternion: Array, thrust: float, thrust_body: Array | None = None) -> None:
-        """SET_ATTITUDE_TARGET with a thrust, 0 … 1; or, for PX4, with a thrust along the body's axes, z up, shape (3,)."""
-        side = 0.0, 0.0
-        if mask & _THRUST_BODY and thrust_body is not None and self.dialect.heeds_stream:
-            x, y, thrust = thrust_body.tolist()
-            side = x, y
+    def attitude_target(self, mask: int, quaternion: Array, thrust: float, body: Array) -> None:
+        """SET_ATTITUDE_TARGET with a thrust, 0 … 1, or as PX4 takes it, with one in the body, z up."""
         unit = abs(float(np.linalg.norm(quaternion)) - 1.0) <= _UNIT_TOLERANCE
-        if (
-            mask & (_RATES | _UNUSED) != _RATES
-            or not unit
-            or not self._takes_thrust
-            or not np.isfinite([thrust, *side]).all()
-        ):
+        finite = np.isfinite([thrust, *body]).all()
+        if mask & (_RATES | _UNUSED) != _RATES or not unit or not finite or not self._takes_thrust:
             self._aim(None)
             return
+        x, y, thrust = body.tolist() if mask & _THRUST_BODY and self.dialect.takes_body_thrust else (0.0, 0.0, thrust)
         thrust = min(max(thrust, 0.0), 1.0)
         if "ATC_ANGLE_BOOST" in self.parameters and self.parameters["ATC_ANGLE_BOOST"]:
             thrust = min(1.0, thrust / min(max(float(thrust_axis(quaternion)[2]), 0.1), 1.0))
-        self._aim(Demand(Task.ATTITUDE, quaternion=quaternion, thrust=thrust, side=side))
+        self._aim(Demand(Task.ATTITUDE, quaternion=quaternion, thrust=thrust, side=(x, y)))
 
     def position_target(
         self, mask: int, frame: int, position: Array, velocity: Array, acceleration: Array, yaw: float

@@ -44,6 +44,8 @@ class Dialect:
     heeds_stream: bool
     """Whether setpoints count in every mode, must come before `companion`, and go on to stay in it; else one is enough, in
     `companion`, and a bad one stops the vehicle."""
+    takes_body_thrust: bool
+    """Whether a setpoint's thrust may be a vector in the body."""
     lifts_off_by_command: bool
     """Whether NAV_TAKEOFF must lift it off, rather than a setpoint above it."""
     refusal: int
@@ -88,6 +90,7 @@ PX4 = Dialect(
     placed=frozenset({"loiter", "return"}),
     positioned=frozenset({"position", "loiter", "return"}),
     heeds_stream=True,
+    takes_body_thrust=True,
     lifts_off_by_command=False,
     refusal=TEMPORARILY_REJECTED,
     bytewise=True,
@@ -114,6 +117,7 @@ ARDUPILOT = Dialect(
     placed=frozenset({"companion", "loiter", "return"}),
     positioned=frozenset({"companion", "loiter", "return"}),
     heeds_stream=False,
+    takes_body_thrust=False,
     lifts_off_by_command=True,
     refusal=FAILED,
     bytewise=False,
