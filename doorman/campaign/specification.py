@@ -67,7 +67,7 @@ class Campaign:
         campaign = self.scenario.campaign
         if not campaign.vary:
             raise ScenarioError(
-                "nothing varies", file=self.scenario.source, field="campaign.vary", allowed="a table of distributions"
+                "no key varies", file=self.scenario.source, field="campaign.vary", allowed="a table of distributions"
             )
         for key, distribution in campaign.vary.items():
             for value in _ends(distribution):

@@ -21,9 +21,9 @@ from doorman.recording import Recording, Topic
 
 _NEEDED = (
     "cold", "cut_short", "hinge", "margin",
-    "state", "states", "inputs", "cost", "iterations", "status",
+    "state", "states", "input", "cost", "iterations", "status",
 )  # fmt: skip
-_NUMBERS = ("states", "inputs", "cost", "iterations")
+_NUMBERS = ("states", "input", "cost", "iterations")
 _SHOWN = 10
 """Differing plans that are listed on the terminal."""
 
@@ -113,7 +113,7 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
     missing = [name for name in _NEEDED if name not in recorded]
     if missing:
         raise RecordingError(
-            "the recorded plans do not say all that they were made from", field="plan", given="no " + ", ".join(missing),
+            "the recording lacks what its plans were made from", field="plan", given="no " + ", ".join(missing),
             allowed="a recording of this version of doorman",
         )  # fmt: skip
     differences, comparable, left_out = [], True, 0
@@ -165,9 +165,12 @@ def _starts(recording: Recording, model: Model) -> Iterator[tuple[NDArray[Any], 
 
 
 def _differences(recorded: Topic, k: int, plan: Plan, planner: Planner) -> dict[str, float]:
-    """Largest difference of every field that is not the same to the bit; states are recorded with 32 bits."""
+    """Largest difference of every field that is not the same to the bit.
+
+    Recorded are the states with 32 bits, the first of the inputs, and the cost of them all.
+    """
     states, inputs = planner.planning.reduced(plan.states, plan.inputs)
-    new = {"states": states.astype(np.float32), "inputs": inputs, "cost": plan.cost, "iterations": plan.iterations}
+    new = {"states": states.astype(np.float32), "input": inputs[0], "cost": plan.cost, "iterations": plan.iterations}
     fields = {name: _difference(recorded[name][k], new[name]) for name in _NUMBERS}
     found = {name: amount for name, amount in fields.items() if amount is not None}
     return found if recorded["status"][k] == plan.status.value else {**found, "status": 1.0}
@@ -188,7 +191,7 @@ def _sentence(found: Replay) -> str:
     if found.not_compared:
         cold = f"{cold}, {found.not_compared} not compared, since the clock cut them or one before them short"
     if found.identical:
-        return f"{cold}: every bit of states, inputs, cost and status agrees."
+        return f"{cold}: every bit of states, first input, cost and status agrees."
     return f"{cold}: {len(found.differences)} differ."
 
 

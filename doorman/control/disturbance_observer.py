@@ -65,7 +65,7 @@ class DisturbanceObserver:
         Returns:
             δ̂, shape (3,), world frame [N].
         """
-        observe_disturbance(self.memory, position, force, time_step)
+        observe_disturbance(self.memory, np.array(position), np.array(force), time_step)
         return self.estimate.copy()
 
     def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:
@@ -77,7 +77,7 @@ class DisturbanceObserver:
             velocity: ṗ, shape (3,) [m/s].
         """
         (x, y, up), (to_x, to_y, to_up) = direction.tolist(), disturbance.tolist()
-        align_disturbance(self.memory, x, y, up, to_x, to_y, to_up, velocity)
+        align_disturbance(self.memory, x, y, up, to_x, to_y, to_up, np.array(velocity))
 
     def resume(self, position: Array, velocity: Array, disturbance: Array) -> None:
         """Begin anew with a known disturbance.

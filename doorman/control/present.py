@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.kinematics.rotations import euler_rates
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def present_attitude(measured: Measurement) -> Array:
     age = measured.time - measured.pose_time
     if age <= 0.0:
         return measured.attitude
-    return np.asarray(measured.attitude + age * (euler_rate_matrix(measured.attitude) @ measured.body_rates))
+    return np.asarray(measured.attitude + age * np.array(euler_rates(measured.attitude, measured.body_rates)))
 
 
 def present(measured: Measurement, velocity: Array) -> Measurement:

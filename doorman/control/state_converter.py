@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.control.kernels.leaf import leaf_numbers
+from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
+from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -41,6 +46,8 @@ class StateConverter:
         self.model = model
         self._planning = planning_model(model)
         self._coupling = model.coupling
+        self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
+        self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
         self._acceleration_ahead, self._attitude_ahead = look_aheads(model)
         rest = np.zeros(3)
@@ -80,11 +87,16 @@ class StateConverter:
 
         Returns:
             α [rad] and α̇ [rad/s].
+
+        Raises:
+            DimensionError: if something is not finite.
         """
-        return self._coupling.door_state(
-            measurement.position, velocity, measurement.attitude,
-            measurement.body_rates, measurement.arm_angles, measurement.arm_rates,
-        )  # fmt: skip
+        seen = measurement.attitude, measurement.body_rates, measurement.arm_angles, measurement.arm_rates
+        np.concatenate((measurement.position, velocity, *seen), out=self._given)
+        angle, rate = tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
+        if not math.isfinite(angle + rate):
+            return self._coupling.door_state(measurement.position, velocity, *seen)  # says what is not finite
+        return angle, rate
 
     def tip_offset(self, position: Array, state: Array) -> tuple[float, float]:
         """Where the tip is on the leaf, relative to the contact point.

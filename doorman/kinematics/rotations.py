@@ -7,12 +7,13 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import components, vector
 from doorman.exceptions import SingularityError
 
 Array = NDArray[np.float64]
 
-_SMALLEST_COSINE = 1e-6
+SMALLEST_COSINE = 1e-6
+"""Of the pitch, below which Euler angles count as singular."""
 
 
 def rotation_body_to_world(attitude: ArrayLike) -> Array:
@@ -27,7 +28,7 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
     Raises:
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, yaw = vector(attitude, 3, "attitude").tolist()
+    roll, pitch, yaw = components(attitude, 3, "attitude")
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
     return np.array(
@@ -37,6 +38,26 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
             -sp, cp * sr, cp * cr,
         )
     ).reshape(3, 3)  # fmt: skip
+
+
+def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
+    """Unit quaternion [w, x, y, z] of Euler angles, body to world.
+
+    Args:
+        attitude: Φ = [φ, θ, ψ], shape (3,) [rad].
+
+    Raises:
+        DimensionError: if the attitude is not three finite numbers.
+    """
+    roll, pitch, yaw = vector(attitude, 3, "attitude").tolist()
+    cr, sr, cp, sp = math.cos(0.5 * roll), math.sin(0.5 * roll), math.cos(0.5 * pitch), math.sin(0.5 * pitch)
+    cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+    return (
+        cy * cp * cr + sy * sp * sr,
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+    )
 
 
 def attitude_from_rotation(rotation: ArrayLike) -> Array:
@@ -52,7 +73,7 @@ def attitude_from_rotation(rotation: ArrayLike) -> Array:
         SingularityError: if θ = ±π/2, where φ and ψ are not defined.
     """
     matrix = np.asarray(rotation, dtype=np.float64)
-    if math.hypot(matrix[0, 0], matrix[1, 0]) < _SMALLEST_COSINE:
+    if math.hypot(matrix[0, 0], matrix[1, 0]) < SMALLEST_COSINE:
         raise SingularityError("Euler angles are singular", field="pitch", given=90.0, allowed="|pitch| < 90°")
     pitch = math.asin(max(-1.0, min(1.0, -matrix[2, 0])))
     return np.array([math.atan2(matrix[2, 1], matrix[2, 2]), pitch, math.atan2(matrix[1, 0], matrix[0, 0])])
@@ -126,14 +147,34 @@ def euler_rate_matrix(attitude: ArrayLike) -> Array:
         SingularityError: if θ = ±π/2.
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, _ = vector(attitude, 3, "attitude").tolist()
-    cp = math.cos(pitch)
-    if abs(cp) < _SMALLEST_COSINE:
-        raise SingularityError(
-            "Euler rates are singular", field="attitude[1]", given=float(pitch), allowed="|pitch| < π/2"
-        )
-    cr, sr, tp = math.cos(roll), math.sin(roll), math.tan(pitch)
+    cr, sr, cp, tp = _regular(attitude)
     return np.array((1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp)).reshape(3, 3)
+
+
+def euler_rates(attitude: ArrayLike, body_rates: Array) -> tuple[float, float, float]:
+    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega` of one attitude: three numbers [rad/s].
+
+    Args:
+        attitude: Φ, shape (3,) [rad].
+        body_rates: Ω, shape (3,), body frame [rad/s].
+
+    Raises:
+        SingularityError: if θ = ±π/2.
+        DimensionError: if the attitude is not three finite numbers.
+    """
+    cr, sr, cp, tp = _regular(attitude)
+    x, y, z = body_rates.tolist()
+    turning = sr * y + cr * z
+    return x + tp * turning, cr * y - sr * z, turning / cp
+
+
+def _regular(attitude: ArrayLike) -> tuple[float, float, float, float]:
+    """Cosine and sine of roll, cosine and tangent of a pitch that is not ±π/2."""
+    roll, pitch, _ = components(attitude, 3, "attitude")
+    cp = math.cos(pitch)
+    if abs(cp) < SMALLEST_COSINE:
+        raise SingularityError("Euler rates are singular", field="attitude[1]", given=pitch, allowed="|pitch| < π/2")
+    return math.cos(roll), math.sin(roll), cp, math.tan(pitch)
 
 
 def body_rate_matrix(attitude: ArrayLike) -> Array:

@@ -223,7 +223,7 @@ class PlanSchedule:
                 "margin": order.margin,
                 "state": states[0],
                 "states": states.astype(np.float32),
-                "inputs": inputs,
+                "input": inputs[0],
                 "cost": plan.cost,
                 "max_violation": plan.max_violation,
                 "violated": plan.violated,

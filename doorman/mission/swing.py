@@ -105,4 +105,4 @@ class Swing(DoorOpening):
         in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
-        return self._does_not_move(estimate, max(0.0, -estimate.door_disturbance))
+        return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.push))

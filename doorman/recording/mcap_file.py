@@ -173,5 +173,8 @@ def _bytes_of(records: Iterable[McapRecord]) -> bytes:
 
 def _message_index(channel: int, framed: Framed, place: int) -> bytes:
     """Times and places of a topic's messages in a chunk, where the first of them begins at `place`."""
-    entries = np.column_stack([framed.times, framed.places + np.uint64(place)]).astype("<u8").tobytes()
-    return _INDEX.pack(Opcode.MESSAGE_INDEX, _INDEX.size - 9 + len(entries), channel, len(entries)) + entries
+    entries = np.empty((len(framed.times), 2), dtype="<u8")
+    entries[:, 0], entries[:, 1] = framed.times, framed.places
+    entries[:, 1] += np.uint64(place)
+    head = _INDEX.pack(Opcode.MESSAGE_INDEX, _INDEX.size - 9 + entries.nbytes, channel, entries.nbytes)
+    return head + entries.tobytes()

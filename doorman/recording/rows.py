@@ -57,8 +57,14 @@ class _Group:
         self.exact = _EXACT.get(self.kind)
         single = [field for field in fields if not field.shape]
         self.single = [(field.name, converter(field)) for field in single if field.name != TIME]
-        self.arrays = [(field.name, field.shape, converter(field)) for field in fields if field.shape]
-        self.pack: Callable[..., bytes] = struct.Struct(f"<{len(single)}{_CODES.get(self.kind, 'f')}").pack
+        self.arrays = [
+            (field.name, field.shape, converter(field), self._packer(field.entries)) for field in fields if field.shape
+        ]
+        self.pack = self._packer(len(single))
+
+    def _packer(self, count: int) -> Callable[..., bytes]:
+        """What packs so many values of the kind, of the exact type that `struct` takes as it is."""
+        return struct.Struct(f"<{count}{_CODES.get(self.kind, 'f')}").pack
 
 
 class Rows:
@@ -111,11 +117,14 @@ class Rows:
                     single.append(value if value.__class__ is exact else convert(value))
                 parts.append(group.pack(*single))
                 single = []
-                for name, shape, convert in group.arrays:
+                for name, shape, convert, several in group.arrays:
                     value = message[name]
-                    if value.__class__ is not np.ndarray or value.dtype is not dtype or value.shape != shape:
-                        value = convert(value)
-                    parts.append(value.tobytes())
+                    if value.__class__ is np.ndarray and value.dtype is dtype and value.shape == shape:
+                        parts.append(value.tobytes())
+                    elif value.__class__ is list and set(map(type, value)) == {exact} and shape == (len(value),):
+                        parts.append(several(*value))
+                    else:
+                        parts.append(convert(value).tobytes())
             if self._texts:
                 texts: list[str] = []
                 for name, shape, convert in self._texts:

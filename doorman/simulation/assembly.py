@@ -81,6 +81,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     _add_rotors(spec, mujoco, base, layout, model.scenario.simulation.motor_time_constant)
     add_servos(spec, mujoco, model.vehicle, VEHICLE)
     add_contact(spec, mujoco, model, tip, leaf)
+    _count_contacts(spec, mujoco, tip, leaf)
     return spec
 
 
@@ -94,6 +95,16 @@ def _set_options(spec: Any, mujoco: Any, time_step: float) -> None:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = FRICTION_IMPEDANCE_RATIO
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverging state must stay to be seen
+
+
+def _count_contacts(spec: Any, mujoco: Any, tip: Any, leaf: Any) -> None:
+    """The only sensors: numbers of all contacts, and of those of tip and leaf."""
+    kind, body = mujoco.mjtSensor.mjSENS_CONTACT, mujoco.mjtObj.mjOBJ_BODY
+    number = [1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1]
+    spec.add_sensor(name="contacts", type=kind, intprm=number)
+    spec.add_sensor(
+        name="tip on leaf", type=kind, objtype=body, objname=tip.name, reftype=body, refname=leaf.name, intprm=number
+    )
 
 
 def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> Any:
@@ -159,7 +170,7 @@ def _check_first_contact(model: Model) -> None:
     along, up = float(door.leaf_direction(angle) @ away), float(door.up @ away)
     if not (0 <= along <= door.width and 0 <= up <= door.height):
         raise ScenarioError(
-            "the tip begins beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
+            "the tip would start beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
             given=f"contact {along:.3f} m from the hinge, {up:.3f} m high",
             allowed=f"up to {door.width:g} m and {door.height:g} m, or mission.start = \"hover\"",
         )  # fmt: skip

@@ -141,13 +141,20 @@ class SimulatedBackend(Backend):
         wind, door = simulation.gust, self.model.true_door
         if not wind.blows and simulation.hand.door_angle is None:
             return given
-        gust, hand = Gust(wind, door, self.seed), Hand(simulation.hand)
+        gust = Gust(wind, door, self.seed) if wind.blows else None
+        hand = None if simulation.hand.door_angle is None else Hand(simulation.hand)
 
         def disturbance(time: float) -> Disturbance:
             plant = self._opened().plant
             angle = plant.door_angle
-            acting = together(gust.at(time, angle), hand.at(time, angle, plant.door_rate))
-            return acting if given is None else together(acting, given(time))
+            acting = None if gust is None else gust.at(time, angle)
+            for more in (
+                None if hand is None else hand.at(time, angle, plant.door_rate),
+                None if given is None else given(time),
+            ):
+                if more is not None:
+                    acting = more if acting is None else together(acting, more)
+            return acting or Disturbance()
 
         return disturbance
 

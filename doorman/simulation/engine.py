@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ctypes
 import importlib
+import sys
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, how_to_install
 
@@ -21,6 +26,31 @@ def engine() -> Any:
     if mujoco.get_mju_user_warning() is None:
         mujoco.set_mju_user_warning(_ignore)
     return mujoco
+
+
+def addresses(mujoco: Any, engine_model: Any, data: Any) -> NDArray[np.int64]:
+    """Where the binding's own `mj_step` and what it works on are: compiled code steps without Python.
+
+    Args:
+        mujoco: The engine.
+        engine_model: MjModel.
+        data: MjData.
+
+    Returns:
+        Addresses of `mj_step`, of the model and of the data, shape (3,).
+
+    Raises:
+        BackendError: if this MuJoCo does not say where they are.
+    """
+    try:
+        library = ctypes.CDLL(sys.modules[mujoco.mj_step.__module__].__file__)  # finds what the binding is linked with
+        step = ctypes.cast(library.mj_step, ctypes.c_void_p).value
+        return np.array([step, engine_model._address, data._address], dtype=np.int64)
+    except (AttributeError, KeyError, OSError) as error:
+        raise BackendError(
+            f"MuJoCo cannot be stepped from compiled code: {error}", field="mujoco", given=mujoco.__version__,
+            allowed="a version that doorman's extra `sim` installs",
+        ) from error  # fmt: skip
 
 
 def check_stability(mujoco: Any, data: Any) -> None:

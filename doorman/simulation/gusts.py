@@ -19,6 +19,7 @@ A draught blows through the doorway along the closed leaf's normal. At the openi
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -31,6 +32,8 @@ _GUSTS = 2
 """Of the random numbers of one seed, the stream that makes gusts."""
 _JUMPS = 5
 """The stream that makes its jumps."""
+_BLOCK = 256
+"""Pairs of random numbers that are drawn at once."""
 
 
 class Gust:
@@ -46,8 +49,9 @@ class Gust:
         self._section = section
         self._door, self._lever = door, door.lever_length(door.width / 2)
         self._generator = np.random.default_rng([seed, _GUSTS])
-        self._variation = self._generator.standard_normal(2)
-        self._time = 0.0
+        self._drawn: Iterator[list[float]] = iter(())
+        self._variation = self._draw()
+        self._time, self._elapsed, self._kept, self._fresh = 0.0, 0.0, 1.0, 0.0
         self._jumps = Jumps(section.jump_rate, (seed, _JUMPS))
         self._jumped, self._strength = 0.0, 1.0
         self._through = door.normal(0.5 * math.pi)
@@ -65,15 +69,14 @@ class Gust:
         wind = self._section
         self._vary(time)
         self._jump(time)
-        vehicle, leaf = (1.0 + wind.variation * self._variation) * (
-            self._strength * wind.vehicle,
-            self._strength * wind.leaf,
-        )
+        of_vehicle, of_leaf = self._variation
+        vehicle = (1.0 + wind.variation * of_vehicle) * (self._strength * wind.vehicle)
+        leaf = (1.0 + wind.variation * of_leaf) * (self._strength * wind.leaf)
         towards = wind.direction + wind.turn_rate * time + self._jumped
-        way = np.array([math.cos(towards), math.sin(towards), 0.0])
+        x, y = math.cos(towards), math.sin(towards)
+        across, along, _ = self._door.normal(door_angle).tolist()
         blown = Disturbance(
-            force=(vehicle * float(way[0]), vehicle * float(way[1]), 0.0),
-            hinge_torque=-self._lever * leaf * float(self._door.normal(door_angle) @ way),
+            force=(vehicle * x, vehicle * y, 0.0), hinge_torque=-self._lever * leaf * (across * x + along * y)
         )
         return together(blown, self._draught(door_angle)) if wind.draughty else blown
 
@@ -93,11 +96,21 @@ class Gust:
 
     def _vary(self, time: float) -> None:
         """Advance ξ by the exact solution over the time that has passed."""
-        kept = math.exp(-(time - self._time) / self._section.correlation_time)
-        self._time = time
-        if kept < 1.0:
-            fresh = math.sqrt(1.0 - kept * kept)
-            self._variation = kept * self._variation + fresh * self._generator.standard_normal(2)
+        elapsed, self._time = time - self._time, time
+        if elapsed != self._elapsed:
+            kept = math.exp(-elapsed / self._section.correlation_time)
+            self._elapsed, self._kept, self._fresh = elapsed, kept, math.sqrt(1.0 - kept * kept)
+        if self._kept < 1.0:
+            kept, fresh, (vehicle, leaf), (a, b) = self._kept, self._fresh, self._variation, self._draw()
+            self._variation = [kept * vehicle + fresh * a, kept * leaf + fresh * b]
+
+    def _draw(self) -> list[float]:
+        """Two standard normal numbers: the next of the generator's, which are drawn in blocks."""
+        pair = next(self._drawn, None)
+        if pair is None:
+            self._drawn = iter(self._generator.standard_normal((_BLOCK, 2)).tolist())
+            pair = next(self._drawn)
+        return pair
 
 
 def together(one: Disturbance, other: Disturbance) -> Disturbance:

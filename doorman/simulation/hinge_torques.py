@@ -2,52 +2,54 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from doorman.exceptions import ScenarioError
 from doorman.model import GRAVITY, Model
 from doorman.simulation.plant import Plant
 from doorman.simulation.reality.door_catches import DoorCatches, has_catches
 
-_STANDS = 2e-4
-"""A slower hinge sticks [rad/s]."""
-
 
 class HingeTorques:
-    """Applied before every physics step.
+    """Torque, friction and stiction of the hinge's joint, as the stepping kernel reads them.
 
     Args:
         model: The model.
         plant: Its plant.
+
+    Attributes:
+        numbers: The three of them, shape (3,), in the joint's units.
     """
 
     def __init__(self, model: Model, plant: Plant) -> None:
         told, true = model.true_door, model.scenario.simulation
         preload = told.section.preload if true.door_preload is None else true.door_preload
-        self._stiction = told.section.stiction if true.door_stiction is None else true.door_stiction
+        stiction = told.section.stiction if true.door_stiction is None else true.door_stiction
         self._preload = -told.joint_torque(told.torque_of_closer(told.per_angle * preload))
         self._frictions, self._index = plant.engine_model.dof_frictionloss, plant.hinge_velocity
         self._friction = float(self._frictions[self._index])
-        self._applied, self._rates = plant.data.qfrc_applied, plant.data.qvel
         self._plant, self._told = plant, told
         self._catches = self._plant_catches(model, plant) if has_catches(true) else None
-        self.other = 0.0
-        """Of whatever else moves the leaf, in the sense of the URDF's joint [N m or N]."""
+        self.numbers = np.array([self._preload, self._friction, stiction])
 
-    def act(self) -> None:
-        """Set this step's torque and friction."""
-        self._applied[self._index] = self._preload + self.other
-        if self._stiction > 0.0:
-            stands = abs(self._rates[self._index]) < _STANDS
-            self._frictions[self._index] = self._friction + (self._stiction if stands else 0.0)
-        if self._catches is not None:
-            self._catch(self._catches)
+    @property
+    def vary(self) -> bool:
+        """Whether something holds the leaf that depends on where it is."""
+        return self._catches is not None
 
-    def _catch(self, catches: DoorCatches) -> None:
-        """Add what else holds the leaf."""
+    def act(self, other: float = 0.0) -> None:
+        """Set this step's numbers.
+
+        Args:
+            other: Torque of whatever else moves the leaf, in the sense of the URDF's joint [N m or N].
+        """
+        self.numbers[0] = self._preload + other
+        if self._catches is None:
+            return
         angle = self._plant.door_angle
-        if self._stiction == 0.0:
-            self._frictions[self._index] = self._friction
-        self._frictions[self._index] += catches.friction(angle)
-        self._applied[self._index] += self._told.joint_torque(catches.torque(angle))
+        self.numbers[1] = friction = self._friction + self._catches.friction(angle)
+        self.numbers[0] += self._told.joint_torque(self._catches.torque(angle))
+        self._frictions[self._index] = friction  # the kernel adds stiction, where there is some
 
     def _plant_catches(self, model: Model, plant: Plant) -> DoorCatches:
         """Seal, latch, lean and play; where there is play, the joint's own friction acts through it."""

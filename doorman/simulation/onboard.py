@@ -39,6 +39,18 @@ def quaternion_product(a: Array, b: Array, out: Array) -> None:
 
 
 @kernel
+def rotate(q: Array, v: Array, out: Array) -> None:
+    """Rotate `v` (3,) by the unit quaternion `q` (4,) into `out` (3,)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    a = 2.0 * (y * v[2] - z * v[1])
+    b = 2.0 * (z * v[0] - x * v[2])
+    c = 2.0 * (x * v[1] - y * v[0])
+    out[0] = v[0] + w * a + y * c - z * b
+    out[1] = v[1] + w * b + z * a - x * c
+    out[2] = v[2] + w * c + x * b - y * a
+
+
+@kernel
 def rotate_back(q: Array, v: Array, out: Array) -> None:
     """Rotate `v` (3,) by the inverse of the unit quaternion `q` (4,) into `out` (3,)."""
     w, x, y, z = q[0], -q[1], -q[2], -q[3]

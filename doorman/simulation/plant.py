@@ -49,6 +49,10 @@ class Plant:
     """Geometry indices of the tip."""
     leaf_shapes: frozenset[int]
     """Geometry indices of the leaf."""
+    leaf_body: int
+    """Index of the leaf."""
+    normal_in_leaf: Array
+    """n_D in the leaf's body, shape (3,)."""
     n_rotors: int
     """Number of rotors; their controls come first."""
 
@@ -61,12 +65,6 @@ class Plant:
     def door_rate(self) -> float:
         """α̇ now [rad/s]."""
         return self.hinge.joint_rate(float(self.data.qvel[self.hinge_velocity]))
-
-    @property
-    def rotor_thrusts(self) -> Array:
-        """Thrusts that the rotors make now, shape (m,) [N]."""
-        told = self.data.act if self.engine_model.na else self.data.ctrl[: self.n_rotors]
-        return np.array(told * self.engine_model.actuator_gear[: self.n_rotors, 2])
 
     def shape_name(self, index: int) -> str:
         """Name of a collision shape, without the part's prefix."""
@@ -127,8 +125,16 @@ def _addresses(mujoco: Any, compiled: Any, model: Model, n_rotors: int) -> Plant
         hinge=model.true_door,
         tip_shapes=shapes["tip"],
         leaf_shapes=shapes["contact"],
+        leaf_body=bodies["contact"],
+        normal_in_leaf=_normal_in_leaf(data, bodies["contact"], int(hinge.qposadr[0]), model.true_door),
         n_rotors=n_rotors,
     )
+
+
+def _normal_in_leaf(data: Any, leaf: int, hinge_position: int, door: Door) -> Array:
+    """n_D as the leaf's body has it, shape (3,)."""
+    normal = door.normal(door.angle_of_joint(float(data.qpos[hinge_position])))
+    return np.array(data.xmat[leaf].reshape(3, 3).T @ normal)
 
 
 def _place(mujoco: Any, plant: Plant, model: Model) -> None:
@@ -163,14 +169,14 @@ def _first_angle(model: Model) -> float:
         return angle
     if scenario.mission.start == "contact":
         raise ScenarioError(
-            "the tip begins on the leaf where it is told to be", file=scenario.source, field="simulation.door_ajar",
+            "a mission that starts in contact needs the leaf in its place", file=scenario.source, field="simulation.door_ajar",
             given=ajar, allowed="mission.start = \"hover\", or start.opening",
         )  # fmt: skip
     angle = door.angle_of_opening(door.opening_of(angle) + ajar)
     if door.lower_limit < door.upper_limit and not door.lower_limit <= angle <= door.upper_limit:
         least, most = sorted(door.opening_of(limit) for limit in (door.lower_limit, door.upper_limit))
         raise ScenarioError(
-            "the hinge does not go so far", file=scenario.source, field="simulation.door_ajar", given=ajar,
+            "beyond the range of the hinge", file=scenario.source, field="simulation.door_ajar", given=ajar,
             allowed=f"a door that opens from {least:.3f} to {most:.3f} rad",
         )  # fmt: skip
     return angle

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.interface import Measurement
 from doorman.scenario import NoiseSection, SensorsSection
-from doorman.simulation.reality.seen_frame import seen_frame
+from doorman.simulation.reality.seen_frame import SeenFrame, seen_frame
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]
@@ -30,8 +29,7 @@ _TOLERANCE = 1e-9
 """By which a sum of periods may miss a time [s]."""
 
 
-@dataclass(frozen=True)
-class _Pose:
+class _Pose(NamedTuple):
     """What motion capture sees at one time."""
 
     time: float
@@ -42,8 +40,7 @@ class _Pose:
     """By which it is later than the latency [s]."""
 
 
-@dataclass(frozen=True)
-class _Arm:
+class _Arm(NamedTuple):
     """What the servos say at one time."""
 
     time: float
@@ -95,7 +92,7 @@ class Sensors:
     def __init__(
         self, noise: NoiseSection, seed: int, delivery: SensorsSection | None = None, backlash: float = 0.0
     ) -> None:
-        self._noise = noise
+        self._noise, self._deviations = noise, np.empty(0)
         self._generator = np.random.default_rng(seed)
         self._delivery = delivery or SensorsSection()
         self._dropouts = Dropouts(self._delivery.dropout_rate, self._delivery.dropout_duration, seed)
@@ -115,64 +112,70 @@ class Sensors:
         Returns:
             The measurement.
         """
-        n = len(truth.arm_angles)
-        draws = self._generator.standard_normal(12 + 2 * n)
-        noise = self._noise
-        self._see_pose(truth, draws)
-        self._hear_arm(truth, draws)
-        pose, arm = self._delivered(self._poses, truth.time), self._delivered(self._arms, truth.time)
+        n, time = len(truth.arm_angles), truth.time
+        if not self._deviations.size:
+            self._deviations = self._spread(n)
+        noise = self._deviations * self._generator.standard_normal(12 + 2 * n)
+        arm_angles = self._behind_play(truth.arm_angles) if self._backlash else truth.arm_angles
+        position, velocity, attitude = truth.position, truth.velocity, truth.attitude
+        sampled = self._samples(time)
+        if sampled and self._frame is not None:
+            position, velocity, attitude = self._in_frame(self._frame, truth)
+        true = np.concatenate((position, velocity, attitude, truth.body_rates, arm_angles, truth.arm_rates))
+        seen = _sealed(true + noise)
+        if sampled:
+            self._keep(self._poses, self._pose(time, seen, velocity))
+        self._keep(self._arms, _Arm(time, seen[12 : 12 + n], seen[12 + n :]))
+        pose, arm = self._delivered(self._poses, time), self._delivered(self._arms, time)
         return Measurement(
-            time=truth.time,
+            time=time,
             position=pose.position,
             velocity=pose.velocity,
             attitude=pose.attitude,
-            body_rates=_sealed(truth.body_rates + noise.body_rates * draws[9:12]),
+            body_rates=seen[9:12],
             arm_angles=arm.angles,
             arm_rates=arm.rates,
             pose_time=pose.time,
             arm_time=arm.time,
         )
 
-    def _see_pose(self, truth: Truth, draws: Array) -> None:
-        """Take a sample of the pose, if it is time for one and it is not lost."""
-        time, rate = truth.time, self._delivery.rate
+    def _spread(self, n: int) -> Array:
+        """Deviations of everything that is measured, shape (12 + 2 n,)."""
+        noise = self._noise
+        of_vehicle = np.repeat([noise.position, noise.velocity, noise.attitude, noise.body_rates], 3)
+        return np.concatenate((of_vehicle, np.repeat([noise.arm_angles, noise.arm_rates], n)))
+
+    def _samples(self, time: float) -> bool:
+        """Whether it is time for a sample of the pose, and it is not lost."""
+        rate = self._delivery.rate
         if rate is not None:
             if time < self._next_sample - _TOLERANCE:
-                return
+                return False
             while self._next_sample <= time + _TOLERANCE:
                 self._next_sample += 1.0 / rate
-        if self._dropouts.lost(time):
-            return
-        if self._frame is not None:
-            self._frame.advance(time)
-            truth = replace(
-                truth, position=self._frame.position(truth.position), velocity=self._frame.velocity(truth.velocity),
-                attitude=self._frame.attitude(truth.attitude),
-            )  # fmt: skip
-        position = _sealed(truth.position + self._noise.position * draws[0:3])
-        attitude = _sealed(truth.attitude + self._noise.attitude * draws[6:9])
+        return not self._dropouts.lost(time)
+
+    @staticmethod
+    def _in_frame(frame: SeenFrame, truth: Truth) -> tuple[Array, Array, Array]:
+        """Position, velocity and attitude as their frame has them."""
+        frame.advance(truth.time)
+        return frame.position(truth.position), frame.velocity(truth.velocity), frame.attitude(truth.attitude)
+
+    def _pose(self, time: float, seen: Array, true_velocity: Array) -> _Pose:
         delay = self._delivery.jitter * float(self._jitter.uniform()) if self._delivery.jitter > 0.0 else 0.0
-        pose = _Pose(time, position, self._velocity(truth, position, draws[3:6]), attitude, delay)
-        self._keep(self._poses, pose)
+        position, velocity = seen[0:3], seen[3:6]
+        if self._delivery.velocity != "measured":
+            velocity = _sealed(self._differenced(time, position, true_velocity))
+        return _Pose(time, position, velocity, seen[6:9], delay)
 
-    def _velocity(self, truth: Truth, position: Array, draws: Array) -> Array:
-        if self._delivery.velocity == "measured":
-            return _sealed(truth.velocity + self._noise.velocity * draws)
+    def _differenced(self, time: float, position: Array, true_velocity: Array) -> Array:
         if not self._poses:
-            return _sealed(truth.velocity.copy())  # at rest
+            return true_velocity.copy()  # at rest
         last = self._poses[-1]
-        return _sealed((position - last.position) / (truth.time - last.time))
-
-    def _hear_arm(self, truth: Truth, draws: Array) -> None:
-        n = len(truth.arm_angles)
-        angles = _sealed(self._behind_play(truth.arm_angles) + self._noise.arm_angles * draws[12 : 12 + n])
-        rates = _sealed(truth.arm_rates + self._noise.arm_rates * draws[12 + n :])
-        self._keep(self._arms, _Arm(truth.time, angles, rates))
+        return np.asarray((position - last.position) / (time - last.time))
 
     def _behind_play(self, angles: Array) -> Array:
         """What the servos say: they follow the joints no closer than their play, shape (n,) [rad]."""
-        if self._backlash == 0.0:
-            return angles
         before = self._servo_angles if self._servo_angles.size else angles
         free = 0.5 * self._backlash
         self._servo_angles = np.clip(before, angles - free, angles + free)
@@ -181,7 +184,7 @@ class Sensors:
     def _keep(self, samples: deque[_Sample], sample: _Sample) -> None:
         """Append a sample; before the first there was one that has just arrived, as all was at rest."""
         if not samples and self._delivery.latency > 0.0:
-            samples.append(replace(sample, time=sample.time - self._delivery.latency))
+            samples.append(sample._replace(time=sample.time - self._delivery.latency))
         samples.append(sample)
 
     def _delivered(self, samples: deque[_Sample], now: float) -> _Sample:

@@ -5,24 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.copying import Uncopied
-from doorman.exceptions import BackendError, SingularityError
-from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world, skew
+from doorman.exceptions import BackendError
+from doorman.kinematics.rotations import SMALLEST_COSINE, quaternion_of
 from doorman.model import GRAVITY, Model
+from doorman.numba_types.handles import held
 from doorman.simulation.attitude_loop import AttitudeGains, AttitudeParameters
-from doorman.simulation.contact import NO_FORCES, TOUCH, ContactReader, Gripper
-from doorman.simulation.engine import check_stability, engine
+from doorman.simulation.contact import TOUCH, ContactReader, Gripper
+from doorman.simulation.engine import addresses, check_stability, engine
 from doorman.simulation.hinge_torques import HingeTorques
-from doorman.simulation.onboard import OnboardParameters, onboard_step
+from doorman.simulation.onboard import OnboardParameters
 from doorman.simulation.plant import Plant, build_plant, hover_wrench
 from doorman.simulation.reality.drag import drag
 from doorman.simulation.reality.true_thrust import true_thrust
 from doorman.simulation.rotors import MixerParameters, RotorLayout, rotor_layout
 from doorman.simulation.servos import ServoParameters
+from doorman.simulation.stepping import Engine, StepParameters, look, take_steps, truth_parts
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]
@@ -71,8 +74,6 @@ class Simulator(Uncopied):
         self.layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
         self.plant = build_plant(self._mujoco, model, self.layout, time_step)
         data = self.plant.data
-        self._qpos, self._qvel, self._control = data.qpos, data.qvel, data.ctrl
-        self._onboard = _onboard_parameters(model, self.plant, self.layout, time_step, gains)
         shapes = self.plant.tip_shapes, self.plant.leaf_shapes
         true = model.scenario.simulation
         self._gripper = Gripper(
@@ -82,20 +83,26 @@ class Simulator(Uncopied):
         if self._gripper.closed and not at_door:
             self._gripper.set(False)
         self._contacts = ContactReader(self._mujoco, self.plant.engine_model, data, *shapes, self._gripper)
-        self._command = np.zeros(7 + model.n_arm)
+        self._hinge = HingeTorques(model, self.plant)
+        self._own = self._parameters(gains)
+        self._stepping = held(self._own)
+        self._command, self._tip, self._state = self._own.command, self._own.tip, self._own.truth
+        self._counts = self._own.engine.contacts
+        self._parts = truth_parts(model.n_arm, self.layout.count)
         self.set_command(model.vehicle.mass * GRAVITY, model.start_state[:3], np.zeros(model.n_arm))
-        self._hinge_torques = HingeTorques(model, self.plant)
         self._thrust, self._drag = true_thrust(model, self.plant, self.layout), drag(model, self.plant, self.layout)
+        self._strains = true.gripper_force is not None
+        varies = disturbance, self._thrust, self._drag, true.gripper_force, self._hinge.vary or None
+        self._at_once = all(each is None for each in varies)
+        """Whether a step needs nothing from Python."""
+        self._wrench = data.xfrc_applied[self.plant.base_body]
         self._outer_force = 0.0
-        self._rotors: Array | None = None
         self._steps = 0
-        self._compile(_onboard_parameters(model, self.plant, self.layout, time_step, gains))
+        self._hinge.act()
         self._begin_interval()
-        self._note_contacts(self._qpos.item(self.plant.hinge_position))
-
-    def _compile(self, parameters: OnboardParameters) -> None:
-        """Run the onboard loop once, on memory of its own: nothing is compiled in flight."""
-        onboard_step(parameters, self._qpos.copy(), self._qvel.copy(), self._command, self._control.copy())
+        self._note_contacts(data.qpos.item(self.plant.hinge_position))
+        take_steps(self._stepping, 0)  # nothing is compiled in flight
+        look(self._stepping)
 
     @property
     def time(self) -> float:
@@ -114,7 +121,7 @@ class Simulator(Uncopied):
             side_force: Body force along x and y, shape (2,) [N]; rotors that cannot make it take no notice.
         """
         self._command[0] = thrust
-        self._mujoco.mju_mat2Quat(self._command[1:5], rotation_body_to_world(attitude).ravel())
+        self._command[1:5] = quaternion_of(attitude)
         self._command[5:7] = side_force
         self._command[7:] = arm_rates
 
@@ -126,7 +133,7 @@ class Simulator(Uncopied):
             directions: Senses in which that somebody's rotors turn, +1 counter-clockwise seen from above, shape (m,); None
                 leaves them as they are.
         """
-        self._rotors = thrusts
+        self._own.rotors[:] = np.nan if thrusts is None else thrusts
         if directions is not None:
             gears = self.plant.engine_model.actuator_gear
             gears[: self.layout.count, 5] = -directions * self.layout.torque_per_thrust
@@ -151,24 +158,17 @@ class Simulator(Uncopied):
             BackendError: if the physics became unstable.
         """
         self._begin_interval()
-        engine_model, data, step = self.plant.engine_model, self.plant.data, self._mujoco.mj_step
-        qpos, place = self._qpos, self.plant.hinge_position
-        for _ in range(steps):
-            if self._disturbance is not None:
-                self._disturb(self._disturbance(self.time))
-            onboard_step(self._onboard, self._qpos, self._qvel, self._command, self._control)
-            if self._rotors is not None:
-                self._control[: self.layout.count] = self._rotors
-            if self._thrust is not None:
-                self._thrust.act(self.time)
-            if self._drag is not None:
-                self._drag.act()
-            self._hinge_torques.act()
-            hinge_value = qpos.item(place)
-            step(engine_model, data)
-            self._steps += 1
-            self._note_contacts(hinge_value)
-        check_stability(self._mujoco, data)
+        while steps > 0:
+            if not self._at_once:
+                self._act()
+            taken = take_steps(self._stepping, steps if self._at_once else 1)
+            self._steps += taken
+            steps -= taken
+            if self._counts[0] > self._counts[1]:
+                self._note_contacts(float(self._own.hinge_before[0]))
+            elif self._strains:
+                self._gripper.strain(self._tip[:3], self._normal(float(self._own.hinge_before[0])))
+        check_stability(self._mujoco, self.plant.data)
 
     def truth(self) -> Truth:
         """State now, and contacts since the last call of `advance` began.
@@ -176,39 +176,53 @@ class Simulator(Uncopied):
         Raises:
             BackendError: if the vehicle has pitched to ±90°, where Euler angles are singular.
         """
-        plant = self.plant
-        rotation = np.empty(9)
-        self._mujoco.mju_quat2Mat(rotation, self._qpos[3:7])
-        root = rotation.reshape(3, 3)
-        to_base = plant.root_to_base
-        try:
-            attitude = attitude_from_rotation(root @ to_base[:3, :3])
-        except SingularityError as error:
+        if not look(self._stepping) >= SMALLEST_COSINE:
             raise BackendError(
-                f"the vehicle has turned over: {error}", field="attitude", given=f"time {self.time:.3f} s"
-            ) from error
-        lever = skew(self._qvel[3:6]) @ to_base[:3, 3]
+                "the vehicle has turned over: Euler angles are singular", field="attitude",
+                given=f"time {self.time:.3f} s",
+            )  # fmt: skip
+        plant, state, tip = self.plant, _sealed(self._state.copy()), _sealed(self._tip.copy())
+        _, _, _, normal_force, max_pull, max_push = tip.tolist()
+        position, velocity, attitude, body_rates, arm_angles, arm_rates, thrusts = [state[part] for part in self._parts]
+        force = tip[:3]
         return Truth(
             time=self.time,
-            position=_sealed(self._qpos[:3] + root @ to_base[:3, 3]),
-            velocity=_sealed(self._qvel[:3] + root @ lever),
-            attitude=_sealed(attitude),
-            body_rates=_sealed(to_base[:3, :3].T @ self._qvel[3:6]),
+            position=position,
+            velocity=velocity,
+            attitude=attitude,
+            body_rates=body_rates,
             door_angle=plant.door_angle,
             door_rate=plant.door_rate,
-            arm_angles=_sealed(self._qpos[plant.arm_positions]),
-            arm_rates=_sealed(self._qvel[plant.arm_velocities]),
-            tip_force=_sealed(self._tip_force),
-            tip_normal_force=self._normal_force,
-            touching=self._gripper.closed or max(map(abs, self._tip_force.tolist())) > TOUCH,
-            max_pull=self._max_pull,
+            arm_angles=arm_angles,
+            arm_rates=arm_rates,
+            tip_force=force,
+            tip_normal_force=normal_force,
+            touching=self._gripper.closed or max(map(abs, force.tolist())) > TOUCH,
+            max_pull=max_pull,
             collisions=self._collisions,
             collision_pairs=self._pair_names(),
-            rotor_thrusts=_sealed(plant.rotor_thrusts),
-            max_push=self._max_push,
+            rotor_thrusts=thrusts,
+            max_push=max_push,
             gripping=self._gripper.closed,
             grip_slips=self._gripper.slips,
             outer_force=self._outer_force,
+        )
+
+    def _parameters(self, gains: AttitudeGains | None) -> StepParameters:
+        plant = self.plant
+        return StepParameters(
+            engine=_engine_memory(self._mujoco, plant),
+            onboard=_onboard_parameters(self.model, plant, self.layout, self.time_step, gains),
+            command=np.zeros(7 + self.model.n_arm),
+            rotors=np.full(self.layout.count, np.nan),
+            hinge=self._hinge.numbers,
+            hinge_at=np.array([plant.hinge_position, plant.hinge_velocity]),
+            normal_in_leaf=plant.normal_in_leaf,
+            place_in_root=plant.root_to_base[:3, 3].copy(),
+            arm_at=np.array([plant.arm_positions, plant.arm_velocities]),
+            tip=np.zeros(6),
+            hinge_before=np.zeros(1),
+            truth=np.zeros(12 + 2 * self.model.n_arm + self.layout.count),
         )
 
     def _pair_names(self) -> tuple[str, ...]:
@@ -218,37 +232,60 @@ class Simulator(Uncopied):
         return tuple(sorted({" and ".join(map(self.plant.shape_name, pair)) for pair in self._pairs}))
 
     def _begin_interval(self) -> None:
-        self._max_pull, self._max_push, self._collisions = 0.0, 0.0, 0
+        self._tip[4:], self._collisions = 0.0, 0
         self._pairs: set[tuple[int, int]] = set()
 
     def _note_contacts(self, hinge_value: float) -> None:
-        """Take in the contacts of a step that began with the hinge at this value."""
-        forces = self._contacts.read()
-        self._tip_force = forces.tip
-        if forces is NO_FORCES:
-            self._normal_force = 0.0
-            return
-        normal = self.plant.hinge.normal(self.plant.hinge.angle_of_joint(hinge_value))
-        self._normal_force = float(normal @ forces.tip)
+        """Take in the contacts of a step that began with the hinge at this value, one by one."""
+        forces, normal = self._contacts.read(), self._normal(hinge_value)
+        along = float(normal @ forces.tip)
+        self._tip[:3], self._tip[3] = forces.tip, along
+        self._tip[4:] = np.maximum(self._tip[4:], (-along, along))
         self._gripper.strain(forces.tip, normal)
-        self._max_pull = max(self._max_pull, -self._normal_force)
-        self._max_push = max(self._max_push, self._normal_force)
         if forces.others:
             self._collisions = max(self._collisions, len(forces.others))
             self._pairs.update(forces.others)
 
-    def _disturb(self, disturbance: Disturbance) -> None:
-        data, plant = self.plant.data, self.plant
-        data.xfrc_applied[plant.base_body, :3] = disturbance.force
-        data.xfrc_applied[plant.base_body, 3:] = disturbance.torque
-        self._hinge_torques.other = plant.hinge.joint_torque(disturbance.hinge_torque)
-        self._outer_force = math.hypot(*disturbance.force)
+    def _normal(self, hinge_value: float) -> Array:
+        return self.plant.hinge.normal(self.plant.hinge.angle_of_joint(hinge_value))
+
+    def _act(self) -> None:
+        """Before a step: what acts on the plant and changes from one to the next."""
+        other = 0.0
+        if self._disturbance is not None:
+            acting = self._disturbance(self.time)
+            self._wrench[:] = (*acting.force, *acting.torque)
+            other = self.plant.hinge.joint_torque(acting.hinge_torque)
+            self._outer_force = math.hypot(*acting.force)
+        if self._thrust is not None:
+            self._thrust.act(self.time)
+        if self._drag is not None:
+            self._drag.act()
+        self._hinge.act(other)
 
 
 def _sealed(array: Array) -> Array:
     """An array that nobody else has, from now on read-only."""
     array.flags.writeable = False
     return array
+
+
+def _engine_memory(mujoco: Any, plant: Plant) -> Engine:
+    engine_model, data = plant.engine_model, plant.data
+    return Engine(
+        addresses=addresses(mujoco, engine_model, data),
+        qpos=data.qpos,
+        qvel=data.qvel,
+        control=data.ctrl,
+        applied=data.qfrc_applied,
+        constrained=data.qfrc_constraint,
+        frictions=engine_model.dof_frictionloss,
+        contacts=data.sensordata,
+        tied=data.eq_active,
+        leaf_axes=data.xmat[plant.leaf_body],
+        made=data.act if engine_model.na else data.ctrl,
+        gears=engine_model.actuator_gear,
+    )
 
 
 def _onboard_parameters(

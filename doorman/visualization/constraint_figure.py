@@ -116,7 +116,7 @@ def _draw_tip_force(axes: Axes, recording: Recording, model: Model) -> None:
         axes.plot(estimate.time, estimate["normal_force"], color=BLUE, linewidth=0.9, label="estimated")
     if "plan" in recording:
         plan = recording["plan"]
-        axes.plot(plan.time, planned_normal_force(plan["states"][:, 0], plan["inputs"][:, 0], model), color=RED,
+        axes.plot(plan.time, planned_normal_force(plan["states"][:, 0], plan["input"], model), color=RED,
                   linestyle="--", linewidth=1.2, label="planned")  # fmt: skip
     if axes.lines:
         axes.axhline(0.0, color=BLACK, linewidth=0.9)

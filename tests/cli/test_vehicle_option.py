@@ -55,7 +55,7 @@ def test_a_new_file_is_written_once_and_beside_its_urdf(tmp_path, monkeypatch):
     assert run("vehicle", "new", "files/my.toml", "--urdf", "mine.urdf", "--all").exit_code == 0
     text = (tmp_path / "files" / "my.toml").read_text(encoding="utf-8")
     assert 'urdf = "../mine.urdf"' in text and "# baud_rate = 1000000" in text
-    assert_bad_input(run("vehicle", "new", "files/my.toml"), "files/my.toml", "there already")
+    assert_bad_input(run("vehicle", "new", "files/my.toml"), "files/my.toml", "exists")
     assert (tmp_path / "files" / "my.toml").read_text(encoding="utf-8") == text
     assert_bad_input(run("vehicle", "new", "other.toml", "--urdf", "mine.urdf", "--tip", "finger"), "finger")
     assert not (tmp_path / "other.toml").exists()

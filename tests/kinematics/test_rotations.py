@@ -16,6 +16,7 @@ from doorman.kinematics.rotations import (
     attitude_from_rotation,
     body_rate_matrix,
     euler_rate_matrix,
+    quaternion_of,
     rotation_body_to_world,
     skew,
 )
@@ -35,6 +36,13 @@ def test_rotation_is_orthogonal_and_right_handed(attitude: np.ndarray) -> None:
 @given(any_attitudes)
 def test_rotation_agrees_with_pinocchio(attitude: np.ndarray) -> None:
     np.testing.assert_allclose(rotation_body_to_world(attitude), pinocchio.rpy.rpyToMatrix(attitude), atol=1e-14)
+
+
+@given(any_attitudes)
+def test_quaternion_is_that_of_the_rotation(attitude: np.ndarray) -> None:
+    w, x, y, z = quaternion_of(attitude)
+    rotation = pinocchio.Quaternion(w, x, y, z).toRotationMatrix()
+    np.testing.assert_allclose(rotation, rotation_body_to_world(attitude), atol=1e-14)
 
 
 def test_yaw_turns_forward_to_the_left() -> None:

@@ -401,8 +401,8 @@ def test_plans_that_the_clock_cut_short_are_not_compared_up_to_the_next_cold_one
 def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
     def change(topic: str, k: int, message: dict[str, Any]) -> dict[str, Any]:
         if topic == "plan" and k == 3:
-            message["inputs"] = message["inputs"].copy()
-            message["inputs"][7, 0] = np.nextafter(message["inputs"][7, 0], np.inf)
+            message["input"] = message["input"].copy()
+            message["input"][0] = np.nextafter(message["input"][0], np.inf)
         if topic == "plan" and k == 5:
             message["status"] = "infeasible"
         return message
@@ -411,10 +411,10 @@ def test_the_last_bit_of_one_number_is_noticed(flight, recording, tmp_path):
     assert result.exit_code == 1, result.output
     found = json.loads(result.stdout)
     assert found["identical"] is False
-    assert [(one["plan"], list(one["fields"])) for one in found["differences"]] == [(3, ["inputs"]), (5, ["status"])]
-    assert 0.0 < found["differences"][0]["fields"]["inputs"] < 1e-14
+    assert [(one["plan"], list(one["fields"])) for one in found["differences"]] == [(3, ["input"]), (5, ["status"])]
+    assert 0.0 < found["differences"][0]["fields"]["input"] < 1e-14
     words = run("replay", tmp_path / "changed.mcap").stdout
-    assert "plan 3 at 0.032 s: inputs by" in words and "2 differ" in words
+    assert "plan 3 at 0.032 s: input by" in words and "2 differ" in words
 
 
 def test_another_door_would_give_other_plans(recording, planner, tmp_path):

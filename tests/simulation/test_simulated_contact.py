@@ -92,9 +92,8 @@ def test_a_gripper_that_does_not_close_only_pushes(flight, start):
 
 def test_gripped_door_moves_as_one_body_with_the_vehicle(flight):
     """The push moves door and vehicle: I_e = I_D + m D_V² at a closed door, tip straight before the vehicle."""
-    vehicle = flight(simulation__motor_time_constant=0.0)
     push = Disturbance(force=(5.0, 0.0, 0.0))
-    vehicle.simulator._disturbance = lambda time: push
+    vehicle = flight(lambda time: push, simulation__motor_time_constant=0.0)
     early, late = vehicle.run(0.4, every=200)
     acceleration = (late.door_rate - early.door_rate) / 0.2
     assert -acceleration == pytest.approx(0.7 * 5.0 / (5.28 + 3.0 * 0.49), rel=0.15)

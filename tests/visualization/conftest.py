@@ -83,7 +83,7 @@ def _write_plan(model: Model, recorder: Recorder, time: float, state: np.ndarray
     fields = {
         "state": state,
         "states": np.array(states),
-        "inputs": np.array(inputs),
+        "input": inputs[0],
         "cost": 1.0,
         "max_violation": 0.0,
         "iterations": 2,

@@ -54,7 +54,7 @@ def test_forces_thrust_and_disturbance(flight, model):
     time, planned = curve(force, "planned")
     plan = flight["plan"]
     np.testing.assert_array_equal(time, plan.time)
-    for k, (state, inputs) in enumerate(zip(plan["states"][:, 0], plan["inputs"][:, 0], strict=True)):
+    for k, (state, inputs) in enumerate(zip(plan["states"][:, 0], plan["input"], strict=True)):
         push = inputs[0] * rotation_body_to_world(state[:3]) @ [0.0, 0.0, 1.0]
         assert planned[k] == pytest.approx(door_normal(state[3]) @ push, abs=1e-9)  # n_D is level: the weight drops out
     assert planned.max() > 1.0 and planned.min() < -1.0

@@ -25,8 +25,8 @@ _DRAWN_BACK = 0.15
 """It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
 _BRAKING, _MOST_BRAKING = 12.0, 4.0
 """Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
-_LETTING_GO = 0.5
-"""For which the tip backs off, or the gripper draws back [s]."""
+_LETTING_GO, _FADES = 0.5, 8.0
+"""For which the tip backs off, or the gripper draws back [s]; a hard push takes longer to fade [N/s]."""
 _UNLOADING, _UNLOADED = 0.7, 1.5
 """Time in which a load fades, and the load with which a gripper opens before that has passed, where nobody minds whether the door
 stays [s], [N]: a vehicle that lets go of a load is flung away from it until its tilt has followed;"""
@@ -103,9 +103,10 @@ class Release(MissionPhase):
             if spent < _EASING + _WATCHING:
                 return self._ease(estimate, min(spent / _EASING, 1.0))
             spent, pressed = spent - _EASING - _WATCHING, _RESTING * scale.force
-        share = min(spent / _LETTING_GO, 1.0)
+        lasts = max(_LETTING_GO, pressed / (_FADES * scale.force))
+        share = min(spent / lasts, 1.0)
         setpoint = leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF * scale.force)
-        return setpoint, self._out(spent >= _LETTING_GO)
+        return setpoint, self._out(spent >= lasts)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The vehicle leaves."""

@@ -34,4 +34,5 @@ def test_values_that_say_what_is_told_anyway_change_no_bit(flight, kind):
 
 def test_nothing_more_is_done_in_a_step(flight):
     simulator = flight().simulator
-    assert (simulator._thrust, simulator._drag, simulator._hinge_torques._catches) == (None, None, None)
+    assert (simulator._thrust, simulator._drag, simulator._hinge.vary) == (None, None, False)
+    assert simulator._at_once
