@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import struct
-import time
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
@@ -45,8 +44,6 @@ class Protocol:
         """System, component and MAV_TYPE of heartbeats."""
         self.station_heard = float("-inf")
         """Last heartbeat of a ground station, by its uptime [s]."""
-        self.setpoint_times: list[float] = []
-        """When setpoints came, by `time.monotonic()`; the newest 5000."""
         self.mute_commands = 0  # to be executed but not acknowledged
         self.ignore_commands = 0  # to be lost
         self.companion_clock = CompanionClock(brain.dialect.asks_time)
@@ -156,12 +153,10 @@ class Protocol:
     # ------------------------------------------------------------ setpoints and poses
 
     def _attitude_target(self, message: Any) -> None:
-        self._note_setpoint()
         quaternion, body = np.array(message.q) * FLIP_QUATERNION, thrust_body(message) * FLIP
         self._brain.attitude_target(message.type_mask, quaternion, message.thrust, body)
 
     def _position_target(self, message: Any) -> None:
-        self._note_setpoint()
         position, velocity, acceleration = (
             np.array(values) * FLIP
             for values in (
@@ -172,10 +167,6 @@ class Protocol:
         )
         frame = message.coordinate_frame
         self._brain.position_target(message.type_mask, frame, position, velocity, acceleration, -message.yaw)
-
-    def _note_setpoint(self) -> None:
-        self.setpoint_times.append(time.monotonic())
-        del self.setpoint_times[:-5000]
 
     def _vision(self, message: Any) -> None:
         """Fuse a pose. It has no quality, which ArduPilot may ask for, and ArduPilot takes its delay from a parameter."""
