@@ -236,7 +236,7 @@ def says_default(cell: str, default: Any) -> bool:
     """Whether a cell gives a default: as TOML, or in words where it is not a fixed value."""
     if default is None:
         return bool(cell) and not cell.startswith("`")
-    value = tomllib.loads(f"value = {cell.strip('`')}")["value"]
+    value = tomllib.loads(f"value = {cell.removesuffix(' †').strip('`')}")["value"]
     if isinstance(default, str):
         return bool(value == default)
     return bool(value == pytest.approx(list(default) if isinstance(default, tuple) else default, rel=1e-6, abs=1e-6))

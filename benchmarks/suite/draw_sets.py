@@ -27,6 +27,7 @@ def _beside(name: str, runs: int, words: str) -> DrawSet:
 
 SETS = {
     "push_campaign": DrawSet("push_campaign", 100, "`push_campaign`"),
+    "mirrored": _beside("mirrored", 60, "`push_campaign` with the hinge on the left"),
     "turning_wind_slow": _beside("turning_wind_slow", 20, "wind of 1 N turns by 4.5°/s"),
     "turning_wind_fast": _beside("turning_wind_fast", 20, "wind of 1 N turns by 9°/s"),
     "late_cameras": _beside("late_cameras", 20, "cameras 100 Hz, 40 ms late"),

@@ -121,6 +121,7 @@ class LeafEstimator:
         """Torque of the largest push [N m]."""
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
+        self._monitor.declare(model.scenario.mission.start == "contact")
         self._model, self._leaf, self._touched_at = model, model.door, 0.0
         self._stood = -math.inf
         self._begin()

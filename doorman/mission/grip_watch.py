@@ -1,4 +1,4 @@
-"""Whether a gripper that was told to close holds the leaf: what a loose tip is pushed and pulled with, no leaf takes.
+"""Whether a closed gripper holds the leaf: a loose tip feels nothing of a change of its push.
 
 A tip that is pulled back through the place of the closed leaf is loose as well: the leaf stops there.
 """

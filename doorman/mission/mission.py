@@ -110,7 +110,7 @@ class Mission(Uncopied):
         self._sequence.attempt.comes_back = backend.comes_back
         backend.watch_mission(self.abort)
         try:
-            with self._schedule.running(backend.real_time), backend, _no_garbage_collection():
+            with self._schedule.running(backend.real_time), backend, _no_garbage_collection(backend.real_time):
                 self._started = time.perf_counter()
                 while now < end and self.phase is not Phase.DONE:
                     measurement = backend.read()
@@ -260,10 +260,15 @@ _COMMAND_FIELDS = ("thrust", "attitude", "arm_rates", "grip", "side_force")
 
 
 @contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """No collection in flight: it would stop the controller for milliseconds; reference counts free what a tick makes."""
+def _no_garbage_collection(first: bool) -> Iterator[None]:
+    """No collection in flight: it would stop the controller for milliseconds; reference counts free what a tick makes.
+
+    Args:
+        first: Whether to collect before: not where time waits, as that takes as long as seconds of a simulated flight.
+    """
     enabled = gc.isenabled()
-    gc.collect()
+    if first:
+        gc.collect()
     gc.disable()
     try:
         yield

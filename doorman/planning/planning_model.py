@@ -1,4 +1,4 @@
-"""What a planner, and whoever follows or draws its plans, needs to know of the model that it plans with."""
+"""What planning, following and drawing plans need to know of the planner's model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Hand: somebody who takes the leaf once in a flight, holds it with bounded force or shoves it, and lets go.
+r"""Hand: a person who takes the leaf once in a flight, holds it with bounded force or shoves it, and lets go.
 
 Where the leaf first is at or below `door_angle`, at :math:`\alpha_h`, the hand comes for `duration` and turns the hinge by
 

@@ -12,19 +12,21 @@ from typing import TYPE_CHECKING
 from doorman.exceptions import DoormanError, how_to_install
 
 if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
-    from doorman.visualization.constraint_figure import constraints_and_forces_figure
-    from doorman.visualization.figures import states_figure
+    from doorman.visualization.figures.constraints import constraints_and_forces_figure
+    from doorman.visualization.figures.paper import paper_figure
+    from doorman.visualization.figures.states import states_figure
+    from doorman.visualization.figures.swing import swing_figure
+    from doorman.visualization.figures.timing import planner_time_figure
     from doorman.visualization.live import LiveView
     from doorman.visualization.pictures import PicturesMissing, write_pictures
     from doorman.visualization.replay import replay_page
     from doorman.visualization.style import save
-    from doorman.visualization.swing_figure import swing_figure
-    from doorman.visualization.timing_figure import planner_time_figure
 
 __all__ = [
     "LiveView",
     "PicturesMissing",
     "constraints_and_forces_figure",
+    "paper_figure",
     "planner_time_figure",
     "replay_page",
     "save",
@@ -36,12 +38,13 @@ __all__ = [
 _MODULES = {
     "LiveView": "live",
     "PicturesMissing": "pictures",
-    "constraints_and_forces_figure": "constraint_figure",
-    "planner_time_figure": "timing_figure",
+    "constraints_and_forces_figure": "figures.constraints",
+    "paper_figure": "figures.paper",
+    "planner_time_figure": "figures.timing",
     "replay_page": "replay",
     "save": "style",
-    "states_figure": "figures",
-    "swing_figure": "swing_figure",
+    "states_figure": "figures.states",
+    "swing_figure": "figures.swing",
     "write_pictures": "pictures",
 }
 

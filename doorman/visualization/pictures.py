@@ -29,10 +29,10 @@ def _drawn_by(module: str, function: str) -> Draw:
 
 
 _DRAWN_BY = {
-    "states": ("figures", "states_figure"),
-    "constraints": ("constraint_figure", "constraints_and_forces_figure"),
-    "swing": ("swing_figure", "swing_figure"),
-    "planner_time": ("timing_figure", "planner_time_figure"),
+    "states": ("figures.states", "states_figure"),
+    "constraints": ("figures.constraints", "constraints_and_forces_figure"),
+    "swing": ("figures.swing", "swing_figure"),
+    "planner_time": ("figures.timing", "planner_time_figure"),
 }
 """Module and function of every figure."""
 _FIGURES: dict[str, Draw] = {name: _drawn_by(module, function) for name, (module, function) in _DRAWN_BY.items()}

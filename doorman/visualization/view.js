@@ -6,7 +6,8 @@ const scene = flight.scene;
 const frames = [];
 const viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
 for (const command of scene.commands) viewer.handle_command(command);
-viewer.camera.position.set(...scene.camera.eye);
+const back = Math.min(1.8, Math.max(1, innerHeight / innerWidth));  // a tall screen sees less to the sides: farther back
+viewer.camera.position.set(...scene.camera.eye.map((one, axis) => scene.camera.target[axis] + back * (one - scene.camera.target[axis])));
 viewer.controls.target.set(...scene.camera.target);
 
 const element = (id) => document.getElementById(id);

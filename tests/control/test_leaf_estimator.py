@@ -255,3 +255,10 @@ def test_an_observer_of_the_hinge_that_is_off_teaches_nothing(model: Model, size
     known = pressed(vehicle, 1.0, size * normal)
     assert known.touching and float(normal @ known.wind) == pytest.approx(size, abs=0.3)
     assert vehicle.estimator._wind.state[4] == before
+
+
+@pytest.mark.parametrize("start", ["hover", "contact"])
+def test_a_mission_that_begins_in_contact_knows_it_at_once(start: str) -> None:
+    vehicle = Vehicle(Model(Scenario.load("push", {"mission.start": start})))
+    known = vehicle.fly(TICK, vehicle.at(0.0), np.zeros(3))
+    assert known.touching == (start == "contact")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -74,6 +75,40 @@ def leaf_share(page):
     """Share of the picture that the leaf covers; less, the farther it stands open."""
     leaf = "node('scene/door/leaf').visible"
     return share_that_changes(page, f"{leaf} = false", f"{leaf} = true")
+
+
+@contextmanager
+def phone(browser):
+    """The page on a screen of 390 × 844 points, upright."""
+    browser.call("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True)
+    browser.settle()
+    yield
+    browser.call("Emulation.clearDeviceMetricsOverride")
+    browser.settle()
+
+
+def assert_fits_a_phone(browser):
+    """Nothing runs over the screen or over another text, and letters are large enough."""
+    assert browser.evaluate("[innerWidth, document.documentElement.scrollWidth]") == [390, 390]
+    boxes = browser.evaluate(
+        "['caption', 'legend', 'controls'].map(id => document.getElementById(id).getBoundingClientRect())"
+        ".map(({left, top, right, bottom}) => [left, top, right, bottom])"
+    )
+    for left, top, right, bottom in boxes:
+        assert 0.0 <= left < right <= 390.0 and 0.0 <= top < bottom <= 844.0
+    assert boxes[0][3] < boxes[1][1] and boxes[1][3] < boxes[2][1], "one below the other"
+    inside = browser.evaluate(
+        "[...document.querySelectorAll('#controls > *, #legend td')].filter(one => one.offsetWidth)"
+        ".map(one => [one.getBoundingClientRect().right, parseFloat(getComputedStyle(one).fontSize)])"
+    )
+    assert len(inside) > 10 and all(right <= 390.0 and size >= 13.0 for right, size in inside)
+
+
+def test_the_page_fits_a_phone(page):
+    page.click("#surfaces")
+    with phone(page):
+        assert_fits_a_phone(page)
+    page.click("#surfaces")
 
 
 def test_the_page_shows_vehicle_and_door(page):
@@ -188,6 +223,10 @@ def test_a_flight_is_seen_while_it_is_flown(browser, model, fly_into):
         browser.settle()
         first = shown_angle(browser)
         assert "open" in browser.evaluate("document.getElementById('phase').textContent")
+        browser.evaluate("showSurfaces(true)")
+        with phone(browser):
+            assert_fits_a_phone(browser)
+        browser.evaluate("showSurfaces(false)")
         fly_into(recorder, model, 1.0, 3.0)
         browser.wait_for(lambda: browser.evaluate("frames[frames.length - 1].time") > 2.9, "the frames of the flight")
         browser.settle()

@@ -9,7 +9,7 @@ from doorman.model import Model
 from doorman.recording import Recorder, Recording
 from doorman.summary import _planner_figures
 from doorman.visualization import constraints_and_forces_figure, planner_time_figure, save, states_figure, swing_figure
-from doorman.visualization.phases import phases, tied
+from doorman.visualization.figures.phases import phases, tied
 
 
 def leaves(axes):

@@ -18,7 +18,8 @@ from doorman.hardware.pixhawk.link import Link
 from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.mocap import MocapPose
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.parameter_rules import Rule, rules_for
+from doorman.hardware.pixhawk.parameter_rule import Rule
+from doorman.hardware.pixhawk.parameter_rules import rules_for
 from doorman.hardware.pixhawk.parameters import Finding
 from doorman.hardware.pixhawk.requirements import prepare_attitude, side_force_missing
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample

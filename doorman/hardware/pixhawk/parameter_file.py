@@ -10,7 +10,8 @@ from typing import Literal
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
-from doorman.hardware.pixhawk.parameter_rules import When, rules_for
+from doorman.hardware.pixhawk.parameter_rule import When
+from doorman.hardware.pixhawk.parameter_rules import rules_for
 
 DIALECTS = {"px4": PX4, "ardupilot": ARDUPILOT}
 AutopilotName = Literal["px4", "ardupilot"]

@@ -2,131 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.dialect import PX4, Dialect
-
-
-class Severity(Enum):
-    """What a finding means."""
-
-    ERROR = "error"
-    """The flight cannot work, or a fault would not end safely; whoever flies decides whether it is flown so."""
-    WARNING = "warning"
-    """It can work, worse."""
-
-
-class When(Enum):
-    """For which set-ups a rule holds."""
-
-    ALWAYS = "always"
-    MOCAP = "mocap"
-    ATTITUDE = "attitude setpoints"
-    OWN_COMPENSATION = "thrust curve with battery voltage"
-
-
-@dataclass(frozen=True)
-class Rule:
-    """One parameter."""
-
-    names: tuple[str, ...]
-    """Of the parameter, newest firmware first; the first that the autopilot has counts."""
-    wanted: str
-    """In words."""
-    accepts: Callable[[float], bool]
-    value: Callable[[float], float] | None
-    """Value to write for a given one; None where a person must decide."""
-    severity: Severity
-    when: When
-    why: str
-    optional: bool = False
-    """Whether firmware without the parameter is fine."""
-    only_with: tuple[str, int] | None = None
-    """Another parameter and the value that it must have for this one to count; it has a rule of its own."""
-
-    @property
-    def condition(self) -> str:
-        """For which set-ups it counts, in words."""
-        return self.when.value if self.only_with is None else "{} {}".format(*self.only_with)
-
-    def counts(self, values: Mapping[str, float]) -> bool:
-        """Whether it counts with these values of the other parameters."""
-        return self.only_with is None or values.get(self.only_with[0]) == self.only_with[1]
-
-    def applies(self, config: PixhawkConfig) -> bool:
-        """Whether the rule holds for a set-up."""
-        curve = config.thrust_curve
-        return {
-            When.ALWAYS: True,
-            When.MOCAP: config.mocap,
-            When.ATTITUDE: config.setpoints == "attitude",
-            When.OWN_COMPENSATION: curve is not None and curve.hover_voltage is not None,
-        }[self.when]
-
-
-def _equal(
-    names: str, value: float, severity: Severity, when: When, why: str, *, optional: bool = False, near: float = 1e-4
-) -> Rule:
-    return Rule(
-        tuple(names.split()),
-        f"{value:g}",
-        lambda given: abs(given - value) <= near,
-        lambda _: value,
-        severity,
-        when,
-        why,
-        optional,
-    )
-
-
-def _within(names: str, low: float, high: float, best: float, severity: Severity, when: When, why: str) -> Rule:
-    return Rule(
-        tuple(names.split()),
-        f"{low:g} to {high:g}",
-        lambda given: low <= given <= high,
-        lambda _: best,
-        severity,
-        when,
-        why,
-    )
-
-
-def _one_of(
-    names: str, values: tuple[int, ...], severity: Severity, when: When, why: str, *, optional: bool = False
-) -> Rule:
-    wanted = " or ".join(str(value) for value in values)
-    return Rule(
-        tuple(names.split()),
-        wanted,
-        lambda given: round(given) in values,
-        lambda _: float(values[0]),
-        severity,
-        when,
-        why,
-        optional,
-    )
-
-
-def _bit(names: str, bit: int, severity: Severity, when: When, why: str) -> Rule:
-    mask = 1 << bit
-    return Rule(
-        tuple(names.split()),
-        f"bit {bit} ({mask}) set",
-        lambda given: bool(round(given) & mask),
-        lambda given: float(round(given) | mask),
-        severity,
-        when,
-        why,
-    )
-
-
-def _where(other: str, value: int, *rules: Rule) -> tuple[Rule, ...]:
-    """Rules that count only where another parameter has a value."""
-    return tuple(replace(rule, only_with=(other, value)) for rule in rules)
-
+from doorman.hardware.pixhawk.parameter_rule import Rule, Severity, When, bit, equal, one_of, where, within
 
 _E, _W = Severity.ERROR, Severity.WARNING
 _NO_CLIMB = "it must go back as high as it is: a climb from a doorway ends in its lintel"
@@ -145,53 +25,51 @@ PX4_RULES = (
         "COM_RCL_EXCEPT; update to 1.14 or newer",
         optional=True,
     ),
-    _within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
-    _one_of(
+    within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
+    one_of(
         "COM_OBL_RC_ACT",
         (4, 3),
         _E,
         When.ALWAYS,
         "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot, or climbs to return",
     ),
-    *_where(
+    *where(
         "COM_OBL_RC_ACT",
         3,
-        _within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
-        _equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "as above; with a cone it sinks on the way"),
-        _equal("RTL_TYPE", 0, _E, When.ALWAYS, "it must go to where it took off"),
-        _within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "it lands once it is as near as that"),
-        _within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
-        _equal("MPC_YAW_MODE", 5, _W, When.ALWAYS, _KEEPS_HEADING),
-        _within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
+        within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
+        equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "as above; with a cone it sinks on the way"),
+        equal("RTL_TYPE", 0, _E, When.ALWAYS, "it must go to where it took off"),
+        within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "it lands once it is as near as that"),
+        within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
+        equal("MPC_YAW_MODE", 5, _W, When.ALWAYS, _KEEPS_HEADING),
+        within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
     ),
-    _one_of(
+    one_of(
         "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station it must land or go on, not climb to return"
     ),
-    _one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
-    _one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery it must land or warn, not climb to return"),
-    _equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already", optional=True),
-    _equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
-    _equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
-    _equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
-    _equal(
+    one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
+    one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery it must land or warn, not climb to return"),
+    equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already", optional=True),
+    equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
+    equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
+    equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
+    equal(
         "EKF2_BARO_CTRL",
         1,
         _W,
         When.MOCAP,
         "height without cameras: with neither, it does not notice that it has landed, and its motors run on",
     ),
-    _equal("EKF2_RNG_CTRL", 0, _W, When.MOCAP, "no range finder over the door's sill"),
-    _equal("EKF2_MAG_TYPE", 5, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
-    _equal("EKF2_EVP_NOISE", 0.01, _W, When.MOCAP, "noise of the pose's position [m]"),
-    _equal("EKF2_EVA_NOISE", 0.02, _W, When.MOCAP, "noise of the pose's attitude [rad]"),
+    equal("EKF2_RNG_CTRL", 0, _W, When.MOCAP, "no range finder over the door's sill"),
+    equal("EKF2_MAG_TYPE", 5, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
+    equal("EKF2_EVP_NOISE", 0.01, _W, When.MOCAP, "noise of the pose's position [m]"),
+    equal("EKF2_EVA_NOISE", 0.02, _W, When.MOCAP, "noise of the pose's attitude [rad]"),
 )
 """Rules for PX4."""
 
 ARDUPILOT_RULES = (
-    _bit(
-        "GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"
-    ),
-    _within(
+    bit("GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"),
+    within(
         "GUID_TIMEOUT",
         0.1,
         1.0,
@@ -200,22 +78,22 @@ ARDUPILOT_RULES = (
         When.ALWAYS,
         "time without setpoints until it levels and stops; before 4.5.2 it turns to north, too",
     ),
-    _one_of(
+    one_of(
         "FS_GCS_ENABLE",
         (5, 1),
         _E,
         When.ALWAYS,
         "position setpoints are held for ever: without us it must land, in place (5) or on its pad (1)",
     ),
-    *_where(
+    *where(
         "FS_GCS_ENABLE",
         1,
-        replace(_within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.ALWAYS, _NO_CLIMB), optional=True),
-        replace(_within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.ALWAYS, _NO_CLIMB), optional=True),
-        _equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.ALWAYS, _NO_CLIMB),
-        _equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "it must land"),
-        _one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.ALWAYS, _KEEPS_HEADING),
-        _within(
+        replace(within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.ALWAYS, _NO_CLIMB), optional=True),
+        replace(within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.ALWAYS, _NO_CLIMB), optional=True),
+        equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.ALWAYS, _NO_CLIMB),
+        equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "it must land"),
+        one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.ALWAYS, _KEEPS_HEADING),
+        within(
             "WPNAV_JERK WP_JERK",
             3.0,
             20.0,
@@ -224,14 +102,12 @@ ARDUPILOT_RULES = (
             When.ALWAYS,
             "it must be back before it gives dead reckoning up: soon",
         ),
-        _within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.ALWAYS, _LANDS),
-        _within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "until it is over it drifts"),
-        _bit("FS_OPTIONS", 3, _E, When.ALWAYS, "one that lands already must go on, not fly off to its pad"),
+        within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.ALWAYS, _LANDS),
+        within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "until it is over it drifts"),
+        bit("FS_OPTIONS", 3, _E, When.ALWAYS, "one that lands already must go on, not fly off to its pad"),
     ),
-    _one_of(
-        "FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio it must land or go on, not climb to return"
-    ),
-    _one_of(
+    one_of("FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio it must land or go on, not climb to return"),
+    one_of(
         "BATT_FS_LOW_ACT",
         (1, 0),
         _W,
@@ -239,20 +115,20 @@ ARDUPILOT_RULES = (
         "on a low battery it must land or warn, not climb to return",
         optional=True,
     ),
-    _one_of("BATT_FS_CRT_ACT", (1, 0), _W, When.ALWAYS, "as above", optional=True),
-    _one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
-    _equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),
-    _equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),
-    _equal("COMPASS_USE", 0, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
-    _equal("COMPASS_USE2", 0, _E, When.MOCAP, "as above", optional=True),
-    _equal("COMPASS_USE3", 0, _E, When.MOCAP, "as above", optional=True),
-    _equal("EK3_SRC1_POSXY", 6, _E, When.MOCAP, "position comes from mocap"),
-    _equal("EK3_SRC1_POSZ", 6, _E, When.MOCAP, "height comes from mocap"),
-    _equal("EK3_SRC1_YAW", 6, _E, When.MOCAP, "yaw comes from mocap"),
-    _equal("EK3_SRC1_VELXY", 0, _E, When.MOCAP, "mocap sends no velocity"),
-    _equal("EK3_SRC1_VELZ", 0, _E, When.MOCAP, "mocap sends no velocity"),
-    _equal("VISO_TYPE", 1, _E, When.MOCAP, "poses come by MAVLink"),
-    _one_of(
+    one_of("BATT_FS_CRT_ACT", (1, 0), _W, When.ALWAYS, "as above", optional=True),
+    one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
+    equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),
+    equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),
+    equal("COMPASS_USE", 0, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
+    equal("COMPASS_USE2", 0, _E, When.MOCAP, "as above", optional=True),
+    equal("COMPASS_USE3", 0, _E, When.MOCAP, "as above", optional=True),
+    equal("EK3_SRC1_POSXY", 6, _E, When.MOCAP, "position comes from mocap"),
+    equal("EK3_SRC1_POSZ", 6, _E, When.MOCAP, "height comes from mocap"),
+    equal("EK3_SRC1_YAW", 6, _E, When.MOCAP, "yaw comes from mocap"),
+    equal("EK3_SRC1_VELXY", 0, _E, When.MOCAP, "mocap sends no velocity"),
+    equal("EK3_SRC1_VELZ", 0, _E, When.MOCAP, "mocap sends no velocity"),
+    equal("VISO_TYPE", 1, _E, When.MOCAP, "poses come by MAVLink"),
+    one_of(
         "VISO_QUAL_MIN",
         (0, -1),
         _E,
@@ -340,7 +216,7 @@ def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
 
 def station_rule(system_id: int) -> Rule:
     """ArduPilot acts on the loss of one station's heartbeat only."""
-    return _equal(
+    return equal(
         "MAV_GCS_SYSID SYSID_MYGCS",
         system_id,
         _E,
@@ -352,4 +228,4 @@ def station_rule(system_id: int) -> Rule:
 def delay_rule(dialect: Dialect, delay: float) -> Rule:
     """Delay that the estimator reckons with [s]."""
     name, near = MOCAP_DELAY[dialect.name]
-    return _equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)
+    return equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)

@@ -11,7 +11,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.exchange import Exchange
 from doorman.hardware.pixhawk.messages import Message, mavlink
-from doorman.hardware.pixhawk.parameter_rules import Rule, Severity
+from doorman.hardware.pixhawk.parameter_rule import Rule, Severity
 
 _TRIES = 8
 _FEWER_TRIES = 3

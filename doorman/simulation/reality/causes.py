@@ -1,4 +1,4 @@
-"""What in truth may have kept a mission from its end: for whoever judges whether it told the right reason."""
+"""True causes that may have kept a mission from its end, to compare with the reason that it states."""
 
 from __future__ import annotations
 

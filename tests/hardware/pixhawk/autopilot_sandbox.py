@@ -54,7 +54,7 @@ class Sandbox:
         self.brain.position_target(2552, NED, self.position + [0, 0, 0.5], NO, NO, 0.0)
 
     def tilt(self, thrust: float = 0.6, quaternion: np.ndarray = LEVEL, mask: int = 7) -> None:
-        self.brain.attitude_target(mask, quaternion, thrust)
+        self.brain.attitude_target(mask, quaternion, thrust, NO)
 
     def request(self, name: str) -> int:
         """Ask for a mode."""

@@ -57,13 +57,13 @@ def test_a_pilot_who_disarms_is_not_overruled_where_acknowledgements_get_lost(ri
     assert rig.pilot.engage().done
     rig.emulator.protocol.mute_commands = 1000
     assert rig.pilot.arm().done, "the heartbeat says so"
-    received = rig.emulator.protocol.received["COMMAND_LONG"]
+    received = rig.emulator.protocol.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM]
     rig.emulator.pilot_disarms()
     assert rig.pilot.arm(1.0).status in (OutcomeStatus.NOT_READY, OutcomeStatus.DONE)
     rig.happens(EventKind.CONTROL_LOST)
     time.sleep(1.5)
     assert not rig.emulator.brain.armed
-    assert rig.emulator.protocol.received["COMMAND_LONG"] <= received + 1
+    assert rig.emulator.protocol.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM] <= received + 1
 
 
 def test_a_pilot_who_takes_over_is_not_overruled_where_acknowledgements_get_lost(rigs):

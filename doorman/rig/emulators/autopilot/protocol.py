@@ -39,6 +39,8 @@ class Protocol:
     def __init__(self, brain: Brain, estimator: Estimator, telemetry: Telemetry, clock: Clock, system_id: int) -> None:
         self.received: Counter[str] = Counter()
         """Messages by type."""
+        self.commands: Counter[int] = Counter()
+        """Commands by MAV_CMD."""
         self.heartbeat_types: set[tuple[int, int, int]] = set()
         """System, component and MAV_TYPE of heartbeats."""
         self.station_heard = float("-inf")
@@ -81,6 +83,7 @@ class Protocol:
     # ------------------------------------------------------------ commands
 
     def _command(self, message: Any) -> None:
+        self.commands[message.command] += 1
         if self.ignore_commands > 0:
             self.ignore_commands -= 1
             return

@@ -11,7 +11,7 @@ from doorman.flown_constraints import flown_constraints
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recording
-from doorman.visualization.phases import tied
+from doorman.visualization.figures.phases import tied
 from doorman.visualization.style import (
     BLACK,
     BLUE,

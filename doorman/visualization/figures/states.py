@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.visualization.phases import draw_phases
+from doorman.visualization.figures.phases import draw_phases
 from doorman.visualization.style import BLACK, GREEN, RED, SKY, Axes, Figure, flight_name, true_states
 
 Array = NDArray[np.float64]
