@@ -18,7 +18,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.signals import Command, Measurement
 
@@ -93,8 +92,8 @@ class DoorLocator:
             self._lose(time_step)
             return
         self._away = 0.0
-        tip = rotation_body_to_world(measured.attitude) @ self._model.vehicle.tip_position(measured.arm_angles)
-        self._sum += measured.position + tip
+        tips = self._model.coupling.tips(np.array([measured.attitude]), np.array([measured.arm_angles]))
+        self._sum += measured.position + tips[0]
         self._count += 1
         self._since += time_step
         if self._since >= _EVERY:
