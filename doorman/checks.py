@@ -44,6 +44,16 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
     return array
 
 
+def components(values: ArrayLike, size: int, field: str) -> list[float]:
+    """`vector` as plain numbers, for what is done with them one by one."""
+    if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (size,):
+        found: list[float] = values.tolist()
+        if math.isfinite(sum(found)):
+            return found
+    checked: list[float] = vector(values, size, field).tolist()
+    return checked
+
+
 def numbers(values: ArrayLike, field: str, allowed: str = "an array of numbers") -> NDArray[np.float64]:
     """A fresh, contiguous float array of any shape, finite or not.
 

@@ -25,8 +25,8 @@ _BESIDE = "scenario.toml"
 
 
 def recorded_header(scenario: Scenario) -> dict[str, Any]:
-    """What every recording's header says: the scenario with all its values, and its name."""
-    return {"scenario": scenario.model_dump(mode="json"), "name": scenario.name}
+    """What every recording's header says: the scenario with its values, and its name."""
+    return {"scenario": scenario.tables(mode="json"), "name": scenario.name}
 
 
 def carried_files(scenario: Scenario) -> dict[str, bytes]:

@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import number, numbers, vector
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.surroundings import Surroundings
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.actuation import actuation_of
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.read_door import read_door, read_travel
 from doorman.kinematics.rotations import regular_state, regular_step
+from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
 from doorman.kinematics.true_door import TrueDoor, is_another
 from doorman.kinematics.urdf import frozen
@@ -23,6 +25,7 @@ from doorman.kinematics.vehicle import GRAVITY as GRAVITY
 from doorman.kinematics.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
+from doorman.scenario.sized import sized
 
 Array = NDArray[np.float64]
 
@@ -52,6 +55,9 @@ class Model:
     def __init__(self, scenario: Scenario | str | os.PathLike[str]) -> None:
         self.scenario = scenario = Scenario.of(scenario)
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
+        self.scale = Scale.of(self.vehicle.radius, self.vehicle.mass)
+        """Of the vehicle's units to those of the shipped one, for which defaults are tuned."""
+        self.scenario = scenario = sized(scenario, {"force": self.scale.force, "torque": self.scale.torque})
         self.door = read_door(scenario)
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
@@ -83,6 +89,8 @@ class Model:
         self.vehicle_inertia = frozen(self.vehicle.inertia(self.goal_arm))
         self.actuation = actuation_of(self.vehicle, scenario.simulation.torque_per_thrust)
         """How the vehicle makes a force: with a tilted thrust, or with a level body."""
+        self.attitude_loop = AttitudeLoop(scenario.vehicle.attitude_lag)
+        """How roll and pitch follow what is commanded."""
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
 
     @property

@@ -191,6 +191,13 @@ def test_the_modules_page_is_made_from_the_docstrings():
     assert named == {str(p.relative_to(ROOT / "doorman")) for p in files if not p.name.startswith("__")}
 
 
+def test_the_tables_of_settings_are_made_from_the_docstrings():
+    made = runpy.run_path(str(ROOT / "docs" / "make_settings.py"))
+    text = made["PAGE"].read_text(encoding="utf-8")
+    assert text == made["page"](text), "run: python docs/make_settings.py"
+    assert text == made["page"](text.replace("| rad/s |", "| rad |")), "whatever the tables say, they are made anew"
+
+
 def scenario_keys(table: type[BaseModel], prefix: str = "") -> dict[str, Any]:
     """Default by dotted key of every value in a scenario."""
     keys: dict[str, Any] = {}

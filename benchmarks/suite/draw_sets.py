@@ -27,6 +27,7 @@ def _beside(name: str, runs: int, words: str) -> DrawSet:
 
 SETS = {
     "push_campaign": DrawSet("push_campaign", 100, "`push_campaign`"),
+    "mirrored": _beside("mirrored", 60, "`push_campaign` with the hinge on the left"),
     "turning_wind_slow": _beside("turning_wind_slow", 20, "wind of 1 N turns by 4.5°/s"),
     "turning_wind_fast": _beside("turning_wind_fast", 20, "wind of 1 N turns by 9°/s"),
     "late_cameras": _beside("late_cameras", 20, "cameras 100 Hz, 40 ms late"),
@@ -34,6 +35,7 @@ SETS = {
     "misplaced_door": _beside("misplaced_door", 20, "door up to 2 cm, 2° elsewhere"),
     "closers": _beside("closers", 20, "closers up to 2 N m/rad"),
     "narrow_doorways": _beside("narrow_doorways", 20, "doorways of 1.10 to 1.14 m"),
+    "small_doors": _beside("small_doors", 60, "small hexarotor, doors of 0.76 to 0.91 m"),
     "hands": _beside("hands", 10, "a hand holds or shoves"),
 }
 """By name, in the order of the table."""

@@ -181,5 +181,5 @@ def _checked_seeds(seeds: Iterable[int]) -> list[int]:
     numbers = [whole(seed, f"seeds[{index}]", 0) for index, seed in enumerate(seeds)]
     if len(set(numbers)) < len(numbers):
         twice = next(seed for seed in numbers if numbers.count(seed) > 1)
-        raise DoormanError("a seed is there twice", field="seeds", given=twice, allowed="seeds that differ")
+        raise DoormanError("a seed is given twice", field="seeds", given=twice, allowed="seeds that differ")
     return numbers

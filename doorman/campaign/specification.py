@@ -39,10 +39,13 @@ class Campaign:
     Args:
         source: Name or path of the scenario.
         overrides: Values by dotted key, for all runs.
+        vehicle: Vehicle file that some of them are of, for the command that flies a run again; `None` among them is a key that
+            the file leaves to its default.
     """
 
     source: str
     overrides: Mapping[str, Any] = field(default_factory=dict)
+    vehicle: str | None = None
 
     @property
     def scenario(self) -> Scenario:
@@ -64,7 +67,7 @@ class Campaign:
         campaign = self.scenario.campaign
         if not campaign.vary:
             raise ScenarioError(
-                "nothing varies", file=self.scenario.source, field="campaign.vary", allowed="a table of distributions"
+                "no key varies", file=self.scenario.source, field="campaign.vary", allowed="a table of distributions"
             )
         for key, distribution in campaign.vary.items():
             for value in _ends(distribution):
@@ -112,7 +115,11 @@ class Campaign:
         words = ["doorman", "open", source, "--seed", str(seed)]
         if duration is not None:
             words += ["--duration", repr(duration)]
+        if self.vehicle is not None:
+            words += ["--vehicle", absolute(self.vehicle, Path.cwd())]
         for key, value in overrides.items():
+            if value is None:
+                continue
             words += ["--set", f"{key}={json.dumps(value, ensure_ascii=False)}"]
         return shlex.join(words)
 
@@ -151,7 +158,7 @@ def _ends(distribution: Distribution) -> tuple[Any, ...]:
 
 def portable(scenario: Scenario) -> dict[str, Any]:
     """A scenario as JSON that is the same task in any directory; URDFs that do not ship are absolute paths."""
-    tables = scenario.model_dump(mode="json")
+    tables = scenario.tables(mode="json")
     known = shipped(urdf_directory(), ".urdf").values()
     for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):
         tables[section]["urdf"] = path.stem if path in known else str(path)

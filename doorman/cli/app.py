@@ -54,8 +54,8 @@ and `--set key=value` overrides it. A RUN is the folder that a flight leaves, or
 
 First steps:
 
-- `doorman warmup`: compile ahead, once, what the first flight would otherwise wait for.
-- `doorman check paper`: can it work at all?
+- `doorman warmup`: compile the kernels once, so that the first flight need not wait for them.
+- `doorman check paper`: is the task possible?
 - `doorman open paper --view --realtime`: check it, fly it and watch; the results go to a new folder under runs.
 - `doorman view`: watch the newest run again: play, pause, speed, and a slider through its time.
 
@@ -63,14 +63,14 @@ Then:
 
 - `doorman open push --seed 3 --out push-3`: a tip that can only push.
 - `doorman open --set contact.height=0.9`: the same task, touched higher up.
-- `doorman campaign push_campaign --runs 20`: many doors, winds and sensors by chance, and how often it worked.
+- `doorman campaign push_campaign --runs 20`: random doors, winds and sensors, and the share of successes.
 - `doorman rig paper --fly`: the same mission through emulated autopilot, servos and cameras.
 
 Every command that finds or writes something takes `--json`: the result goes to stdout as one JSON document, and words to
 stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
 
 Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
-did not or is refused, 2 if the input or the surroundings cannot be used, 3 for what nobody expected: DOORMAN_TRACEBACK=1 shows
+did not or is refused, 2 if the input or the surroundings cannot be used, 3 for an unexpected error: DOORMAN_TRACEBACK=1 shows
 where.
 """
 
@@ -171,17 +171,20 @@ def open_command(
     ] = None,
     duration: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Simulated time at most.", show_default="to the mission's end"),
+        typer.Option(metavar="SECONDS", help="Longest simulated time.", show_default="to the mission's end"),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise.")] = 0,
-    realtime: Annotated[bool, typer.Option("--realtime", help="Do not run ahead of the clock.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Fly no faster than real time.")] = False,
     view: Annotated[
         bool, typer.Option("--view", help="Show the flight in a browser while it is flown; best with --realtime.")
     ] = False,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Of the page of --view, on this machine.", show_default="any free one")
+        int,
+        typer.Option(
+            min=0, max=65535, help="Port of the page of --view, on this machine.", show_default="any free one"
+        ),
     ] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Fly even what `doorman check` refuses.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Fly even a scenario that `doorman check` refuses.")] = False,
     feed: FeedPort = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")

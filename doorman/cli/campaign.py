@@ -17,7 +17,9 @@ from doorman.campaign.report import rate_in_words, write_report
 from doorman.campaign.results import Row
 from doorman.campaign.running import durable_rows, run_campaign
 from doorman.cli.overrides import parse_overrides
+from doorman.cli.task import check_links, vehicle_values
 from doorman.exceptions import DoormanError
+from doorman.model import Model
 
 
 def fly_campaign(
@@ -28,6 +30,7 @@ def fly_campaign(
     scheduler: str | None,
     out: Path | None,
     as_json: bool,
+    vehicle: str | None = None,
 ) -> int:
     """Fly what is missing of a campaign, and write its report.
 
@@ -39,6 +42,7 @@ def fly_campaign(
         scheduler: Address of an existing Dask cluster.
         out: The campaign's folder; by default `runs/campaign-NAME`.
         as_json: Print the figures of the report as JSON and nothing else.
+        vehicle: Name or path of a vehicle file, if any; its values are overrides of all runs.
 
     Returns:
         Exit status: 0 if all runs were flown, however they went; 1 if runs are missing.
@@ -51,8 +55,10 @@ def fly_campaign(
         raise DoormanError(
             "a cluster has its own workers", field="--workers", given=workers, allowed="not with --scheduler"
         )
-    campaign = Campaign(source, parse_overrides(settings))
+    campaign = Campaign(source, {**vehicle_values(vehicle), **parse_overrides(settings)}, vehicle)
     scenario = campaign.scenario
+    if vehicle is not None:
+        check_links(Model(scenario), vehicle)
     planned = scenario.campaign.runs if runs is None else runs
     folder = out or Path("runs") / f"campaign-{scenario.name}"
     folder.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from doorman.cli import panels
-from doorman.cli.arguments import Settings, Source
+from doorman.cli.arguments import Settings, Source, Vehicle
 
 
 def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
@@ -24,6 +24,7 @@ def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], 
     def campaign(
         scenario: Source = "push_campaign",
         settings: Settings = None,
+        vehicle: Vehicle = None,
         runs: Annotated[
             int | None, typer.Option(min=1, max=1_000_000, help="Number of flights.", show_default="the scenario's")
         ] = None,
@@ -57,6 +58,6 @@ def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], 
         def command() -> int:
             from doorman.cli.campaign import fly_campaign
 
-            return fly_campaign(scenario, settings or [], runs, workers, scheduler, out, as_json)
+            return fly_campaign(scenario, settings or [], runs, workers, scheduler, out, as_json, vehicle)
 
         leave(command)

@@ -23,10 +23,11 @@ from doorman.cli.background_printer import BackgroundPrinter
 from doorman.cli.feeding import fed
 from doorman.cli.overrides import parse_overrides
 from doorman.cli.run_folder import new_folder
+from doorman.dynamics.attitude_loop import LARGE_LAG
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
-from doorman.flight.attitude_lag import LARGE_LAG, recorded_lag
+from doorman.flight.attitude_lag import recorded_lag
 from doorman.flight.guarded import STOPPING
 from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time

@@ -49,4 +49,4 @@ def real_numbers(text: str | None, option: str, count: int) -> tuple[float, ...]
         values = tuple(float(part) for part in text.split(","))
         if len(values) == count and all(map(math.isfinite, values)):
             return values
-    raise DoormanError("not such numbers", field=option, given=text, allowed=f"{count} finite numbers between commas")
+    raise DoormanError("wrong numbers", field=option, given=text, allowed=f"{count} finite numbers between commas")

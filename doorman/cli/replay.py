@@ -113,7 +113,7 @@ def replay_plans(recording: Recording, planner: Planner) -> Replay:
     missing = [name for name in _NEEDED if name not in recorded]
     if missing:
         raise RecordingError(
-            "the recorded plans do not say all that they were made from", field="plan", given="no " + ", ".join(missing),
+            "the recording lacks what its plans were made from", field="plan", given="no " + ", ".join(missing),
             allowed="a recording of this version of doorman",
         )  # fmt: skip
     differences, comparable, left_out = [], True, 0

@@ -112,7 +112,7 @@ def _rig(arguments: Sequence[str]) -> Iterator[dict[str, object]]:
                     process.wait(_STOP)
                 except subprocess.TimeoutExpired:
                     process.kill()
-                    raise BackendError("the rig does not end", given=f"{_STOP:g} s") from None
+                    raise BackendError("the rig does not stop", given=f"{_STOP:g} s") from None
 
 
 def _links(process: subprocess.Popen[str]) -> dict[str, object]:
@@ -121,4 +121,4 @@ def _links(process: subprocess.Popen[str]) -> dict[str, object]:
         if line.startswith("{"):
             links = {OPTIONS[f"--{name}"]: link for name, link in json.loads(line)["links"].items()}
             return {MOCAP: NO_CAMERAS, **links}
-    raise BackendError("the rig did not start: see its words above")
+    raise BackendError("the rig did not start: see its message above")

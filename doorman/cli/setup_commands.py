@@ -63,16 +63,21 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
             ),
         ] = None,
         on_loss: Annotated[
-            Reaction, typer.Option(help="What it does without this computer: land where it is, or on its pad.")
+            Reaction,
+            typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
         ] = Reaction.LAND,
         mocap_delay: Annotated[
             float | None,
-            typer.Option(metavar="SECONDS", help="From exposure to sending; for ArduPilot.", show_default="left out"),
+            typer.Option(
+                metavar="SECONDS",
+                help="Delay of poses from exposure to sending; for ArduPilot.",
+                show_default="left out",
+            ),
         ] = None,
         telem: Annotated[
             int, typer.Option(min=0, max=3, help="Telemetry port that this computer is wired to; 0: USB.")
         ] = 2,
-        baud: Annotated[int, typer.Option(help="Its baud rate.")] = 921_600,
+        baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
         flow_control: Annotated[
             bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are wired, too.")
         ] = False,
@@ -148,18 +153,24 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
         feed: Annotated[
             int, typer.Option(min=0, max=65535, help="UDP port on loopback that the flight sends to.")
         ] = 51100,
-        domain: Annotated[int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Of the ROS graph.")] = 0,
-        prefix: Annotated[str, typer.Option(metavar="NAME", help="Of the published topics.")] = "doorman",
+        domain: Annotated[
+            int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")
+        ] = 0,
+        prefix: Annotated[str, typer.Option(metavar="NAME", help="Prefix of the published topics.")] = "doorman",
         poses: Annotated[
             str | None,
             typer.Option(
-                metavar="TOPIC", help="PoseStamped of the vehicle, sent on to --to.", show_default="none taken"
+                metavar="TOPIC",
+                help="PoseStamped topic of the vehicle; its poses go to --to.",
+                show_default="none taken",
             ),
         ] = None,
         to: Annotated[
             int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")
         ] = 51001,
-        object_name: Annotated[str, typer.Option(metavar="NAME", help="Of the vehicle in that stream.")] = "vehicle",
+        object_name: Annotated[
+            str, typer.Option(metavar="NAME", help="Name of the vehicle in that stream.")
+        ] = "vehicle",
         rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
     ) -> None:
         """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.

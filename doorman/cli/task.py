@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from doorman.cli.overrides import parse_overrides
 from doorman.model import Model
@@ -29,6 +30,25 @@ def load_task(source: str, settings: Sequence[str], vehicle: str | None) -> Scen
     from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
 
     return VehicleFile.load(vehicle).scenario(source, overrides)
+
+
+def vehicle_values(vehicle: str | None) -> dict[str, Any]:
+    """What a vehicle file says that is a scenario's, by dotted key.
+
+    Args:
+        vehicle: Name or path of the vehicle file; None: nothing.
+
+    Returns:
+        Overrides of a scenario.
+
+    Raises:
+        DoormanError: if the file cannot be used.
+    """
+    if vehicle is None:
+        return {}
+    from doorman.hardware.vehicle_file import VehicleFile  # needs the extra hardware
+
+    return VehicleFile.load(vehicle).scenario_values
 
 
 def check_links(model: Model, vehicle: str | None) -> None:

@@ -44,7 +44,7 @@ _SERVOS = "from base to tip, then the gripper's"
 def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | None) -> str | None:
     """A link that the command line names, or leaves to a vehicle file."""
     if value is None and context.params.get("vehicle") is None and not context.resilient_parsing:
-        raise typer.BadParameter("Nothing names the link: give this option or --vehicle.", param_hint=parameter.opts[0])
+        raise typer.BadParameter("No link is named: give this option or --vehicle.", param_hint=parameter.opts[0])
     return value
 
 
@@ -66,12 +66,12 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         vehicle: Vehicle = None,
         autopilot: Annotated[
             AutopilotKind,
-            typer.Option(help="Whose rules it follows; px4-sitl, ardupilot-sitl: their own code, which you start."),
+            typer.Option(help="Autopilot to emulate; px4-sitl and ardupilot-sitl are their own code, which you start."),
         ] = AutopilotKind.PX4,
         motors: Annotated[
             Motors,
             typer.Option(
-                help="linear: the autopilot linearises them; quadratic: their thrust is the signal squared, 40 ms late."
+                help="linear: the autopilot linearises the motors; quadratic: thrust is the signal squared, 40 ms late."
             ),
         ] = Motors.LINEAR,
         pixhawk_port: Annotated[
@@ -92,9 +92,9 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
                 metavar="FILE", help="Record the truth, as MCAP; with --fly, a folder for truth and flight, too."
             ),
         ] = None,
-        seed: Annotated[int, typer.Option(min=0, help="Of noise.")] = 0,
+        seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
         fly: Annotated[
-            bool, typer.Option("--fly", help="Fly the mission against it, judge the flight, and leave.")
+            bool, typer.Option("--fly", help="Fly the mission against the rig, judge the flight, and exit.")
         ] = False,
         as_json: Annotated[
             bool, typer.Option("--json", help="Print the links, or with --fly the summary, as JSON; words to stderr.")
@@ -141,7 +141,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         ] = None,
         duration: Annotated[
             float | None,
-            typer.Option(metavar="SECONDS", help="End the mission then, as flown.", show_default="its own"),
+            typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="its own"),
         ] = None,
         dry_run: Annotated[
             bool,

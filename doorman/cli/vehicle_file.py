@@ -54,7 +54,7 @@ def new_file(file: Path, urdf: str, base_link: str, tip: str, every_key: bool) -
         with open(file, "x", encoding="utf-8") as stream:
             stream.write(text)
     except FileExistsError as error:
-        raise DoormanError("the file is there already", file=file, allowed="a new one") from error
+        raise DoormanError("the file exists already", file=file, allowed="a new one") from error
     typer.echo(f"{file}: {len(vehicle.joint_names)} joints; fill in links and mounting, then calibrate.")
     return 0
 

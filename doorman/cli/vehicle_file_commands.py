@@ -23,7 +23,8 @@ def add_vehicle_file_commands(app: typer.Typer, leave: Callable[[Callable[[], in
         leave: Runs a command and leaves with its exit status.
     """
     group = typer.Typer(
-        help="Write a vehicle file, and calibrate into it: URDF, links, servos, cameras, thrust.", no_args_is_help=True
+        help="Write a vehicle file and add calibrations to it: URDF, links, servos, cameras, thrust.",
+        no_args_is_help=True,
     )
     group.command("new")(_new_command(leave))
     group.command("zeros")(_zeros_command(leave))
@@ -35,14 +36,14 @@ def add_vehicle_file_commands(app: typer.Typer, leave: Callable[[Callable[[], in
 
 def _new_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def new(
-        file: Annotated[Path, typer.Argument(metavar="FILE", help="To write; it must not be there yet.")],
+        file: Annotated[Path, typer.Argument(metavar="FILE", help="New file to write.")],
         urdf: Annotated[
-            str, typer.Option(metavar="URDF", help="Of the vehicle: a path, or the name of a shipped one.")
+            str, typer.Option(metavar="URDF", help="URDF of the vehicle: a path, or the name of a shipped one.")
         ] = "hexarotor_arm",
-        base_link: Annotated[str, typer.Option(metavar="LINK", help="Of the multirotor.")] = "base_link",
-        tip: Annotated[str, typer.Option(metavar="FRAME", help="Of the arm's tip.")] = "tip",
+        base_link: Annotated[str, typer.Option(metavar="LINK", help="Base link of the multirotor.")] = "base_link",
+        tip: Annotated[str, typer.Option(metavar="FRAME", help="Frame of the arm's tip.")] = "tip",
         every_key: Annotated[
-            bool, typer.Option("--all", help="With every other key and its default, as comments.")
+            bool, typer.Option("--all", help="Also write every other key and its default, as comments.")
         ] = False,
     ) -> None:
         """Write a vehicle file with comments, ready to be filled in.
@@ -64,10 +65,13 @@ def _zeros_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
     def zeros(
         file: _File,
         posture: Annotated[
-            str, typer.Option(metavar="ANGLES", help="Of all joints, then the gripper, as the URDF counts them [rad].")
+            str,
+            typer.Option(
+                metavar="ANGLES", help="Angles of all joints, then of the gripper, as the URDF counts them [rad]."
+            ),
         ],
         servos: Annotated[
-            str | None, typer.Option(metavar="DEVICE", help="Of the servos.", show_default="the file's")
+            str | None, typer.Option(metavar="DEVICE", help="Serial device of the servos.", show_default="the file's")
         ] = None,
         as_json: _Json = False,
     ) -> None:
@@ -89,10 +93,10 @@ def _zeros_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
 def _object_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def object_(
         file: _File,
-        at: Annotated[str, typer.Option(metavar="X,Y,Z", help="O_B in the world [m], by plumb line.")],
-        yaw: Annotated[float, typer.Option(metavar="ANGLE", help="Where its nose points [rad].")] = 0.0,
+        at: Annotated[str, typer.Option(metavar="X,Y,Z", help="Position of O_B in the world [m], by plumb line.")],
+        yaw: Annotated[float, typer.Option(metavar="ANGLE", help="Heading of the vehicle [rad].")] = 0.0,
         mocap: Annotated[
-            str | None, typer.Option(metavar="LINK", help="Of the cameras.", show_default="the file's")
+            str | None, typer.Option(metavar="LINK", help="Link to the cameras.", show_default="the file's")
         ] = None,
         as_json: _Json = False,
     ) -> None:

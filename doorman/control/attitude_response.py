@@ -14,12 +14,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.dynamics.attitude_loop import USUAL_LAG
+from doorman.kinematics.rotations import euler_rates
 
 Array = NDArray[np.float64]
 
-USUAL_LAG = 0.05
-"""Of a vehicle of which nothing is known yet [s]."""
 LONGEST_LAG = 1.0
 """[s]."""
 _WEIGHT = 0.02
@@ -53,7 +52,7 @@ class AttitudeResponse:
             SingularityError: if θ = ±π/2.
         """
         roll, pitch = float(attitude[0]), float(attitude[1])
-        roll_rate, pitch_rate, _ = (euler_rate_matrix(attitude) @ body_rates).tolist()
+        roll_rate, pitch_rate, _ = euler_rates(attitude, body_rates)
         moved = roll_rate * roll_rate + pitch_rate * pitch_rate
         behind = roll_rate * (float(told[0]) - roll) + pitch_rate * (float(told[1]) - pitch)
         kept = math.exp(-time_step / _FORGETTING)

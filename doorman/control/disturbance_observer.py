@@ -48,6 +48,7 @@ class DisturbanceObserver:
         self.memory = np.array([*np.zeros(STARTED + 1), self._gain, rate, damping, limit])
         """What the kernels of `control_step` read and write, shape (OBSERVER,)."""
         assert len(self.memory) == OBSERVER
+        align_disturbance(self.memory, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, np.zeros(3))  # compiles: nothing is in flight
 
     @property
     def estimate(self) -> Array:
@@ -65,7 +66,7 @@ class DisturbanceObserver:
         Returns:
             δ̂, shape (3,), world frame [N].
         """
-        observe_disturbance(self.memory, position, force, time_step)
+        observe_disturbance(self.memory, np.array(position), np.array(force), time_step)
         return self.estimate.copy()
 
     def align(self, direction: Array, disturbance: Array, velocity: Array) -> None:
@@ -77,7 +78,7 @@ class DisturbanceObserver:
             velocity: ṗ, shape (3,) [m/s].
         """
         (x, y, up), (to_x, to_y, to_up) = direction.tolist(), disturbance.tolist()
-        align_disturbance(self.memory, x, y, up, to_x, to_y, to_up, velocity)
+        align_disturbance(self.memory, x, y, up, to_x, to_y, to_up, np.array(velocity))
 
     def resume(self, position: Array, velocity: Array, disturbance: Array) -> None:
         """Begin anew with a known disturbance.

@@ -13,7 +13,8 @@ leaf, whose lever :math:`l_W` is half of a hinged leaf's width. It would pass fo
 with the angle; it is expected to blow as the vehicle feels it before the touch. An extended Kalman filter measures the tip's
 angle. A door that stands still says nothing of its parameters but that its friction suffices: they rest until it moves. Their
 standard deviations are what the motion has taught; damping, friction and closer stay correlated where the door has only seen one
-speed.
+speed. A seal or a latch says nothing of them either: the first degrees of a leaf that comes loose under far more than the hinge
+should resist with are left out.
 """
 
 from __future__ import annotations
@@ -108,9 +109,17 @@ class DoorFilter:
             np.zeros((2, STATES)),
             np.zeros(len(fields(HingeEstimate))),
         )
-        self._memory = np.array([-math.inf, 0.0, settings.push_noise, settings.torque_deviation])
+        noises = settings.push_noise, settings.torque_deviation
+        self._memory = np.array([-math.inf, 0.0, *noises, 1.0, -math.inf])
+        self._compile()
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
+
+    def _compile(self) -> None:
+        """Make the kernels while nothing is in flight."""
+        kept = self._memory.copy(), self.state.copy(), self.covariance.copy(), self._work
+        advance_door(self._numbers, self._leaf, *kept, 0.0, False, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0)
+        hinge_of(self._numbers, self._leaf, self.state, self.covariance, self._hinge)
 
     @property
     def angle(self) -> float:

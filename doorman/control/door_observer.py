@@ -27,12 +27,15 @@ class DoorObserver:
         model: Model of the scenario.
         rate: Bandwidth [rad/s]; 0: the estimate stays 0.
         limit: Bound of the estimate [N m].
+        whole: Whether the damping and the closer that the scenario names are part of the estimate: a plan that is told of it
+            knows nothing else of the hinge.
     """
 
-    def __init__(self, model: Model, rate: float, limit: float) -> None:
+    def __init__(self, model: Model, rate: float, limit: float, *, whole: bool = False) -> None:
         self.rate = rate
         self.limit = limit
         self._door = model.door
+        self._damping, self._stiffness = (0.0, 0.0) if whole else (model.door.damping, model.door.stiffness)
         self._lever = model.coupling.lever_length
         self._vehicle_inertia = model.vehicle.mass * self._lever**2
         self._torque = 0.0
@@ -58,7 +61,7 @@ class DoorObserver:
         door, whole = self._door, inertia + self._vehicle_inertia
         if self._rate is None:
             self._rate, self._torque = door_rate, self.estimate
-        resistance = door.damping * door_rate + door.stiffness * (door_angle - door.rest_angle)
+        resistance = self._damping * door_rate + self._stiffness * (door_angle - door.rest_angle)
         resistance += door.weight_torque(door_angle)
         part = 1.0 - math.exp(-self.rate * time_step)
         self._torque += part * (-self._lever * push - resistance - self._torque)
@@ -67,6 +70,15 @@ class DoorObserver:
         self.estimate = min(max(self._torque - taken, -self.limit), self.limit)
         self._torque = self.estimate + taken  # anti-windup: the state stays where the bound is
         return self.estimate
+
+    def restart(self, estimate: float) -> None:
+        """Go on from another estimate.
+
+        Args:
+            estimate: τ̂_d [N m].
+        """
+        self.estimate = min(max(estimate, -self.limit), self.limit)
+        self.pause()
 
     def pause(self) -> None:
         """Keep the estimate while the tip is away; the next update begins from the rate that it is given."""

@@ -121,9 +121,10 @@ class Doorway:
 
     def _bounded(self, position: Array) -> bool:
         """Whether the jambs bound where a vehicle may be: always in a doorway, else only where its disc is between them."""
+        if self._bounds or self._before_wall or not self._has_jambs:
+            return self._bounds
         into = float(self._door.in_doorway(position - self._door.hinge_position)[0])
-        near = -self._door.frame_depth - self._radius < into < self._door.frame_back + self._radius
-        return self._bounds or (near and not self._before_wall and self._has_jambs)
+        return -self._door.frame_depth - self._radius < into < self._door.frame_back + self._radius
 
     def _gap_to_jambs(self, position: Array) -> float:
         if not self._has_jambs:

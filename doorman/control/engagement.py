@@ -49,5 +49,5 @@ def _share(model: Model) -> float:
     room = balance.room_towards(model.vehicle.center_of_mass(model.start_arm), nose_down)
     torque = model.vehicle.mass * GRAVITY * room
     inertia = float(model.vehicle.inertia(model.start_arm)[1, 1])
-    answered = torque / (inertia * settings.attitude_stiffness)
+    answered = torque / (inertia * model.attitude_loop.stiffness)
     return min(max(answered / settings.engage_pitch, _LEAST_SHARE), 1.0)

@@ -9,14 +9,15 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.attitude_response import USUAL_LAG, AttitudeResponse
+from doorman.control.attitude_response import AttitudeResponse
 from doorman.control.center_of_mass import center_of_mass
 from doorman.control.contact_monitor import ContactMonitor
 from doorman.control.door_filter import DoorFilter, HingeEstimate
 from doorman.control.door_observer import DoorObserver
-from doorman.control.present import present, present_attitude
+from doorman.control.present import present, present_posture
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
+from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.model import GRAVITY, Model
 from doorman.one_line import OneLine
 from doorman.signals import Measurement
@@ -143,11 +144,12 @@ class Estimator:
         Returns:
             The estimate.
         """
-        vehicle, now = self._vehicle, measurement.time
+        vehicle, now, lifts = self._vehicle, measurement.time, force - self._weight
+        attitude, arm = present_posture(measurement)
         if self._told is not None:
-            self._response.update(self._told, present_attitude(measurement), measurement.body_rates, time_step)
+            self._response.update(self._told, attitude, measurement.body_rates, time_step)
         center = center_of_mass(self._model.vehicle, measurement)
-        vehicle.update(measurement.position, measurement.pose_time, now, force - self._weight, time_step, center)
+        vehicle.update(measurement.position, measurement.pose_time, now, lifts, time_step, center)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
         near = self._near(tip_angle)
@@ -161,13 +163,18 @@ class Estimator:
         force_felt = normal_force if may_touch else 0.0
         distance = math.inf if self._grips else self._distance_to_leaf(tip_angle, tip_rate, time_step)
         touching = tie is Tie.GRIPPED or (tie is not Tie.FREE and self.contact.update(force_felt, time_step, distance))
-        lifts = force - self._weight
-        self._update_door(tie, touching, (tip_angle, tip_rate), measurement, lifts, time_step)
-        now_seen = present(measurement, velocity)
-        gripped = self._converter.tip(now_seen, velocity) if tie is Tie.GRIPPED else (self.door.angle, self.door.rate)
-        state = np.concatenate([now_seen.attitude, gripped, now_seen.arm_angles])
-        state[2] += 2.0 * math.pi * round((self._yaw - state[2]) / (2.0 * math.pi))  # without jumps at ±π
-        self._yaw = float(state[2])
+        acting = lifts + self._wind
+        push = float(normal @ acting)
+        self._update_door(tie, touching, (tip_angle, tip_rate), measurement, acting, push, time_step)
+        state = np.empty(5 + len(arm))
+        state[:3], state[5:] = attitude, arm
+        if tie is Tie.GRIPPED:
+            state[3], state[4] = self._converter.tip(present(measurement, velocity), velocity)
+        else:
+            state[3], state[4] = self.door.angle, self.door.rate
+        yaw = float(state[2])
+        self._yaw = yaw + 2.0 * math.pi * round((self._yaw - yaw) / (2.0 * math.pi))  # without jumps at ±π
+        state[2] = self._yaw
         return Estimate(
             time=now,
             position=vehicle.position.copy(),
@@ -184,7 +191,7 @@ class Estimator:
             door_disturbance=self._hinge_torque.estimate,
             hinge=self.door.hinge(),
             attitude_lag=self._response.lag,
-            push=float(normal @ (lifts + self._wind)),
+            push=push,
         )
 
     def meet_leaf(self, tip_angle: float, wind: Array) -> None:
@@ -230,17 +237,17 @@ class Estimator:
         touching: bool,
         tip: tuple[float, float],
         measurement: Measurement,
-        force: Array,
+        acting: Array,
+        push: float,
         time_step: float,
     ) -> None:
-        acting, seen, now = force + self._wind, measurement.pose_time, measurement.time
+        seen, now = measurement.pose_time, measurement.time
         if tie is Tie.GRIPPED:
             push = self._push_of_a_grip(acting, *tip, time_step)
             self.door.update(push, True, tip[0], seen, now, time_step, wind=self._mean_wind)
             self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
             return
         self._beyond = None
-        push = float(self._model.door.normal(self.door.angle) @ acting)
         doubted = self._doubts(touching, -self._lever * tip[1], now)
         touching = touching and not doubted
         self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._mean_wind)

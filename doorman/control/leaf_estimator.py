@@ -19,8 +19,9 @@ from doorman.control.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter
 from doorman.control.vehicle_observer import VehicleObserver
 from doorman.control.wind_filter import WindFilter
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.kinematics.rotations import euler_rates
 from doorman.model import GRAVITY, Model
+from doorman.planning.limits import largest_push
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
@@ -45,8 +46,13 @@ _MOVES = 0.02
 """A door that is faster teaches its resistance [rad/s],"""
 _LEARNT = 0.3
 """in this time [s]."""
-_NUDGE, _MOST_NUDGE, _NUDGE_FADES = 0.6, 2.5, 0.5
-"""Growth of the resistance that a plan is told of while a door sticks [N m/s], its bound [N m], and its end once it moves [s]."""
+_NUDGE, _QUICKENS, _NUDGE_FADES = 0.6, 2.5, 0.5
+"""Growth of the resistance that a plan is told of while a door sticks [N m/s], twice as quick at the second [N m], and its end
+when the door moves [s]. Its bound is the torque of the largest push."""
+_QUICK, _GIVES_WAY = 8.0, 0.8
+"""A seal or a latch gives way at once: an observer this quick [rad/s] that finds so much less resistance is believed [N m]."""
+_BREAKS_LOOSE = 0.05
+"""A leaf that has gone no farther may still be held by a seal or a latch: it tells nothing of the wind [rad]."""
 _NUDGED_WITHIN = 0.07
 """Nearer to the goal it grows in proportion [rad]."""
 _STANDS_AT_GOAL = 0.015
@@ -61,8 +67,8 @@ _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
 """A tip that is farther than it last was in contact has met the leaf again [rad]."""
-_RESISTANCE, _FIRST_RESISTANCE = (0.05, 6.0), 0.3
-"""Within which resistance is believed, and what is believed at first [N m]."""
+_LEAST_RESISTANCE, _FIRST_RESISTANCE = 0.05, 0.3
+"""Of a hinge, and what is believed at first [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,11 +114,16 @@ class LeafEstimator:
         settings = model.scenario.estimation
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
+        self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
         self._start = float(model.start_state[3])
+        self._most_resistance = largest_push(model, model.scenario.control.max_tilt) * self._lever
+        """Torque of the largest push [N m]."""
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
+        self._monitor.declare(model.scenario.mission.start == "contact")
         self._model, self._leaf, self._touched_at = model, model.door, 0.0
+        self._stood = -math.inf
         self._begin()
         self._wind, self._friction = WindFilter(), np.zeros(2)
         self._face, self._face_variance, self._closed = 0.0, _FACE**2, True
@@ -134,14 +145,14 @@ class LeafEstimator:
             seeks: Whether the tip is to touch the leaf.
             wanted: Opening rate that is asked for [rad/s].
         """
-        weight = np.array([0.0, 0.0, self._mass * GRAVITY])
+        lifts = rotors - self._weight_force
         center = center_of_mass(self._model.vehicle, measured)
-        self._vehicle.update(measured.position, measured.pose_time, measured.time, rotors - weight, time_step, center)
+        self._vehicle.update(measured.position, measured.pose_time, measured.time, lifts, time_step, center)
         velocity, felt = self._vehicle.velocity.copy(), self._vehicle.outer_force
         self._wind.predict(time_step)
         tip = self._tip(measured, velocity)
         normal = self._leaf.normal(self._door.angle)
-        push = float(normal @ (rotors - weight))
+        push = float(normal @ lifts)
         touching = self._contact(tip, normal, push, measured.time, time_step, seeks)
         if touching and self._closed:
             touching, tip = self._first_touch(tip, time_step)
@@ -151,12 +162,15 @@ class LeafEstimator:
         angle, rate = self._door.angle, self._door.rate
         if touching:
             self._torque.update(angle, rate, acting, self._door.inertia, time_step)
+            self._quick.update(angle, rate, acting, self._door.inertia, time_step)
             bare = -self._bare.update(angle, rate, push, self._door.inertia, time_step)
-            if self._bare.rate > 0.0:  # an observer that is off tells nothing
+            self._stood = max(self._stood, angle)
+            loose = self._stood - angle > _BREAKS_LOOSE
+            if loose and self._bare.rate > 0.0:  # an observer that is off tells nothing
                 self._wind.pushed(normal, self._levers, bare, -rate, time_step)
         else:
-            self._torque.pause()
-            self._bare.pause()
+            for observer in (self._torque, self._quick, self._bare):
+                observer.pause()
             if seeks:
                 self._door.passed(tip[0])
         resistance = self._resistance(touching, wanted, time_step)
@@ -174,7 +188,7 @@ class LeafEstimator:
 
     def _friction_share(self) -> float:
         """Share of friction in what the hinge resists with, beside the leaf's weight."""
-        closer = max(self._door.stiffness * (self._rest - self._door.angle), 0.0)
+        closer = max(self._door.stiffness * (self._rest - self._door.angle), 0.0) + abs(self._leaf.closing_torque)
         slides = self._door.friction + 0.05
         return slides / (slides + closer)
 
@@ -213,8 +227,12 @@ class LeafEstimator:
         """Forget where the leaf is, and what resists it: it may be anywhere since the last attempt."""
         self._sought = True
         self._door = DoorFilter(self._model, self._model.scenario.estimation)
-        self._torque = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
-        self._bare = DoorObserver(self._model, self._model.scenario.control.door_observer_rate, _RESISTANCE[1])
+        rate = self._model.scenario.control.door_observer_rate
+        most = self._most_resistance
+        self._torque = DoorObserver(self._model, rate, most, whole=True)
+        self._bare = DoorObserver(self._model, rate, most, whole=True)
+        self._quick = DoorObserver(self._model, max(rate, _QUICK), most, whole=True)
+        self._stood = -math.inf
         self._deepest, self._ghost = math.inf, 0.0
         driven = max(-self._weight(), 0.0)  # its friction is more, as it stands
         self._resists, self._moved, self._more = _FIRST_RESISTANCE + driven, False, 0.0
@@ -274,14 +292,23 @@ class LeafEstimator:
         """Torque of the hinge against opening: learnt while the door moves, and more where it sticks [N m]."""
         opening, left = -self._door.rate, self._door.angle - self._goal
         if touching and opening > _MOVES:
-            share = min(time_step / _LEARNT, 1.0) if self._moved else 1.0
-            self._resists, self._moved = self._resists + share * (-self._torque.estimate - self._resists), True
+            self._learn(time_step)
         if touching and opening < min(0.3 * wanted, _MOVES) and left > _STANDS_AT_GOAL:
-            grows = _NUDGE * min(left / _NUDGED_WITHIN, 1.0) * time_step
-            self._more = min(self._more + grows, _MOST_NUDGE)
+            self._more += _NUDGE * (1.0 + self._more / _QUICKENS) * min(left / _NUDGED_WITHIN, 1.0) * time_step
+            self._more = min(self._more, max(self._most_resistance - self._resists, 0.0))
         else:
             self._more *= math.exp(-time_step / _NUDGE_FADES)
-        return min(max(self._resists + self._more, _RESISTANCE[0]), _RESISTANCE[1])
+        return min(max(self._resists + self._more, _LEAST_RESISTANCE), self._most_resistance)
+
+    def _learn(self, time_step: float) -> None:
+        """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
+        least = -self._quick.estimate + _GIVES_WAY
+        if self._torque.rate > 0.0 and -self._torque.estimate > least:
+            self._torque.restart(-least)
+        before, share = self._resists, min(time_step / _LEARNT, 1.0) if self._moved else 1.0
+        learnt = before + share * (-self._torque.estimate - before)
+        self._resists, self._moved = min(learnt, max(least, _LEAST_RESISTANCE)), True
+        self._more = max(min(self._more, self._more + before - self._resists, least), 0.0)
 
     def _forces(self, normal: Array, felt: Array, acting: float, resistance: float, time_step: float) -> float:
         """λ of vehicle and leaf that move as one; the wind takes what no contact explains."""
@@ -303,7 +330,7 @@ class LeafEstimator:
 
     def _attitude(self, measured: Measurement) -> tuple[Array, Array]:
         """Φ now, without jumps of ψ, and Φ̇."""
-        rates = np.asarray(euler_rate_matrix(measured.attitude) @ measured.body_rates)
+        rates = np.array(euler_rates(measured.attitude, measured.body_rates))
         attitude = measured.attitude + (measured.time - measured.pose_time) * rates
         attitude[2] += 2.0 * math.pi * round((self._yaw - attitude[2]) / (2.0 * math.pi))
         self._yaw = float(attitude[2])

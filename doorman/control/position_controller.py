@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.disturbance_observer import DisturbanceObserver
-from doorman.control.kernels.control_step import ACTING, FREE, MEMORY, wanted_force
+from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
 from doorman.kinematics.actuation import Actuation, TiltedThrust
 from doorman.kinematics.actuation import attitude_of_force as attitude_of_force
 from doorman.kinematics.actuation import saturate as saturate
@@ -101,7 +101,9 @@ class PositionController:
         self._weight = np.array([0.0, 0.0, mass * gravity])
         gains = *settings.position_gain, *settings.velocity_gain
         self._numbers = np.array([mass, mass * gravity, _MOST_LIFT * mass * gravity, *gains])
-        self._memory, self._found = np.zeros(MEMORY), np.zeros(6)
+        self._memory, self._given, self._found = np.zeros(MEMORY), np.zeros(GIVEN), np.zeros(6)
+        kept = self.observer.memory.copy(), self._numbers, self._memory.copy(), self._given
+        wanted_force(*kept, 0.0, False, 0.0, self._found)  # compiles: nothing is in flight
 
     def update(self, position: Array, velocity: Array, setpoint: Setpoint, time_step: float) -> Thrust:
         """One period of control.
@@ -116,11 +118,10 @@ class PositionController:
             Thrust and attitude.
         """
         pushes = setpoint.push is not None
-        wanted_force(
-            self.observer.memory, self._numbers, self._memory, time_step, position, velocity, setpoint.position,
-            setpoint.velocity, setpoint.acceleration, setpoint.force, setpoint.normal, pushes, setpoint.push or 0.0,
-            self._found,
-        )  # fmt: skip
+        seen = position, velocity, setpoint.position, setpoint.velocity, setpoint.acceleration
+        np.concatenate((*seen, setpoint.force, setpoint.normal), out=self._given)
+        observer, push = self.observer.memory, setpoint.push or 0.0
+        wanted_force(observer, self._numbers, self._memory, self._given, time_step, pushes, push, self._found)
         wanted, disturbance = self._found[:3], self._found[3:].copy()
         max_tilt = self.settings.max_tilt if setpoint.max_tilt is None else setpoint.max_tilt
         force = self._actuation.within_limits(wanted, setpoint.yaw, max_tilt)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.kinematics.rotations import euler_rates
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
@@ -31,7 +31,21 @@ def present_attitude(measured: Measurement) -> Array:
     age = measured.time - measured.pose_time
     if age <= 0.0:
         return measured.attitude
-    return np.asarray(measured.attitude + age * (euler_rate_matrix(measured.attitude) @ measured.body_rates))
+    return np.asarray(measured.attitude + age * np.array(euler_rates(measured.attitude, measured.body_rates)))
+
+
+def present_posture(measured: Measurement) -> tuple[Array, Array]:
+    """Φ and H now, shapes (3,) and (n,) [rad].
+
+    Args:
+        measured: What the sensors say.
+
+    Raises:
+        SingularityError: if θ = ±π/2.
+    """
+    age = 0.0 if measured.arm_time is None else measured.time - measured.arm_time
+    arm = measured.arm_angles + age * measured.arm_rates if age > 0.0 else measured.arm_angles
+    return present_attitude(measured), arm
 
 
 def present(measured: Measurement, velocity: Array) -> Measurement:

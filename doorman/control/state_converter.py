@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from doorman.control.kernels.leaf import leaf_numbers
+from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
+from doorman.kinematics.arm import ArmParameters
 from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
@@ -14,6 +19,20 @@ from doorman.planning.planning_model import planning_model
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
+
+
+def look_aheads(model: Model) -> tuple[float, float]:
+    """How much ahead of the state acceleration and attitude are taken from the plan: the settings', or by the attitude's lag [s].
+
+    Args:
+        model: Model of the scenario.
+    """
+    settings, loop = model.scenario.control, model.attitude_loop
+    acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead
+    return (
+        loop.acceleration_look_ahead if acceleration is None else acceleration,
+        loop.look_ahead if attitude is None else attitude,
+    )
 
 
 class StateConverter:
@@ -27,9 +46,14 @@ class StateConverter:
         self.model = model
         self._planning = planning_model(model)
         self._coupling = model.coupling
+        self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
+        self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
+        self._acceleration_ahead, self._attitude_ahead = look_aheads(model)
         rest = np.zeros(3)
         self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
+        tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
+        self._coupling.tips(rest[None], np.zeros((1, model.n_arm)))
 
     def state(
         self,
@@ -65,11 +89,16 @@ class StateConverter:
 
         Returns:
             α [rad] and α̇ [rad/s].
+
+        Raises:
+            DimensionError: if something is not finite.
         """
-        return self._coupling.door_state(
-            measurement.position, velocity, measurement.attitude,
-            measurement.body_rates, measurement.arm_angles, measurement.arm_rates,
-        )  # fmt: skip
+        seen = measurement.attitude, measurement.body_rates, measurement.arm_angles, measurement.arm_rates
+        np.concatenate((measurement.position, velocity, *seen), out=self._given)
+        angle, rate = tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
+        if not math.isfinite(angle + rate):
+            return self._coupling.door_state(measurement.position, velocity, *seen)  # says what is not finite
+        return angle, rate
 
     def tip_offset(self, position: Array, state: Array) -> tuple[float, float]:
         """Where the tip is on the leaf, relative to the contact point.
@@ -121,9 +150,9 @@ class StateConverter:
         return Setpoint(
             position=motion.position,
             velocity=motion.velocity,
-            acceleration=self._acceleration(plan, time + settings.acceleration_look_ahead),
-            yaw=self.heading(plan, time + settings.attitude_look_ahead),
-            force=self._force(plan, time + settings.attitude_look_ahead),
+            acceleration=self._acceleration(plan, time + self._acceleration_ahead),
+            yaw=self.heading(plan, time + self._attitude_ahead),
+            force=self._force(plan, time + self._attitude_ahead),
             normal=self.model.door.normal(self._at(plan, time)[0][3]),
             arm_rates=np.minimum(np.maximum(arm_rates, -self._rate_limits), self._rate_limits),
         )
@@ -138,13 +167,17 @@ class StateConverter:
 
     def turning(self, plan: Plan, time: float) -> float:
         """ψ̇ that leads to the heading `control.attitude_look_ahead` after a time of the plan [rad/s]."""
-        ahead = self.model.scenario.control.attitude_look_ahead
+        ahead = self._attitude_ahead
         return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
 
     def _motion(self, plan: Plan, time: float) -> VehicleMotion:
         """Position and velocity of O_B at a time of the plan."""
         state, inputs = self._at(plan, time)
-        return self._coupling.motion_of(state, inputs[1:4], inputs[4 : 4 + self.model.n_arm])
+        body_rates, arm_rates = (
+            inputs[1:4].copy(),
+            inputs[4 : 4 + self.model.n_arm].copy(),
+        )  # kernels take writable arrays
+        return self._coupling.motion_of(state, body_rates, arm_rates)
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
         """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.

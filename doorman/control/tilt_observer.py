@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.scenario import ControlSection
+from doorman.dynamics.attitude_loop import AttitudeLoop
 
 Array = NDArray[np.float64]
 
@@ -25,12 +25,13 @@ class TiltObserver:
     """Offset of roll and pitch from what is commanded.
 
     Args:
-        settings: Gains of the vehicle's attitude loop.
+        loop: The vehicle's attitude loop.
+        max_tilt: Largest tilt that is commanded [rad].
     """
 
-    def __init__(self, settings: ControlSection) -> None:
-        self._gain, self._rate_gain = settings.attitude_gain, settings.attitude_rate_gain
-        self._most = _MOST * settings.max_tilt
+    def __init__(self, loop: AttitudeLoop, max_tilt: float) -> None:
+        self._gain, self._rate_gain = loop.gain, loop.rate_gain
+        self._most = _MOST * max_tilt
         self._tilt: Array | None = None
         self._rates, self._commanded = np.zeros(2), np.zeros(2)
         self.offset = np.zeros(2)

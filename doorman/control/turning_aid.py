@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.rotations import euler_rate_matrix
+from doorman.kinematics.rotations import euler_rates
 from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ class TurningAid:
         Returns:
             Along the leaf, shape (3,), world frame [N].
         """
-        missing = planned_rate - float(euler_rate_matrix(state[:3])[2] @ body_rates)
+        missing = planned_rate - euler_rates(state[:3], body_rates)[2]
         along = self._door.face(state[3])[0]
         tip = self._coupling.tips(state[None, :3], state[None, 5:])[0]
         lever = float(tip[1] * along[0] - tip[0] * along[1])  # moment about the vertical of the leaf's reaction to 1 N

@@ -22,8 +22,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.kernels.vehicle_step import GIVEN, OUTER_FORCE, POSITION, SEEN, SIZE, VELOCITY, advance_vehicle
 from doorman.control.kernels.vehicle_step import LATEST as LATEST
-from doorman.control.kernels.vehicle_step import OUTER_FORCE, POSITION, SEEN, SIZE, VELOCITY, advance_vehicle
 
 Array = NDArray[np.float64]
 
@@ -42,8 +42,9 @@ class VehicleObserver:
     def __init__(self, mass: float, rate: float) -> None:
         self.mass = mass
         self.rate = rate
-        self._memory = np.zeros(SIZE)
+        self._memory, self._given = np.zeros(SIZE), np.zeros(GIVEN)
         self._memory[SEEN] = np.nan
+        advance_vehicle(self._memory.copy(), self._given, mass, rate, 0.0, 0.0, 0.0)  # compiles: nothing is in flight
 
     @property
     def position(self) -> Array:
@@ -74,5 +75,5 @@ class VehicleObserver:
             time_step: Since the last call [s].
             center: Place and velocity of the centre of mass from O_B, both of shape (3,), world axes [m], [m/s].
         """
-        place, speed = center
-        advance_vehicle(self._memory, self.mass, self.rate, position, measured_at, now, force, time_step, place, speed)
+        np.concatenate((position, force, *center), out=self._given)
+        advance_vehicle(self._memory, self._given, self.mass, self.rate, measured_at, now, time_step)

@@ -63,7 +63,7 @@ class WholeBodyController:
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
-        self._tilt = TiltObserver(model.scenario.control)
+        self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
 
     def forget(self) -> None:
         """Begin anew: door and arm stand."""

@@ -51,6 +51,8 @@ class WindFilter:
         self.covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2, _HINGE[1] ** 2])
         """Shape (5, 5)."""
         self._flown = 0.0
+        self.predict(0.0)  # compiles, as the next line does: nothing is in flight
+        correct_wind(self.state, self.covariance, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
     @property
     def force(self) -> Array:

@@ -8,7 +8,7 @@ from doorman.feasibility.geometry import geometry_findings
 from doorman.feasibility.mission import mission_findings
 from doorman.feasibility.plant import plant_findings
 from doorman.feasibility.postures import postures_finding
-from doorman.feasibility.rehearsal import DURATION, rehearse
+from doorman.feasibility.rehearsal import DURATION, rehearse, scaled
 from doorman.feasibility.report import Finding, Report, Severity, graded
 from doorman.feasibility.setup import setup_findings
 from doorman.feasibility.task import task_finding
@@ -38,12 +38,13 @@ def check(scenario: Scenario | Model, *, with_audit: bool = False) -> Report:
     """
     model = scenario if isinstance(scenario, Model) else Model(scenario)
     rehearsal = rehearse(model)
+    duration = scaled(DURATION, model)
     findings = (
-        task_finding(model, DURATION),
+        task_finding(model, duration),
         *setup_findings(model),
         postures_finding(model),
         *plant_findings(model),
-        *geometry_findings(model, DURATION),
+        *geometry_findings(model, duration),
         *mission_findings(model, rehearsal),
         *flight_findings(model, rehearsal),
         *through_findings(model),

@@ -112,7 +112,7 @@ def _first_turn(model: Model) -> tuple[float, str]:
 
 def _turning_torque(model: Model, turn: float) -> float:
     """Torque about the pitch axis with which the onboard loop answers an error of the pitch, until a gripping arm slips [N m]."""
-    gains = AttitudeGains()
+    gains = AttitudeGains.of(model.attitude_loop, model.scenario.simulation.motor_time_constant)
     torque = float(model.vehicle_inertia[1, 1]) * gains.rate[1] * gains.attitude[1] * turn
     if model.scenario.contact.kind != "grip":
         return torque

@@ -16,6 +16,7 @@ from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.resting import torques_at_rest
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
+from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
 
 Array = NDArray[np.float64]
@@ -171,26 +172,15 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
 
 def _true_hinge(model: Model) -> Finding:
     """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
-    scenario, door = model.scenario, model.true_door
-    true, control = scenario.simulation, scenario.control
-    arm, rest = door.per_angle, door.rest_angle if true.door_rest_angle is None else true.door_rest_angle
-    friction = door.friction if true.door_friction is None else arm * true.door_friction
-    stiffness = door.stiffness if true.door_stiffness is None else arm**2 * true.door_stiffness
-    preload = arm * (door.section.preload if true.door_preload is None else true.door_preload)
-    stiction = door.stiction if true.door_stiction is None else arm * true.door_stiction
-    start, goal = float(model.start_state[3]), float(model.goal_state[3])
-    sense = math.copysign(1.0, goal - start)
-    weight = max(sense * door.weight_torque(angle) for angle in (start, goal))
-    closer = sense * door.torque_of_closer(preload) + weight
-    resists = friction + stiction + closer + max(sense * stiffness * (angle - rest) for angle in (start, goal))
-    told = (
-        model.door.friction
-        + sense * model.door.closing_torque
-        + weight
-        + max(sense * model.door.stiffness * (angle - model.door.rest_angle) for angle in (start, goal))
-    )
+    control, door, hinge = model.scenario.control, model.true_door, Hinge.of(model.door)
+    ends = float(model.start_state[3]), float(model.goal_state[3])
+    sense = math.copysign(1.0, ends[1] - ends[0])
+    resists = max(sense * torque + friction for torque, friction in (torques_at_rest(model, end) for end in ends))
+    resting = (hinge.torque_at_rest(end, model.door.rest_angle) + model.door.weight_torque(end) for end in ends)
+    told = hinge.friction + max(sense * torque for torque in resting)
     push = largest_push(model, control.max_tilt) * model.coupling.lever_length
-    observed = told + (control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0)
+    most = push if model.scenario.contact.kind == "push" else control.max_door_disturbance
+    observed = told + (most if control.door_observer_rate > 0.0 else 0.0)
     limit = min(push, observed)
     ok = resists <= limit
     why = "tilt and thrust make" if push <= observed else "the door observer finds"

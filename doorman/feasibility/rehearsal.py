@@ -40,6 +40,16 @@ _FASTEST_DOOR = 20.0
 """Door rate at which a rehearsal is given up [rad/s]."""
 
 
+def scaled(duration: float, model: Model) -> float:
+    """A duration for a vehicle that may be larger, and slower by that, than the shipped one.
+
+    Args:
+        duration: Of the shipped one [s].
+        model: Model of the scenario.
+    """
+    return duration * max(model.scale.time, 1.0)
+
+
 @dataclass(frozen=True)
 class Rehearsal:
     """Motion of the rehearsal; m states."""
@@ -136,7 +146,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
         start = planning.state(push_state(model, model.start_state, push), np.zeros(3))
     target = float(model.goal_state[3]) if pushes and duration is None else math.inf
     if duration is None:
-        duration = PUSH_DURATION if pushes else DURATION
+        duration = scaled(PUSH_DURATION if pushes else DURATION, model)
     states, inputs = [start], []
     flown, ahead, unusable, failure = None, 0, 0, ""
     for _ in range(max(1, math.ceil(duration / time_step))):

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.pose_age import oldest_pose
+from doorman.control.state_converter import look_aheads
+from doorman.dynamics.attitude_loop import LARGE_LAG
 from doorman.feasibility.bodies import body_findings
 from doorman.feasibility.door import door_findings
 from doorman.feasibility.lift import lift_findings
@@ -47,6 +49,7 @@ def setup_findings(model: Model) -> list[Finding]:
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
         _age_of_poses(model),
+        _attitude_lag(model),
         *body_findings(model),
         *lift_findings(model),
         *vehicle_findings(model),
@@ -225,11 +228,9 @@ def _planner_numbers(model: Model) -> Finding:
     planner = scenario.planner
     horizon = planner.time_step * planner.horizon_steps
     control = scenario.control
+    acceleration, attitude = look_aheads(model)
     look_ahead = max(
-        control.position_look_ahead,
-        control.acceleration_look_ahead + 2.0 * planner.time_step,
-        control.attitude_look_ahead,
-        control.arm_look_ahead,
+        control.position_look_ahead, acceleration + 2.0 * planner.time_step, attitude, control.arm_look_ahead
     )
     used = look_ahead + scenario.simulation.planner_latency_periods / planner.rate
     severity, advice = Severity.OK, ""
@@ -243,6 +244,17 @@ def _planner_numbers(model: Model) -> Finding:
         "planner", severity,
         f"a horizon of {horizon:.2f} s in steps of {planner.time_step:g} s, of which look-ahead and latency use {used:.2f} s",
         horizon, max(used, _SHORTEST_HORIZON), "s", advice,
+    )  # fmt: skip
+
+
+def _attitude_lag(model: Model) -> Finding:
+    """How far roll and pitch lag behind: the force on the leaf comes by them."""
+    lag = model.attitude_loop.lag
+    return Finding(
+        "attitude lag", graded(lag <= LARGE_LAG, Severity.WARNING),
+        f"roll and pitch lag {1e3 * lag:.0f} ms behind their setpoints; contact is held up to {1e3 * LARGE_LAG:.0f} ms",
+        lag, LARGE_LAG, "s",
+        "" if lag <= LARGE_LAG else "tune the autopilot's attitude and rate loops, then doorman vehicle learn",
     )  # fmt: skip
 
 

@@ -11,8 +11,6 @@ from doorman.recording import Recording
 
 Array = NDArray[np.float64]
 
-LARGE_LAG = 0.15
-"""One that is worth a word: with PX4 and ArduPilot, contact held at 0.11 to 0.13 s and was lost at 0.2 s [s]."""
 _PERIOD = 0.005
 _LONGEST = 0.5
 _LEAST_MOTION = 0.003

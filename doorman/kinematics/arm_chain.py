@@ -49,12 +49,12 @@ def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> li
         kind = written[full.names[index]].kind
         if kind not in _KINDS:
             raise UrdfError(
-                "a joint of the arm is of another kind", file=urdf, field=f"joint {full.names[index]}", given=kind,
+                "a joint of the arm has an unknown type", file=urdf, field=f"joint {full.names[index]}", given=kind,
                 allowed=", ".join((*_KINDS, "fixed")),
             )  # fmt: skip
     if len(chain) > MOST_JOINTS:
         raise UrdfError(
-            "an arm of too many joints", file=urdf, field="vehicle.tip", given=len(chain),
+            "the arm has too many joints", file=urdf, field="vehicle.tip", given=len(chain),
             allowed=f"up to {MOST_JOINTS}; type=\"fixed\" for joints that stand",
         )  # fmt: skip
     return chain

@@ -75,7 +75,7 @@ class Door:
         self._own: PerThread[pinocchio.Data] = PerThread()
         if full.frames[leaf].parentJoint != self._hinge:
             raise UrdfError(
-                "the leaf does not hang on the hinge", file=urdf, field="door.leaf", given=self.section.leaf,
+                "the hinge does not move the leaf", file=urdf, field="door.leaf", given=self.section.leaf,
                 allowed=f"a link moved by joint '{self.section.hinge}'",
             )  # fmt: skip
         leaf_on_joint = read_leaf(urdf, self.model, self.section)
@@ -92,11 +92,8 @@ class Door:
         self.closed, self._sense = leaf_on_joint.closed()
         """Value of the URDF's joint where the door is closed [rad or m]."""
         along, opens = leaf_on_joint.directions(self.closed, self._sense)
-        self.along, self.into = frozen(along + 0.0), frozen(-self._turns * opens + 0.0)
-        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
-        self.up = frozen(leaf_on_joint.up(self.into, self.along) + 0.0)
-        self.axes = frozen(np.vstack([self.into, self.along, self.up]))
-        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
+        into = -self._turns * opens
+        self._take_axes(into, along, leaf_on_joint.up(into, along))
         self.vertical = bool(self.up[2] == 1.0) and not self.slides
         """Whether it is a hinge on a plumb axis, on which no weight acts."""
         self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
@@ -140,6 +137,13 @@ class Door:
         self.closing_torque = self.torque_of_closer(arm * self.section.preload)
         """Of the closer's preload, in the sense of damping [N m]."""
         self.stiction = arm * self.section.stiction
+
+    def _take_axes(self, into: Array, along: Array, up: Array) -> None:
+        """Stand with these axes of the doorway, unit vectors in the world."""
+        self.into, self.along, self.up = (frozen(axis + 0.0) for axis in (into, along, up))
+        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
+        self.axes = frozen(np.vstack([self.into, self.along, self.up]))
+        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
 
     def leaf_direction(self, door_angle: float) -> Array:
         """Unit vector along the leaf from hinge to latch, world frame."""

@@ -71,7 +71,7 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
             )  # fmt: skip
         if own in _leaders(joints, name):
             raise UrdfError(
-                "a joint follows the hinge, and would stand still", file=urdf, field=f"joint {name}/mimic", given=own,
+                "a joint follows the hinge, but doorman would hold it still", file=urdf, field=f"joint {name}/mimic", given=own,
                 allowed=f"one moving joint, '{own}'",
             )  # fmt: skip
     return tuple(model.names[index] for index in others)

@@ -78,7 +78,7 @@ def _end(scenario: Scenario, door: Door, name: str, end: StartSection | GoalSect
     given = [key for key in _ENDS if getattr(end, key) is not None]
     if len(given) > 1:
         raise ScenarioError(
-            "an end is given twice", file=scenario.source, field=f"{name}.{given[0]}", given=getattr(end, given[0]),
+            f"{name} is given twice", file=scenario.source, field=f"{name}.{given[0]}", given=getattr(end, given[0]),
             allowed=f"one of {', '.join(f'{name}.{key}' for key in _ENDS)}",
         )  # fmt: skip
     if end.joint_value is not None:
@@ -90,7 +90,7 @@ def _check_slide(scenario: Scenario) -> None:
     for name, end in (("start", scenario.start), ("goal", scenario.goal)):
         if end.door_angle is not None:
             raise ScenarioError(
-                "a slide has no angle", file=scenario.source, field=f"{name}.door_angle", given=end.door_angle,
+                "a slide takes no angle", file=scenario.source, field=f"{name}.door_angle", given=end.door_angle,
                 allowed=f"{name}.opening, in metres from closed",
             )  # fmt: skip
     for section, keys in _OF_HINGES.items():
@@ -98,7 +98,7 @@ def _check_slide(scenario: Scenario) -> None:
         for key in keys:
             if getattr(given, key) != getattr(type(given)(), key):
                 raise ScenarioError(
-                    "only a hinge has this", file=scenario.source, field=f"{section}.{key}", given=getattr(given, key),
+                    "a slide takes no such key", file=scenario.source, field=f"{section}.{key}", given=getattr(given, key),
                     allowed="none, as the door's joint is a slide",
                 )  # fmt: skip
 

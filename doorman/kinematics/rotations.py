@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from doorman.checks import vector
+from doorman.checks import components, vector
 from doorman.exceptions import SingularityError
 
 Array = NDArray[np.float64]
@@ -28,7 +28,7 @@ def rotation_body_to_world(attitude: ArrayLike) -> Array:
     Raises:
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, yaw = vector(attitude, 3, "attitude").tolist()
+    roll, pitch, yaw = components(attitude, 3, "attitude")
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     cy, sy = math.cos(yaw), math.sin(yaw)
     return np.array(
@@ -147,14 +147,34 @@ def euler_rate_matrix(attitude: ArrayLike) -> Array:
         SingularityError: if θ = ±π/2.
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, _ = vector(attitude, 3, "attitude").tolist()
+    cr, sr, cp, tp = _regular(attitude)
+    return np.array((1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp)).reshape(3, 3)
+
+
+def euler_rates(attitude: ArrayLike, body_rates: Array) -> tuple[float, float, float]:
+    r"""Rates :math:`\dot\Phi = W(\Phi)\,\Omega` of one attitude: three numbers [rad/s].
+
+    Args:
+        attitude: Φ, shape (3,) [rad].
+        body_rates: Ω, shape (3,), body frame [rad/s].
+
+    Raises:
+        SingularityError: if θ = ±π/2.
+        DimensionError: if the attitude is not three finite numbers.
+    """
+    cr, sr, cp, tp = _regular(attitude)
+    x, y, z = body_rates.tolist()
+    turning = sr * y + cr * z
+    return x + tp * turning, cr * y - sr * z, turning / cp
+
+
+def _regular(attitude: ArrayLike) -> tuple[float, float, float, float]:
+    """Cosine and sine of roll, cosine and tangent of a pitch that is not ±π/2."""
+    roll, pitch, _ = components(attitude, 3, "attitude")
     cp = math.cos(pitch)
     if abs(cp) < SMALLEST_COSINE:
-        raise SingularityError(
-            "Euler rates are singular", field="attitude[1]", given=float(pitch), allowed="|pitch| < π/2"
-        )
-    cr, sr, tp = math.cos(roll), math.sin(roll), math.tan(pitch)
-    return np.array((1.0, sr * tp, cr * tp, 0.0, cr, -sr, 0.0, sr / cp, cr / cp)).reshape(3, 3)
+        raise SingularityError("Euler rates are singular", field="attitude[1]", given=pitch, allowed="|pitch| < π/2")
+    return math.cos(roll), math.sin(roll), cp, math.tan(pitch)
 
 
 def body_rate_matrix(attitude: ArrayLike) -> Array:

@@ -50,8 +50,7 @@ class TrueDoor(Door):
         self.hinge_position = frozen(believed + simulation.door_offset)
         self.placement = frozen(_placement(believed, self.hinge_position, self.yaw))
         turn = self.placement[:3, :3]
-        self.along, self.into, self.up = (frozen(turn @ axis) for axis in (self.along, self.into, self.up))
-        self._level, self.axes = (self.into.tolist(), self.along.tolist()), frozen(self.axes @ turn.T)
+        self._take_axes(turn @ self.into, turn @ self.along, turn @ self.up)
         self.azimuth += self.yaw
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:

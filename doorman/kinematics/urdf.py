@@ -43,7 +43,7 @@ def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
     for frame in model.frames[1:]:  # a line break in an attribute is a space by XML's rules, and not by urdfdom's
         if frame.name not in written:
             raise UrdfError(
-                "a name with a line break or a tab", file=path, field="/robot", given=repr(frame.name),
+                "a name contains a line break or a tab", file=path, field="/robot", given=repr(frame.name),
                 allowed="names without",
             )  # fmt: skip
     return model

@@ -86,7 +86,7 @@ def _check_numbers(path: Path, top: ElementTree.Element, where: str) -> None:
             if element.find(child) is None:
                 raise UrdfError("an element is missing", file=path, field=here, given="none", allowed=f"<{child}>")
         if element.tag == "geometry" and len(element) != 1:
-            raise UrdfError("not one shape", file=path, field=here, given=len(element), allowed="one shape")
+            raise UrdfError("not exactly one shape", file=path, field=here, given=len(element), allowed="one shape")
         if element.tag == "geometry" and element[0].tag not in _SHAPES:
             raise UrdfError(
                 "not a valid URDF: no such shape",
@@ -196,7 +196,7 @@ def _check_tree(
             ends.append(link)
         if ends[1] in parent_of:
             raise UrdfError(
-                "a second joint to one link", file=path, field=f"{top}/joint[{name}]/child@link", given=ends[1],
+                "two joints move the same link", file=path, field=f"{top}/joint[{name}]/child@link", given=ends[1],
                 allowed="one joint to a link: the links are a tree",
             )  # fmt: skip
         parent_of[ends[1]] = ends[0]

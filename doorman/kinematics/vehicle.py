@@ -261,7 +261,7 @@ class Vehicle:
             model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
         except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
             raise UrdfError(
-                "the arm cannot be told from the rest", file=self.urdf, field="/robot", given=str(error),
+                "the arm cannot be identified: names repeat", file=self.urdf, field="/robot", given=str(error),
                 allowed="links and joints of different names",
             ) from error  # fmt: skip
         return model, names

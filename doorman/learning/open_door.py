@@ -66,7 +66,7 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
             scenario = Scenario.load(scenario, {"mission.start": "contact"} | dict(overrides or {}))
         elif overrides:
             raise DoormanError(
-                "the scenario is made already", field="overrides", given=dict(overrides), allowed="a name"
+                "overrides cannot change a Scenario", field="overrides", given=dict(overrides), allowed="a name"
             )
         self._model = Model(scenario)
         self._ticks = _ticks(scenario.simulation.controller_rate, rate)
@@ -173,6 +173,6 @@ def _ticks(controller_rate: float, rate: float) -> int:
     """Ticks of the controller in a step."""
     ticks = round(controller_rate / rate) if rate > 0.0 else 0
     if ticks < 1 or abs(ticks * rate - controller_rate) > 1e-6 * controller_rate:
-        raise DoormanError("not a share of the controller's rate", field="rate", given=rate,
+        raise DoormanError("the controller's rate is not a multiple of it", field="rate", given=rate,
                            allowed=f"{controller_rate:g} divided by a whole number")  # fmt: skip
     return ticks

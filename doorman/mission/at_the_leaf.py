@@ -18,7 +18,7 @@ from doorman.model import Model
 Array = NDArray[np.float64]
 
 _SPEED_GAIN = 12.0
-"""Of the tip's speed in free flight, along the door's normal [N s/m]."""
+"""Of the tip's speed in free flight, along the door's normal, of the shipped vehicle [N s/m]."""
 _LARGEST_PUSH = 2.0
 """Of that law [N]."""
 _CREEP = 0.01
@@ -61,6 +61,7 @@ class AtTheLeaf:
         self._doorway = Doorway(model)
         self._room = model.scenario.planner.margin + _ROOM
         self._speed = model.scenario.mission.touch_speed
+        self._speed_gain, self._most_push = _SPEED_GAIN * model.scale.damping, _LARGEST_PUSH * model.scale.force
         safety = model.scenario.safety
         self._steep = max(min(_STEEP, _SHARE_OF_LIMIT * safety.tilt), model.scenario.control.max_tilt)
         self._fastest = _SHARE_OF_LIMIT * safety.speed
@@ -87,7 +88,8 @@ class AtTheLeaf:
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
         """Position of O_B, level, with the tip at the contact point of the door as it is now, shape (3,) [m]."""
-        return self._coupling.vehicle_position([0.0, 0.0, yaw], estimate.door_angle, arm)
+        level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
+        return self._coupling.motion_of(level, np.zeros(3), np.zeros(self._n_arm)).position
 
     def push(self, estimate: Estimate, push: float) -> Setpoint:
         """Beside the normal, hold the tip where it is on the leaf; along it, push.
@@ -145,7 +147,9 @@ class AtTheLeaf:
             estimate: What is known now.
             push: F_n [N].
         """
-        return self.push(estimate, push + min(max(_SPEED_GAIN * (_CREEP - estimate.tip_speed), 0.0), _LARGEST_PUSH))
+        return self.push(
+            estimate, push + min(max(self._speed_gain * (_CREEP - estimate.tip_speed), 0.0), self._most_push)
+        )
 
     def move(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the normal.
@@ -154,8 +158,8 @@ class AtTheLeaf:
             estimate: What is known now.
             speed: Of the tip [m/s].
         """
-        push = _SPEED_GAIN * (speed - estimate.tip_speed)
-        return self.push(estimate, min(max(push, -_LARGEST_PUSH), _LARGEST_PUSH))
+        push = self._speed_gain * (speed - estimate.tip_speed)
+        return self.push(estimate, min(max(push, -self._most_push), self._most_push))
 
     def search(self, estimate: Estimate, speed: float) -> Setpoint:
         """Move the tip along the swing of a leaf that was not where it should be; heading and arm keep step with its angle.

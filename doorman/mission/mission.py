@@ -138,7 +138,8 @@ class Mission(Uncopied):
         now, measurement = measured.time, self._locator.seen(measured)
         elapsed = 0.0 if self._last_time is None else now - self._last_time
         self._last_time = now
-        force = rotation_body_to_world(present_attitude(measurement)) @ self._rotors
+        seen = present_attitude(measurement)
+        force = rotation_body_to_world(seen) @ self._rotors
         estimate = self._estimator.update(measurement, force, self._sequence.tie, elapsed)
         outer = estimate.wind - estimate.tip_force
         if self._whole_body is not None:
@@ -157,7 +158,7 @@ class Mission(Uncopied):
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
             attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
-            ahead, left, up = self.model.actuation.body_force(thrust.force, present_attitude(measurement))
+            ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:
             command = planned

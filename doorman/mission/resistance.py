@@ -74,7 +74,8 @@ class Resistance:
             time_step: Since the last tick [s].
         """
         off = estimate.door_angle - self._goal
-        self._nudge(off, estimate.door_rate, time_step)
+        passed = self._progress.passes > 0  # and stands there: the noise of its rate is no motion
+        self._nudge(off, self._progress.rate if passed else estimate.door_rate, time_step)
         resists = self._travel.ahead(self._gripped(off, estimate) - self._stiction)
         return self._travel.ahead(min(resists, self._most))
 
@@ -122,15 +123,29 @@ class Resistance:
         follows whatever it is pushed with: what is estimated brings it to the goal, and a torque of the moment away from it.
         """
         torque, rate = estimate.door_disturbance, self._progress.rate
-        if abs(off) > self._progress.at_goal or estimate.hinge.friction < _NO_FRICTION:
+        if estimate.hinge.friction < _NO_FRICTION:
             self._rest = None
+        elif abs(off) > self._progress.at_goal:
+            self._rest = None
+            if off * rate > 0.0 and abs(rate) > _STICKS:  # it passes the goal, or leaves it
+                torque = _left_to_friction(torque, estimate.hinge.friction, rate)
         elif self._progress.passes > 1 and abs(rate) < SLOW:
             self._rest = torque if self._rest is None else self._rest
         elif not self._rested and abs(off) < _ARRIVED and abs(rate) < _ARRIVING:
             self._rested = True  # once: a door that does not stay so is held against its friction
-            friction = _LEFT_TO_FRICTION * max(0.0, estimate.hinge.friction)
-            if rate < 0.0:
-                self._rest = min(torque + friction, max(torque, 0.0))
-            else:
-                self._rest = max(torque - friction, min(torque, 0.0))
+            self._rest = _left_to_friction(torque, estimate.hinge.friction, rate)
         return torque if self._rest is None else self._rest
+
+
+def _left_to_friction(torque: float, friction: float, rate: float) -> float:
+    """Torque of a hinge, in the sense of damping, whose friction is to stop the door, or to hold it [N m].
+
+    Args:
+        torque: With all of its friction [N m].
+        friction: Of the hinge [N m].
+        rate: Of the door [rad/s].
+    """
+    counted = _LEFT_TO_FRICTION * max(0.0, friction)
+    if rate < 0.0:
+        return min(torque + counted, max(torque, 0.0))
+    return max(torque - counted, min(torque, 0.0))

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.control.estimator import Estimate
+from doorman.model import GRAVITY
 
 _THROWN_BACK = 0.4
 """A tip on the leaf that is faster, backwards, is thrown back by a slammed door [m/s],"""
 _SURELY = 0.008
 """if it is so for longer than this [s]."""
-_STRUCK, _ALONG = 2.0, 0.8
-"""So is one that has left the leaf, if that strikes it: by more than this [N], of which this share is along its normal;"""
+_STRUCK, _ALONG = 0.068, 0.8
+"""So is one that has left the leaf, if that strikes it: by more than this share of the weight, and so much of it along its
+normal;"""
 _SOON = 0.1
 """its speed is what it will be in so long [s], as the estimate lags."""
 
@@ -50,7 +52,9 @@ class SlamDetector:
         speed, struck = estimate.tip_speed, gripping or estimate.touching
         if leaving:
             force = max(estimate.normal_force, 0.0)
-            struck = struck or force > max(_STRUCK, _ALONG * float(np.linalg.norm(estimate.tip_force)))
+            struck = struck or force > max(
+                _STRUCK * self._mass * GRAVITY, _ALONG * float(np.linalg.norm(estimate.tip_force))
+            )
             speed -= _SOON * force / self._mass
         if not struck or speed >= -(_THROWN_BACK + retreating):
             self.reset()

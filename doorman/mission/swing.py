@@ -62,6 +62,10 @@ class Swing(DoorOpening):
         self.resume(estimate.time, push)
         self.held = True
 
+    def may_go_on(self, estimate: Estimate) -> bool:
+        """Whether another attempt may do better: none brings a leaf back from beyond the goal."""
+        return super().may_go_on(estimate) and not self._is_past(estimate)
+
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
         """Take in where the door is. Once per tick.
 
@@ -105,4 +109,10 @@ class Swing(DoorOpening):
         in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
-        return self._does_not_move(estimate, max(0.0, -estimate.door_disturbance))
+        if self._is_past(estimate):
+            return f"the leaf has gone past the goal, to {angle}"
+        return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.push))
+
+    def _is_past(self, estimate: Estimate) -> bool:
+        """Whether the leaf stands beyond the goal, where it is not open as asked."""
+        return self._goal - estimate.door_angle > STILL_OPEN

@@ -50,7 +50,7 @@ class SymbolicModel:
         if integrator not in INTEGRATORS:
             raise SolverError("unknown", field="integrator", given=integrator, allowed=", ".join(INTEGRATORS))
         if not (isinstance(steps, (int, np.integer)) and steps >= 1):
-            raise DimensionError("no number of steps", field="steps", given=steps, allowed="an integer >= 1")
+            raise DimensionError("not a number of steps", field="steps", given=steps, allowed="an integer >= 1")
         self.x, self.u = _symbols("x", x), _symbols("u", u)
         self.parameters = _symbols("parameters", ca.SX(0, 1) if parameters is None else parameters)
         self.node_parameters = _symbols("node_parameters", ca.SX(0, 1) if node_parameters is None else node_parameters)
@@ -178,7 +178,9 @@ class SymbolicModel:
             name, ca.DM(given) if isinstance(given, (list, tuple, np.ndarray)) else given, inputs=False
         )
         if ca.depends_on(end, self.x):
-            raise SolverError("an end of states", field=name, given=str(end), allowed="numbers, or parameters")
+            raise SolverError(
+                "the bound depends on states", field=name, given=str(end), allowed="numbers, or parameters"
+            )
         return end
 
     def _expression(self, name: str, expression: Any, inputs: bool) -> Any:

@@ -39,7 +39,7 @@ class Extras:
             for each in given:
                 if not isinstance(each, kinds):
                     allowed = " or ".join(f"doorman.{kind.__name__}" for kind in kinds)
-                    raise SolverError("not of this kind", field=field, given=type(each).__name__, allowed=allowed)
+                    raise SolverError("wrong kind of object", field=field, given=type(each).__name__, allowed=allowed)
         return cls(tuple(constraints), tuple(costs))
 
     def rows_of(self, names: Sequence[str]) -> tuple[int, ...]:
@@ -98,5 +98,5 @@ def _resolved(term: Any, task: Any) -> Any:
             expression = expression(task)
         except AttributeError as error:
             names = ", ".join(task.names())
-            raise SolverError("no such name in a task", field=term.name, given=error.name, allowed=names) from error
+            raise SolverError("unknown name", field=term.name, given=error.name, allowed=names) from error
     return replace(term, expression=column(term.name, expression))

@@ -92,18 +92,22 @@ def door_rows(task: Any, surroundings: Surroundings = "doorway") -> list[Constra
 def door_cost(model: Model) -> QuadraticCost:
     """The scenario's cost; the paper's weights where it gives none, extended to the arm's joints.
 
+    A vehicle of another size has the paper's weights of forces, rates and times in its own units: it does the same, larger.
+
     Raises:
         ScenarioError: if a vector of weights does not fit the arm.
     """
     n, side = model.n_arm, np.zeros(2 if model.actuation.fully else 0)
     weight = model.vehicle.mass * GRAVITY
-    by_state = [*_PAPER_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]]
+    time, force = model.scale.time, model.scale.force
+    by_state = np.array([*_PAPER_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]])
+    by_state[4] *= time**2
+    by_input = np.array([*_PAPER_INPUT_WEIGHTS, *[10.0] * n]) * time**2
+    by_input[0] /= time**2 * force**2
     return QuadraticCost(
         state_weights=chosen_weights(model, "state", by_state),
-        terminal_weights=chosen_weights(model, "terminal", by_state),
-        input_weights=np.concatenate(
-            [chosen_weights(model, "input", [*_PAPER_INPUT_WEIGHTS, *[10.0] * n]), side + _SIDE_WEIGHT / weight**2]
-        ),
+        terminal_weights=chosen_weights(model, "terminal", time * by_state),
+        input_weights=np.concatenate([chosen_weights(model, "input", by_input), side + _SIDE_WEIGHT / weight**2]),
         state_goal=model.goal_state,
         input_goal=np.concatenate([_holding_input(model), side]),
     )

@@ -106,11 +106,15 @@ def lagrangian_cost(model: Model) -> QuadraticCost:
         ScenarioError: if a vector of weights does not fit the arm.
     """
     n = model.n_arm
-    by_state = [*_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]]
+    scale = model.scale
+    by_state = np.array([*_STATE_WEIGHTS, *([0.05] + [0.1] * n)[:n]])
+    by_state[4:8] *= scale.time**2
+    by_input = np.array([*_INPUT_WEIGHTS, *[10.0] * n])
+    by_input *= [1.0 / scale.force**2, *[1.0 / scale.torque**2] * 3, *[scale.time**2] * n]
     return QuadraticCost(
         state_weights=chosen_weights(model, "state", by_state),
-        terminal_weights=chosen_weights(model, "terminal", by_state),
-        input_weights=chosen_weights(model, "input", [*_INPUT_WEIGHTS, *[10.0] * n]),
+        terminal_weights=chosen_weights(model, "terminal", scale.time * by_state),
+        input_weights=chosen_weights(model, "input", by_input),
         state_goal=at_rest(model.goal_state),
         input_goal=model.hover_input,
     )

@@ -146,7 +146,7 @@ class Planner(CopiedWhole):
             ("stiffness", hinge.stiffness, 0.0, "finite, not negative [N m/rad]"),
         ):
             if not (math.isfinite(value) and value >= least):
-                raise DimensionError("the hinge cannot have this", field=name, given=value, allowed=allowed)
+                raise DimensionError("impossible value of a hinge", field=name, given=value, allowed=allowed)
         self._hinge, self._fitted = hinge, False
 
     def update_margin(self, margin: float) -> None:

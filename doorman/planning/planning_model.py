@@ -182,17 +182,17 @@ def planning_model(model: Model) -> PlanningModel:
     given: str = model.scenario.planner.model or next(iter(kinds))
     if given not in kinds:
         raise ScenarioError(
-            f'contact.kind = "{model.scenario.contact.kind}" is not planned with this', file=model.scenario.source,
+            f'this model does not plan for contact.kind = "{model.scenario.contact.kind}"', file=model.scenario.source,
             field="planner.model", given=given, allowed=", ".join(kinds),
         )  # fmt: skip
     if given == "lagrangian" and model.actuation.fully:
         raise ScenarioError(
-            "a fully actuated vehicle is not planned with this", file=model.scenario.source, field="planner.model",
+            "this model does not plan for a fully actuated vehicle", file=model.scenario.source, field="planner.model",
             given=given, allowed="quasi_static",
         )  # fmt: skip
     if given == "lagrangian" and not model.door.vertical:
         raise ScenarioError(
-            "only a door on a vertical hinge is planned with this", file=model.scenario.source, field="planner.model",
+            "this model plans only for doors on vertical hinges", file=model.scenario.source, field="planner.model",
             given=given, allowed="quasi_static",
         )  # fmt: skip
     return kinds[given](model)

@@ -11,7 +11,7 @@ from doorman.model import Model
 Array = NDArray[np.float64]
 
 
-def chosen_weights(model: Model, name: str, default: list[float]) -> Array:
+def chosen_weights(model: Model, name: str, default: Array) -> Array:
     """The diagonal `planner.weights.<name>`.
 
     Args:

@@ -64,7 +64,7 @@ def whole_body_numbers(model: Model) -> Numbers:
     """
     vehicle, door, scenario = model.vehicle, model.door, model.scenario
     start, goal = model.start_state, model.goal_state
-    control, scale = scenario.control, scale_of(model)
+    scale = scale_of(model)
     slope = (start - goal) / (start[3] - goal[3])
     balance = balance_numbers(vehicle)
     before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
@@ -73,7 +73,7 @@ def whole_body_numbers(model: Model) -> Numbers:
         "arm.numbers": ArmPattern.of(vehicle.arm)[1],
         "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
         "vehicle.yaw_inertia": yaw_inertia(model),
-        "vehicle.attitude_gain": control.attitude_gain, "vehicle.rate_gain": control.attitude_rate_gain,
+        "vehicle.attitude_gain": model.attitude_loop.gain, "vehicle.rate_gain": model.attitude_loop.rate_gain,
         "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
         "vehicle.wind": np.zeros(3),
         **mechanism_numbers(model),
@@ -146,7 +146,7 @@ def scale_of(model: Model) -> Scale:
     Args:
         model: Model of the scenario.
     """
-    return Scale.of(model.vehicle.radius, model.vehicle.mass)
+    return model.scale
 
 
 def yaw_torque(model: Model) -> float:
@@ -295,7 +295,7 @@ def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) ->
 
 def tilt_stiffness(model: Model) -> Array:
     """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
-    return np.asarray(model.scenario.control.attitude_stiffness * np.diag(model.vehicle_inertia)[:2])
+    return np.asarray(model.attitude_loop.stiffness * np.diag(model.vehicle_inertia)[:2])
 
 
 def tip_on_face(

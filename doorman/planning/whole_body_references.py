@@ -23,10 +23,6 @@ _BRAKED, _LONGEST = 0.77, 0.5
 [rad]: of ω tanh(s/l) the deceleration is at most 0.385 ω²/l. No more than the other half may push meanwhile."""
 _LEAST_RESISTANCE = 0.05
 """Of a hinge, for the shipped vehicle [N m]."""
-_JAMBS, _NOWHERE = slice(-5, -3), 1e3
-"""Their rows, and what takes them away [m]."""
-_PLACE, _UNHURRIED = 30.0, 20.0
-"""Weights of place and velocity of the shipped vehicle in free flight: it covers the way to a place in about two seconds."""
 _SHIPPED_RATE, _SHIPPED_FORCE = 0.11, 0.83
 """Opening rate of the shipped push [rad/s], and the force at the tip that gives its leaf that rate in a second [N]."""
 
@@ -79,33 +75,6 @@ def at_the_leaf(
         "weight.opening": 100.0 * (1.0 - touch * holds * (1.0 - _HOLD_OPENING)) / rate**2,
         "weight.force": 0.2 * touch / force**2,
         "weight.least_force": 2.0 * touch / scale.force**2,
-    }  # fmt: skip
-
-
-def at_a_place(numbers: Numbers, position: Array, heading: float, arm: Array, between_jambs: bool) -> dict[str, Any]:
-    """References and weights of a vehicle that is to hover at a place, or to leave the leaf for it.
-
-    Args:
-        numbers: Of the scenario's task.
-        position: Of O_B, shape (3,), world frame [m].
-        heading: ψ [rad].
-        arm: H, shape (n,) [rad].
-        between_jambs: Whether the rotor disc is in the doorway; elsewhere the jambs' planes bound nothing.
-
-    Returns:
-        By the names of the task's numbers.
-    """
-    scale, widened = _scale(numbers), numbers["limits.widened"].copy()
-    if not (
-        between_jambs or any(name.startswith("beside.") for name in numbers.sizes)
-    ):  # else it counts in the doorway alone
-        widened[_JAMBS] = _NOWHERE
-    nothing = ("place", "approach", "opening", "force", "least_force", "largest_force", "near")
-    return {
-        "reference.position": position, "reference.heading": [heading, 0.0],
-        "reference.arm": arm, "reference.arm_slope": np.zeros(len(arm)), "limits.widened": widened,
-        "weight.position": _PLACE / scale.length**2, "weight.velocity_in_world": _UNHURRIED / scale.speed**2,
-        **{f"weight.{name}": 0.0 for name in nothing},
     }  # fmt: skip
 
 

@@ -116,7 +116,7 @@ class Layout:
             texts.append(data[:-1].decode("utf-8", "surrogatepass"))
             place += length
         if place != len(tail):
-            raise ValueError("something follows the texts")
+            raise ValueError("data after the last text")
         return texts
 
     def schema(self, fields: Sequence[Field]) -> str:

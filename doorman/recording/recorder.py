@@ -173,7 +173,7 @@ class Recorder(Uncopied):
             RecordingError: if `keep` was false, or the file cannot be read any more.
         """
         if not self._keeps:
-            raise RecordingError("it is not kept in memory; read the file", file=self.path)
+            raise RecordingError("the recording is not kept in memory; read the file", file=self.path)
         if not self._closed:
             self.flush()
         found = self._read_back()
@@ -346,7 +346,7 @@ def _header_text(header: Mapping[str, Any]) -> str:
     try:
         return json.dumps(dict(header), allow_nan=False, default=_plain)
     except (TypeError, ValueError) as error:
-        raise RecordingError(f"not for JSON: {error}", field=HEADER, given=repr(header)[:80]) from error
+        raise RecordingError(f"cannot be written as JSON: {error}", field=HEADER, given=repr(header)[:80]) from error
 
 
 def _plain(value: Any) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, multiply, quaternion_from_euler
+from doorman.hardware.quaternions import from_attitude, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
 from doorman.model import GRAVITY
 from doorman.rig.emulators.autopilot.plant import PlantTruth
@@ -38,7 +38,8 @@ class RigVehicle:
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
         """Fly with a thrust, and a force to the side [N], towards an attitude [w, x, y, z], until the next command."""
-        self._plant.fly(max(0.0, thrust), euler_from_quaternion(quaternion / np.linalg.norm(quaternion)), side_force)
+        attitude = np.array(to_attitude((quaternion / np.linalg.norm(quaternion)).tolist()))
+        self._plant.fly(max(0.0, thrust), attitude, side_force)
 
     def stop_motors(self) -> None:
         """Let the motors stand still."""
@@ -52,7 +53,11 @@ class RigVehicle:
         snapshot = self._plant.snapshot
         truth = snapshot.truth
         return PlantTruth(
-            truth.position, truth.velocity, quaternion_from_euler(truth.attitude), truth.body_rates, snapshot.on_ground
+            truth.position,
+            truth.velocity,
+            np.array(from_attitude(truth.attitude.tolist())),
+            truth.body_rates,
+            snapshot.on_ground,
         )
 
 
@@ -107,7 +112,7 @@ class RigBody:
         snapshot = self._plant.snapshot
         truth, ahead = snapshot.truth, _ahead(snapshot, time)
         turn = 0.5 * ahead * truth.body_rates
-        quaternion = multiply(quaternion_from_euler(truth.attitude), [1.0, *turn])
+        quaternion = np.array(multiply(from_attitude(truth.attitude.tolist()), [1.0, *turn.tolist()]))
         return BodyPose(truth.position + ahead * truth.velocity, quaternion)
 
 

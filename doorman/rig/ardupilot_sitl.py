@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.frames import flu_to_frd
-from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.hardware.quaternions import from_attitude
 from doorman.rig.emulators.autopilot.motors import MotorKind
 from doorman.rig.rotor_pilot import listener, specific_force
 from doorman.simulation.rotors import RotorLayout
@@ -161,7 +161,7 @@ class ArduPilotSitl(Uncopied):
         if self._peer is None or self._socket is None or last is None or truth.time <= last.time:
             return
         force = specific_force(last, truth)
-        w, x, y, z = quaternion_from_euler(truth.attitude)
+        w, x, y, z = from_attitude(truth.attitude.tolist())
         text = (
             f'\n{{"timestamp":{truth.time - self._boot:.6f},"imu":{{"gyro":{_turned(truth.body_rates)},'
             f'"accel_body":{_turned(force)}}},"position":{_turned(truth.position)},"velocity":{_turned(truth.velocity)},'

@@ -24,9 +24,8 @@ from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.allocation import add_rotors
+from doorman.rig.emulators.autopilot.dialects import DIALECTS, Flavour
 from doorman.rig.emulators.autopilot.motors import MotorKind
-from doorman.rig.emulators.autopilot.onboard import Flavour
-from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
@@ -130,7 +129,7 @@ class RigSetup:
             if value is not None and not least <= value <= 65535:
                 raise BackendError("not a port", field=name, given=value, allowed=f"{least} to 65535")
         if self.mocap_port == 0 and self.autopilot not in _SAFE:
-            raise BackendError("the autopilot's own code has no satellites here", field="mocap_port", given=0,
+            raise BackendError("the autopilot's own code gets no satellites from the rig", field="mocap_port", given=0,
                                allowed="1 to 65535")  # fmt: skip
 
 
@@ -261,5 +260,5 @@ class Rig(Uncopied):
         return ArduPilotSitl(layout, setup.sitl_port or SERVO_PORT, setup.motors)
 
     def _parameters(self, flavour: Flavour) -> dict[str, float]:
-        mocap = (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP) if self.setup.mocap_port > 0 else {}
+        mocap = DIALECTS[flavour].mocap if self.setup.mocap_port > 0 else {}
         return {**mocap, **_SAFE[flavour]}

@@ -9,7 +9,7 @@ import numpy as np
 from cyclonedds.idl import IdlStruct
 from numpy.typing import NDArray
 
-from doorman.hardware.mocap.quaternions import from_attitude
+from doorman.hardware.quaternions import from_attitude
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.ros2 import types as ros

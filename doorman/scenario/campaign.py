@@ -40,21 +40,22 @@ class CampaignSection(Section):
     """Many flights of the same task, each with values drawn by chance."""
 
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
-    """Of all draws; what run i draws depends on it and on i alone."""
+    """Seed of all draws."""
     runs: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 200
     """Number of flights."""
     duration: Positive | None = None
-    """Longest flight [s]; by default each ends by itself."""
+    """Longest flight [s]. Default: until it ends by itself."""
     time_out: Positive = 1800.0
     """Wall-clock time after which a flight is given up [s]."""
     min_contact_fraction: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.9
     """A success kept its tip on the leaf for this share of the time, from the first touch until it let go."""
     max_push_force: Positive = 15.0
-    """A success pushed the leaf with no more than this at any time [N]."""
+    """A success never pushed the leaf with more [N]."""
     low_friction: NonNegative = 0.5
-    """Doors with less true friction in the hinge are reported by themselves too [N m]."""
+    """Doors with less true friction are also reported separately [N m]."""
     vary: dict[str, Distribution] = {}
-    """What is drawn for every run, by dotted key of the scenario."""
+    """What is drawn for every run: a table of the scenario's keys, each with `{ min = …, max = … }`, `{ choice = [ … ]
+    }`, `{ mean = …, std = … }` or `{ same_as = … }`."""
 
     @field_validator("vary", mode="before")
     @classmethod

@@ -15,44 +15,38 @@ class ControlSection(Section):
 
     position_look_ahead: NonNegative = 0.04
     """The setpoints of position and velocity are the plan this long after the measured state [s]."""
-    acceleration_look_ahead: NonNegative = 0.12
-    """The same for the acceleration fed forward [s]."""
-    attitude_look_ahead: NonNegative = 0.2
-    """The same for yaw and for the force fed forward, which act through the attitude loop [s]."""
+    acceleration_look_ahead: NonNegative | None = None
+    """Look-ahead of the acceleration fed forward [s]. Default: 1.2 times `vehicle.attitude_lag`."""
+    attitude_look_ahead: NonNegative | None = None
+    """Look-ahead of yaw and of the force fed forward, which act through the attitude loop [s]. Default: twice
+    `vehicle.attitude_lag`."""
     arm_look_ahead: Positive = 0.1
     """Joint rates are those that reach the plan's posture this long after the measured state [s]."""
     engage_pitch: Positive = 0.1
-    """At the start, the commanded pitch may differ from the measured one by this much [rad], and"""
+    """Largest difference of the commanded and the measured pitch at the start [rad]."""
     engage_rate: NonNegative = 0.2
-    """by this much more for every second flown [rad/s]: with the tip tied, a jump would overload the arm's servos."""
-    attitude_gain: Positive = 10.0
-    """κ_a of the vehicle's attitude loop: rate of roll and pitch by their error [1/s],"""
-    attitude_rate_gain: Positive = 28.0
-    """and κ_r of its rate loop with the rotors' lag: angular acceleration by the rate's error [1/s]. Plans of the whole body
-    follow a command with this lag."""
+    """Growth of that difference per second flown. With an arm that has mass, both are cut to what the rotors can answer
+    [rad/s]."""
     yaw_gain: Positive = 4.0
-    """Rate of the heading by its error in that loop [1/s]."""
+    """Rate of the heading by its error in the vehicle's attitude loop [1/s]."""
     yaw_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.65
-    """Share of the rotors' torque about the vertical, around half thrust, that these plans count on."""
-    attitude_stiffness: Positive = 700.0
-    """Angular acceleration with which the vehicle's attitude loop answers an error, per radian [1/s²]: its gains of attitude and
-    rate multiplied. With an arm that has mass, `engage_pitch` and `engage_rate` are cut to what the rotors can answer."""
+    """Share of the rotors' torque about the vertical, around half thrust, that plans of the whole body count on."""
     position_gain: tuple[Positive, Positive, Positive] = (4.0, 4.0, 6.0)
-    """k_p [1/s²]."""
+    """k_p along x, y, z [1/s²]."""
     velocity_gain: tuple[Positive, Positive, Positive] = (3.5, 3.5, 4.5)
-    """k_d [1/s]."""
+    """k_d along x, y, z [1/s]."""
     observer_rate: Positive = 1.0
-    """Bandwidth of the disturbance observer, 1/τ [rad/s]."""
+    """Bandwidth 1/τ of the disturbance observer [rad/s]."""
     observer_damping: Positive = 2.0
-    """a_1 of Q(s) = a_0/((τs)² + a_1 τs + a_0), a_0 = 1: 2 is critically damped."""
+    """a_1 of its filter; 2 is critically damped."""
     max_disturbance: Positive = 10.0
-    """Bound of the estimated disturbance, each axis [N]."""
+    """Bound of the estimated disturbance on each axis [N]."""
     door_observer_rate: NonNegative = 2.0
-    """Bandwidth of the observer of the unknown hinge torque [rad/s]; 0 switches it off."""
+    """Bandwidth of the observer of the unknown hinge torque; 0 switches it off [rad/s]."""
     max_door_disturbance: Positive = 5.0
     """Bound of that torque's estimate [N m]."""
     max_tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=math.pi / 2)] = 0.25
-    """[rad]."""
+    """Bound of the commanded tilt [rad]."""
     max_push: Positive = 12.0
     """Largest force of the rotors beyond the weight while the tip is at the leaf, whatever is estimated or planned [N]."""
 
@@ -61,23 +55,24 @@ class ContactStateSection(Section):
     """When the tip counts as pressing on the leaf."""
 
     touched_above: Positive = 0.35
-    """Estimated normal force above which it touches [N],"""
+    """Estimated normal force above which the tip touches [N]."""
     touched_after: NonNegative = 0.06
-    """for so long [s],"""
+    """Time above that force after which the tip touches [s]."""
     certain_above: Positive = 0.2
-    """or, without delay, above this [N]"""
+    """Estimated normal force above which the tip touches at once, if it also exceeds `certain_deviations` [N]."""
     certain_deviations: Positive = 5.0
-    """and above so many standard deviations of the same estimate in free flight."""
+    """Number of standard deviations of the same estimate in free flight."""
     arrived_within: NonNegative = 0.003
-    """Distance from where the leaf is believed to stand at which a tip that comes to touch it has arrived [m]; it touches"""
+    """Distance from the leaf's believed place within which the tip has arrived [m]."""
     arrived_above: Positive = 0.12
-    """above this force [N]"""
+    """Estimated normal force above which a tip that has arrived touches at once, if it also exceeds
+    `arrived_deviations` [N]."""
     arrived_deviations: Positive = 1.3
-    """and above so many of those deviations, without delay."""
+    """Number of the same standard deviations."""
     lost_below: NonNegative = 0.08
-    """Estimated normal force below which contact is lost [N],"""
+    """Estimated normal force below which contact is lost [N]."""
     lost_after: NonNegative = 0.05
-    """for so long [s]."""
+    """Time below that force after which contact is lost [s]."""
 
 
 class EstimationSection(Section):
@@ -86,40 +81,41 @@ class EstimationSection(Section):
     vehicle_observer_rate: Positive = 15.0
     """Bandwidth of the observer of velocity and outer force [rad/s]."""
     wind_rate: Positive = 1.0
-    """Bandwidth of the wind's estimate in free flight [rad/s]; in contact it fades to the average of free flight so fast."""
+    """Bandwidth of the wind's estimate in free flight; in contact the estimate fades to the average of free flight at
+    this rate [rad/s]."""
     door_place_deviation: NonNegative = 0.015
-    """Of the hinge from where the URDF has it, along either horizontal axis [m],"""
+    """Standard deviation of the hinge's place from the URDF's, along either horizontal axis; with `door_yaw_deviation`
+    0 as well, the map is trusted [m]."""
     door_yaw_deviation: NonNegative = 0.026
-    """and of the doorway's heading [rad]. A leaf that is met up to three times as far off closed as these explain counts as
-    closed: the map is off. 0 for both trusts the map."""
+    """Standard deviation of the doorway's heading [rad]."""
     angle_deviation: Positive = 0.01
-    """Of the door's angle at the start [rad]."""
+    """Standard deviation of the door's angle at the start [rad]."""
     angle_noise: Positive = 0.005
-    """Of the angle that the tip measures [rad]."""
+    """Standard deviation of the angle that the tip measures [rad]."""
     push_noise: Positive = 0.5
-    """Density of the push's noise in still air [N s^½],"""
+    """Density of the push's noise in still air [N s^½]."""
     push_noise_in_wind: NonNegative = 0.2
-    """and how it grows with the wind on the vehicle [s^½]."""
+    """Growth of that density with the wind on the vehicle [s^½]."""
     torque_deviation: NonNegative = 0.05
-    """Of torques in the hinge that come and go, in still air [N m],"""
+    """Standard deviation of other torques in the hinge, which come and go, in still air [N m]."""
     torque_deviation_in_wind: NonNegative = 0.15
-    """and how it grows with the wind on the vehicle [m];"""
+    """Growth of that deviation with the wind on the vehicle [m]."""
     torque_time: Positive = 2.0
-    """their correlation time [s]."""
+    """Correlation time of these torques [s]."""
     leaf_wind: tuple[NonNegative, Positive] = (1.0, 0.5)
-    """On the leaf, in the direction of the wind on the vehicle, where there is any [N];"""
+    """Wind on the leaf, in the direction of the wind on the vehicle, where there is any [N]."""
     leaf_wind_share: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.7
-    """its mean is as much nearer to what the vehicle feels: 0 leaves it there, 1 expects the same on both."""
+    """Share by which its mean is nearer to the wind on the vehicle: 0 leaves it, 1 expects the same on both."""
     leaf_wind_deviation: Positive = 0.25
-    """Of the wind on the leaf in every direction [N]."""
+    """Standard deviation of the wind on the leaf, in every direction [N]."""
     damping: tuple[NonNegative, Positive] = (0.7, 0.7)
-    """b [N m s/rad]."""
+    """b of the hinge; the mean is what `[door]` or the URDF names, if anything [N m s/rad]."""
     friction: tuple[NonNegative, Positive] = (0.8, 0.6)
-    """τ_c [N m]."""
+    """τ_c of the hinge; the mean is what `[door]` or the URDF names, if anything [N m]."""
     stiffness: tuple[NonNegative, Positive] = (0.5, 0.7)
-    """k, of a closer that is relaxed at the start [N m/rad]."""
+    """k of a closer that is relaxed at the start; the mean is what `[door]` or the URDF names, if anything [N m/rad]."""
     inertia_deviation: Positive = 0.5
-    """Of I_D, as a share of the URDF's."""
+    """Standard deviation of I_D, as a share of the URDF's."""
     contact: ContactStateSection = ContactStateSection()
 
 
@@ -127,44 +123,53 @@ class MissionTimeOutsSection(Section):
     """Longest time of every phase [s]."""
 
     hover: Positive = 15.0
+    """Until the vehicle hovers still before the door [s]."""
     approach: Positive = 20.0
+    """To `touch_distance` [s]."""
     touch: Positive = 30.0
+    """Until the tip presses [s]."""
     open: Positive = 60.0
+    """Until the door stands at the goal, after every touch [s]."""
     hold: Positive = 60.0
-    """On a vehicle, for somebody to take a door that would not stay by itself; it is left then."""
+    """On a vehicle: time for a person to take a door that would not stay; then the vehicle leaves [s]."""
     recover: Positive = 6.0
-    """Without coming nearer to the goal by a degree; three times that in all."""
+    """Until contact is regained, or the tip has come nearer to the goal by 1°; three times that in all [s]."""
     release: Positive = 8.0
+    """Until the tip is away [s]."""
     retreat: Positive = 30.0
+    """Until the vehicle hovers outside [s]."""
     through: Positive = 60.0
+    """Until the vehicle hovers behind the doorway [s]."""
 
 
 class MissionSection(Section):
     """From hover to hover."""
 
     start: Literal["hover", "contact"] = "hover"
-    """Where a flight begins: away from the door, or with the tip on the leaf."""
+    """`"hover"`: away from the door; `"contact"`: with the tip on the leaf."""
     then: Literal["return", "stay", "through"] = "return"
-    """What follows where the door stands at its goal: back to a hover before it, the tip stays and holds it, or the vehicle lets
-    go and flies through the doorway to a hover 1 m behind it."""
+    """What follows at the goal: `"return"` to a hover before the door, `"stay"` with the tip on the leaf, which holds
+    it, or `"through"` the doorway to a hover 1 m behind it. With `"stay"` a simulated mission ends there; a vehicle
+    holds the door for `time_out.hold`."""
     hover_distance: Positive = 0.6
-    """Between tip and leaf before the approach [m]."""
+    """Distance between tip and leaf before the approach [m]."""
     approach_speed: Positive = 0.15
-    """[m/s]."""
+    """Speed of the approach [m/s]."""
     touch_distance: Positive = 0.06
-    """From here on the tip goes on at [m]"""
+    """Distance between tip and leaf at which the approach ends and the touch begins [m]."""
     touch_speed: Positive = 0.04
-    """this speed [m/s]."""
+    """Speed of the touch [m/s]."""
     touch_force: Positive = 0.5
-    """With which the tip presses after the touch [N]."""
+    """Force with which the tip presses after the touch [N]."""
     hold_time: Positive = 1.0
-    """For which the door must stay at the goal before it is let go [s]."""
+    """Time for which the door must stay at the goal before the vehicle lets it go [s]."""
     hold_open: NonNegative = 3.0
-    """For which a door is held whose closer would shut it on the vehicle; a simulated mission ends there [s]."""
+    """Time for which the vehicle holds a door whose closer would shut it on the vehicle [s]."""
     recoveries: Annotated[int, Field(strict=True, ge=0, le=100)] = 20
-    """How often contact may be lost before an attempt is given up."""
+    """Largest number of losses of contact in an attempt."""
     attempts: Annotated[int, Field(strict=True, ge=1, le=10)] = 2
-    """How often the vehicle comes from the hover at most: after a failure that may not happen again it backs out first."""
+    """1 to 10: largest number of attempts from the hover; after a failure that may not happen again, the vehicle backs
+    out and comes again."""
     retreat_speed: Positive = 0.25
-    """[m/s]."""
+    """Speed of the retreat [m/s]."""
     time_out: MissionTimeOutsSection = MissionTimeOutsSection()

@@ -14,21 +14,31 @@ class WeightsSection(Section):
     """Diagonals of the cost; by default the paper's, extended to the arm's number of joints."""
 
     state: tuple[NonNegative, ...] | None = None
+    """Diagonal of Q in the order of the state: 5 + n entries, or 8 + n for `model = "lagrangian"`. Default: the
+    paper's."""
     terminal: tuple[NonNegative, ...] | None = None
+    """Diagonal of L, as many entries. Default: the paper's."""
     input: tuple[Positive, ...] | None = None
+    """Diagonal of R, 4 + n entries in the order of the input. Default: the paper's."""
 
 
 class PlannerSection(Section):
     """Receding-horizon planner."""
 
     model: Literal["quasi_static", "lagrangian", "whole_body"] | None = None
-    """For a grip the paper's simplified dynamics, the default, or the full ones; for a push the whole body."""
+    """For a grip `"quasi_static"`, the default, or `"lagrangian"`; for a push `"whole_body"` (docs/theory.md).
+    `"quasi_static"` is the paper's simplified dynamics: states [Φ, α, α̇, H], inputs [f_t, Ω, Ḣ_d]. `"lagrangian"` has
+    the full dynamics of vehicle and door: states [Φ, α, Φ̇, α̇, H], inputs [f_t, T, Ḣ_d]. `"whole_body"` adds the
+    vehicle's own motion: states [P, Φ, V, Φ̇, α, α̇, H], inputs [f_t, φ_c, θ_c, τ_z, Ḣ_d]. Default: by `contact.kind`."""
 
     time_step: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=0.5)] = 0.02
+    """Δt between the plan's nodes [s]."""
     horizon_steps: Annotated[int, Field(strict=True, ge=2, le=2000)] = 50
+    """N, number of steps."""
     rate: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=2000)] = 100.0
+    """Plans per second [1/s]."""
     iterations: Annotated[int, Field(strict=True, ge=1, le=100)] = 1
-    """Iterations of `replan`; a cold plan iterates to convergence."""
+    """Iterations of a warm plan; a cold one iterates until converged."""
     margin: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.5)] = 0.03
     """Tightens h ≤ 0 to h + margin ≤ 0 [m]."""
     weights: WeightsSection = WeightsSection()
@@ -40,11 +50,11 @@ class LimitsSection(Section):
     enabled: Switch = True
     """Whether the limits are constraints of the plan."""
     min_thrust: NonNegative = 0.0
-    """[N]."""
+    """Least thrust [N]."""
     body_rates: tuple[Positive, Positive, Positive] = (3.8, 3.8, 3.4)
-    """Largest |Ω| about each axis [rad/s]."""
+    """Largest body rates about x, y and z, near a Pixhawk's defaults [rad/s]."""
     joint_rates: Positive | None = None
-    """Largest |Ḣ| of every joint [rad/s]; by default the URDF's."""
+    """Largest rate of every joint [rad/s]. Default: the URDF's."""
     tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=math.pi / 2)] = 0.6
     """Largest angle between the body's z axis and the vertical [rad]."""
 
@@ -55,7 +65,7 @@ class PushSection(Section):
     max_rate: Positive = 0.11
     """Largest rate of the door [rad/s]."""
     stopping_share: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, lt=1)] = 0.2
-    """η: share of the hinge's resistance that `doorman check` counts on to stop the door before the goal."""
+    """η, share of the hinge's resistance that `doorman check` counts on to stop the door before the goal."""
     friction_coefficient: Positive = 0.6
     """μ between tip and leaf that a plan counts on."""
     hold_tolerance: Positive = 0.006

@@ -23,7 +23,8 @@ class RealitySection(Section):
     """Whether a preset sets and draws keys of `[simulation]`; what the scenario gives itself wins."""
 
     preset: Preset | None = None
-    """A flight has the preset's values; a campaign draws them."""
+    """`"mild"`, `"rough"` or `"hostile"`: sets keys of `[simulation]`, and draws them in a campaign
+    (docs/reality.md#presets). What the scenario or `--set` gives itself wins. Default: none."""
 
 
 def under(tables: Any) -> Any:

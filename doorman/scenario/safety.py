@@ -19,11 +19,11 @@ class SafetySection(Section):
     fence_low: _Corner = (-3.0, -2.5, 0.0)
     """Lowest corner of the box in which O_B may be, world frame [m]."""
     fence_high: _Corner = (3.0, 3.5, 3.0)
-    """Highest corner [m]."""
+    """Highest corner of that box [m]."""
     tilt: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=math.pi)] = 0.6
     """Largest angle between the body's z axis and the vertical [rad]."""
     speed: Positive = 1.5
-    """[m/s]."""
+    """Largest speed [m/s]."""
     thrust_share: Positive = 0.95
     """Thrust above this share of the largest counts as saturated."""
     force: Positive = 18.0
@@ -31,15 +31,16 @@ class SafetySection(Section):
     divergence: Positive = 0.15
     """Largest distance between the cameras' and the autopilot's position [m]."""
     disobedience: Positive = 0.2
-    """Largest angle between the attitude that the autopilot steers by and the commanded one, or one on the way to it [rad]."""
+    """Largest angle between the attitude that the autopilot steers by and the commanded one, or one on the way to it,
+    while the gripper holds the door [rad]."""
     missed_ticks: Positive = 0.5
     """Largest share of the controller's ticks that may be missed within a second."""
     command_age: Positive = 0.25
     """Without a command for this long, the controller counts as silent [s]."""
     low_battery: _Share = 0.2
-    """Share of the charge at which the task is given up."""
+    """Share of the charge at which the mission is given up."""
     critical_battery: _Share = 0.1
-    """Share of the charge at which the vehicle flies out and lands."""
+    """Share of the charge at which the vehicle flies out and lands; up to `low_battery`."""
 
     @model_validator(mode="after")
     def _fits_together(self) -> SafetySection:

@@ -19,6 +19,7 @@ from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection
 from doorman.scenario.reality import RealitySection, under
 from doorman.scenario.safety import SafetySection
 from doorman.scenario.simulation import SimulationSection
+from doorman.scenario.sized_keys import SIZED
 from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 from doorman.scenario.toml_text import toml_text
 from doorman.scenario.values import Section, hashed
@@ -106,7 +107,7 @@ class Scenario(Section):
         """
         keywords = {key.replace("__", "."): value for key, value in more.items()}
         changes = {**_mapping(overrides), **keywords}
-        return self._of(self.model_dump(exclude_unset=self._takes_preset(changes)), changes, self._source)
+        return self._of(self.tables(exclude_unset=self._takes_preset(changes)), changes, self._source)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the scenario with all its values to a TOML file that loads as the same task; an older file is replaced.
@@ -137,11 +138,28 @@ class Scenario(Section):
         Raises:
             ScenarioError: if a URDF does not exist.
         """
-        tables = self.model_dump(exclude_none=True)
+        tables = self.tables(exclude_none=True)
         for section, path in (("vehicle", self.vehicle_urdf), ("door", self.door_urdf)):
             if path != URDF.known().get(tables[section]["urdf"].removeprefix(SHIPPED)):
                 tables[section]["urdf"] = str(path)
         return toml_text(tables)
+
+    def tables(self, **options: Any) -> dict[str, Any]:
+        """All values as nested tables, but for defaults that grow with the vehicle (`scenario.sized`).
+
+        Args:
+            **options: As those of `model_dump`.
+        """
+        tables = self.model_dump(**options)
+        for key in SIZED:
+            *path, last = key.split(".")
+            section: Any = self
+            table: Any = tables
+            for name in path:
+                section, table = getattr(section, name), table.get(name, {})
+            if last not in section.model_fields_set:
+                table.pop(last, None)
+        return tables
 
     @property
     def source(self) -> Path | None:

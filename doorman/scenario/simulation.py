@@ -28,63 +28,71 @@ class NoiseSection(Section):
     """Standard deviations of the simulated sensors' white noise."""
 
     position: NonNegative = 0.0005
+    """Position of O_B [m]."""
     velocity: NonNegative = 0.005
+    """Velocity of O_B [m/s]."""
     attitude: NonNegative = 0.001
+    """Roll, pitch and yaw [rad]."""
     body_rates: NonNegative = 0.01
+    """Angular velocity in the body frame [rad/s]."""
     arm_angles: NonNegative = 0.0005
+    """Arm angles H [rad]."""
     arm_rates: NonNegative = 0.005
+    """Arm rates Ḣ [rad/s]."""
 
 
 class SensorsSection(Section):
     """How the simulated motion capture delivers position, velocity and attitude."""
 
     latency: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1)] = 0.0
-    """Pose and arm come this long after they were true [s]; body rates do not."""
+    """Position, velocity, attitude and the arm's angles and rates come this long after they were true; body rates, from
+    the gyroscope, do not [s]."""
     jitter: Share = 0.0
-    """By up to this much more, evenly spread, another for every pose [s]; poses never overtake each other."""
+    """Largest further delay, drawn evenly for every pose; poses never overtake each other; up to 1 [s]."""
     rate: Positive | None = None
-    """Poses per second, each held until the next; by default one at every tick of the controller."""
+    """Poses per second, each held until the next [1/s]. Default: one at every tick."""
     dropout_rate: NonNegative = 0.0
-    """Gaps without a new pose, per second without one."""
+    """Gaps without a new pose, per second without a gap; in a gap the last pose repeats [1/s]."""
     dropout_duration: NonNegative = 0.2
-    """Longest gap [s]; gaps are evenly spread from 0 to it."""
+    """Longest gap; gaps are evenly spread from 0 to it [s]."""
     velocity: Literal["measured", "differenced"] = "measured"
-    """Velocity with noise of its own, or the difference of the last two noisy positions."""
+    """`"measured"`: the true one with noise of its own; `"differenced"`: difference of the last two noisy positions, as
+    a motion capture without velocities has it."""
     jump_rate: NonNegative = 0.0
-    """Jumps of the frame in which poses are seen [1/s], at random times."""
+    """Jumps of the frame in which poses are seen, at random times [1/s]."""
     jump: Share = 0.0
-    """Standard deviation on every axis of where the frame stands after a jump [m]."""
+    """Standard deviation on every axis of where the frame stands after a jump; up to 1 [m]."""
     drift: NonNegative = 0.0
-    """Speed at which the frame slides away, in a horizontal direction drawn by chance [m/s]."""
+    """Speed at which the frame slides away, in a random horizontal direction [m/s]."""
     turn_rate: Number = 0.0
-    """At which it turns about the vertical through the world's origin [rad/s]."""
+    """Rate at which the frame turns about the vertical through the world's origin [rad/s]."""
 
 
 class GustSection(Section):
     """Wind in the simulation: a steady horizontal force that varies by chance."""
 
     vehicle: NonNegative = 0.0
-    """Mean force on the vehicle [N]."""
+    """F on the vehicle [N]."""
     leaf: NonNegative = 0.0
-    """Mean force on the leaf at half its width [N]; its share along the leaf's normal turns the door."""
+    """F on the leaf at half its width w; the torque in the hinge is F w/2 sin(d + ω t − α) [N]."""
     direction: Angle = 0.0
-    """Towards which the wind blows as the flight begins, from the world's x axis about z [rad]."""
+    """d, direction towards which the wind blows as the flight begins, from the world's x axis about z [rad]."""
     turn_rate: Number = 0.0
-    """Of that direction, about z [rad/s]."""
+    """ω, rate at which that direction turns about z [rad/s]."""
     jump_rate: NonNegative = 0.0
-    """Jumps of that direction and of the strength [1/s], at random times."""
+    """Jumps of direction and strength, at random times [1/s]."""
     jump_angle: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=math.pi)] = math.pi / 2
-    """By which a jump turns the direction, to either side by chance [rad]."""
+    """Angle by which a jump turns the direction, to a random side; up to π [rad]."""
     jump_strength: Share = 0.0
-    """By up to which share of the mean the strength after a jump is another one, evenly spread."""
+    """The strength after a jump lies within this share of the mean, evenly spread; up to 1."""
     draught_vehicle: Number = 0.0
-    """Force on the vehicle through the open doorway, along the closed leaf's normal [N]; it grows as the door opens."""
+    """Force on the vehicle through the open doorway, positive away from it; it grows as the door opens [N]."""
     draught_leaf: Number = 0.0
-    """Force on the closed leaf at half its width, along its normal, positive opens [N]; it fades as the door opens."""
+    """Force on the closed leaf at half its width, positive away from the vehicle; it fades as the door opens [N]."""
     variation: NonNegative = 0.15
-    """Standard deviation of the force over its mean."""
+    """v, deviation of the strength as a share of its mean."""
     correlation_time: Positive = 1.0
-    """Of the variation [s]."""
+    """Correlation time of ξ [s]."""
 
     @property
     def draughty(self) -> bool:
@@ -101,105 +109,113 @@ class HandSection(Section):
     """A hand on the leaf in the simulation, once a flight: it holds the leaf, or shoves it."""
 
     door_angle: DoorAngle | None = None
-    """The hand comes where the leaf has opened this far [rad]; by default there is none."""
+    """The leaf's angle at which the hand comes [rad]. Default: no hand."""
     duration: Positive = 3.0
-    """Then it lets go [s]."""
+    """Time after which the hand lets go [s]."""
     hold: NonNegative = 0.0
-    """Largest torque with which it holds the leaf where it came [N m]."""
+    """Largest torque with which it holds the leaf where it came; it gives way by 0.005 rad until then [N m]."""
     shove: Number = 0.0
-    """Torque with which it turns the leaf, positive for growing α, which shuts the door [N m]."""
+    """Torque with which it turns the leaf: positive shuts the door, negative opens it [N m]."""
 
 
 class WashSection(Section):
     """Rotors near floor, ceiling and wall."""
 
     ground: Switch = False
-    """Whether the floor lifts a rotor above it."""
+    """Whether the floor, at height 0, lifts a rotor above it."""
     ceiling: Positive | None = None
-    """Height of a ceiling that lifts a rotor below it [m]; by default there is none."""
+    """Height of a ceiling that lifts a rotor below it [m]. Default: none."""
     wall: NonNegative = 0.0
-    """Largest force towards the wall of the door, at a rotor's blade tip that touches it [N]."""
+    """Force that draws a rotor to the leaf, where its blade tip touches the leaf's plane [N]."""
 
 
 class SimulationSection(Section):
     """Simulated plant."""
 
     physics_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=500, le=20_000)] = 1000.0
+    """Steps of the physics per second [1/s]."""
     controller_rate: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=20, le=2000)] = 250.0
+    """Measurements and commands per second [1/s]."""
     planner_latency_periods: Annotated[int, Field(strict=True, ge=0, le=20)] = 1
-    """A plan is used this many planner periods after the state it starts from was measured."""
+    """A plan is used this many planner periods after its state was measured."""
     motor_time_constant: NonNegative = 0.03
     """First-order lag of a rotor's thrust [s]."""
     torque_per_thrust: Positive = 0.016
-    """Ratio of a rotor's drag torque to its thrust [m]."""
+    """A rotor's drag torque over its thrust [m]."""
     thrust_scale: Ratio = 1.0
-    """True thrust of every rotor over the commanded one."""
+    """True thrust of every rotor over the commanded one; 0.2 to 5."""
     thrust_fall: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.1)] = 0.0
-    """Share of it that a rotor loses in a second, as the battery empties [1/s]."""
+    """Share of its thrust that a rotor loses per second, as the battery empties; up to 0.1 [1/s]."""
     vehicle_mass: Positive | None = None
-    """True mass of the vehicle with its arm [kg], all its parts and their inertia in proportion; by default the URDF's."""
+    """True mass of the vehicle with its arm, all parts and their inertia in proportion [kg]. Default: the URDF's."""
     vehicle_com: tuple[Elsewhere, Elsewhere, Elsewhere] = (0.0, 0.0, 0.0)
-    """By which the true centre of mass lies elsewhere than in the URDF, body frame [m]; the base link is at fault."""
+    """True centre of mass less the URDF's, body frame; −1 to 1. Only the base link's mass moves [m]."""
     vehicle_inertia_scale: Ratio = 1.0
-    """True moments of inertia of the base link over those that follow from its mass."""
+    """True moments of inertia of the base link over those that follow from its mass; 0.2 to 5."""
     vehicle_drag: NonNegative = 0.0
-    """Force of the still air in the plane of the rotors, against the velocity there [N s/m]."""
+    """Force of the still air against the velocity in the plane of the rotors [N s/m]."""
     servo_torque_scale: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.05, le=5)] = 1.0
-    """True torque limit of every servo of the arm over the URDF's."""
+    """True torque limit of every servo of the arm over the URDF's; 0.05 to 5."""
     servo_backlash: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.2)] = 0.0
-    """Play of every servo, between its stops: what it measures follows the joint no closer [rad]."""
+    """Play of every servo; up to 0.2 [rad]."""
     tip_friction: NonNegative = 0.8
-    """Coulomb coefficient between tip and leaf."""
-    tip_stiffness: Positive = 2000.0
-    """Compliance of a pushing tip [N/m]."""
-    tip_damping: Positive = 60.0
-    """[N s/m]."""
-    grip_stiffness: Positive = 5000.0
-    """Compliance of a gripping tip, in every direction [N/m]."""
-    grip_damping: Positive = 100.0
-    """[N s/m]."""
+    """Friction coefficient between tip and leaf."""
+    tip_stiffness: Positive | None = None
+    """Compliance of a tip that pushes [N/m]. Default: 2000 for the shipped vehicle, growing with weight and R_A."""
+    tip_damping: Positive | None = None
+    """Damping of a tip that pushes [N s/m]. Default: 60 for the shipped vehicle, growing with weight and R_A."""
+    grip_stiffness: Positive | None = None
+    """Compliance of a tip that grips, in every direction [N/m]. Default: 5000 for the shipped vehicle, growing with
+    weight and R_A."""
+    grip_damping: Positive | None = None
+    """Damping of a tip that grips [N s/m]. Default: 100 for the shipped vehicle, growing with weight and R_A."""
     gripper_closes: Switch = True
-    """Whether the gripper closes when it is told to; one that does not is a tip that only pushes."""
+    """Whether the gripper closes on command; if not, its tip only pushes."""
     gripper_force: Positive | None = None
-    """Largest force with which the gripper holds, pull and force along the leaf together [N]; by default any. A larger one
-    tears it off the leaf, and it holds nothing until it is opened and closed again."""
+    """Largest force with which the gripper holds, pull and force along the leaf together. A larger force tears it off,
+    until the gripper is opened and closed again [N]. Default: any."""
     door_damping: NonNegative | None = None
-    """True damping of the hinge [N m s/rad]; by default what the planner is told."""
+    """True damping of the hinge, if it differs from what the planner reads [N m s/rad]. Default: as `door.damping`."""
     door_friction: NonNegative | None = None
-    """True Coulomb friction of the hinge [N m]; by default what the planner is told."""
+    """True friction of the hinge, if it differs from what the planner reads [N m]. Default: as `door.friction`."""
     door_stiffness: NonNegative | None = None
-    """True stiffness of a spring or closer [N m/rad]; by default what the planner is told."""
+    """True stiffness of a spring or closer, if it differs from what the planner reads [N m/rad]. Default: as
+    `door.stiffness`."""
     door_preload: NonNegative | None = None
-    """True torque with which a closer shuts the door at any opening [N m]; by default what the planner is told."""
+    """True preload of the closer, if it differs from what the planner reads; a door with one stops where it is closed
+    [N m]. Default: as `door.preload`."""
     door_stiction: NonNegative | None = None
-    """True torque by which a standing hinge resists more than one that moves [N m]; by default what the planner is told."""
+    """True stiction of the hinge, if it differs from what the planner reads [N m]. Default: as `door.stiction`."""
     door_rest_angle: Angle | None = None
-    """Where that spring is relaxed [rad]; by default what the planner is told."""
+    """True angle at which the spring is relaxed [rad]. Default: as `door.rest_angle`."""
     door_width: Positive | None = None
-    """True width of leaf and doorway [m]; by default what the planner is told."""
+    """True width of leaf and doorway, if it differs from what the planner reads [m]. Default: the door's."""
     door_mass: Positive | None = None
-    """True mass of the leaf [kg], its inertia in proportion; by default what the planner is told."""
+    """True mass of the leaf, its inertia in proportion, if it differs from what the planner reads [kg]. Default: the
+    door's."""
     door_offset: tuple[Elsewhere, Elsewhere, Elsewhere] = (0.0, 0.0, 0.0)
-    """By which leaf, frame and wall truly stand elsewhere than the planner is told, world frame [m]."""
+    """True place of leaf, frame and wall less the one that the planner reads, world frame; −1 to 1 [m]."""
     door_yaw: Turned = 0.0
-    """By which they are truly turned about the vertical through the hinge [rad]."""
+    """Angle by which leaf, frame and wall are truly turned about the vertical through the hinge; −1 to 1 [rad]."""
     door_face_offset: Elsewhere | None = None
-    """By which the face of the true leaf stands before the hinge axis, towards the vehicle [m]; by default what the planner is
-    told."""
+    """Distance by which the true leaf's face stands before the hinge axis, towards the vehicle; −1 to 1 [m]. Default:
+    the door's."""
     door_ajar: Elsewhere = 0.0
-    """By which the door truly is farther open than the planner is told, as a flight from the hover begins [rad]."""
+    """Angle by which the true door is farther open than the planner reads, as a flight from the hover begins; −1 to 1
+    [rad]."""
     door_seal: Catch = 0.0
-    """Torque by which a seal resists more than the hinge over the first degrees, either way [N m]."""
+    """Torque of a seal, which resists more than the hinge over the first degrees; up to 100 [N m]."""
     door_seal_angle: FirstDegrees = math.radians(2.0)
-    """Opening up to which it does [rad]."""
+    """Opening up to which the seal resists; 0.002 to 0.35 [rad]."""
     door_latch: Catch = 0.0
-    """Largest torque with which a sprung catch holds the closed leaf [N m]; beyond it snaps, and catches a leaf that shuts."""
+    """Largest torque of a sprung catch on the closed leaf, beyond which the catch snaps; it catches a leaf that shuts;
+    up to 100 [N m]."""
     door_latch_angle: FirstDegrees = 0.01
-    """Opening at which it snaps [rad]."""
+    """Opening at which the catch snaps; 0.002 to 0.35 [rad]."""
     door_lean: tuple[Leaning, Leaning] = (0.0, 0.0)
-    """By which the hinge's upper end leans towards the world's x and y [rad]: the leaf's weight turns it."""
+    """Angles by which the hinge's upper end leans towards the world's x and y; −0.1 to 0.1 [rad]."""
     door_backlash: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.2)] = 0.0
-    """Play in the hinge: so far the leaf swings without friction after it turns back [rad]."""
+    """Play in the hinge, within which the leaf swings without friction; up to 0.2 [rad]."""
     noise: NoiseSection = NoiseSection()
     sensors: SensorsSection = SensorsSection()
     gust: GustSection = GustSection()

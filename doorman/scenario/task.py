@@ -14,16 +14,20 @@ class VehicleSection(Section):
     """Vehicle: its URDF and the names in it."""
 
     urdf: Name = "hexarotor_arm"
+    """Name of a shipped URDF, or a path relative to the scenario's file."""
     base_link: Name = "base_link"
+    """Link whose origin is O_B."""
     tip: Name = "tip"
+    """Frame that touches the leaf."""
     servos: tuple[Name, ...] | None = None
-    """Frames of joints 3 … n; by default `servo_3` … `servo_n`, or the joint's own where there is none."""
+    """Frames of joints 3 to n. Default: servo_3 to servo_n, else the joints."""
     radius: Positive | None = None
-    """R_A [m]; by default the disc that holds the collision shapes of the base link, or the propellers (`kinematics.disc`)."""
+    """R_A, radius of the disc that holds the rotors [m]. Default: from the URDF's shapes or rotors."""
     max_thrust: Positive | None = None
-    """[N]; by default the sum over the URDF's rotors, or twice the weight where it names none."""
-    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.05
-    """Of the autopilot's attitude loop behind its setpoints [s]; the flight's own estimate starts from it."""
+    """Largest thrust of all rotors together [N]. Default: from the URDF."""
+    attitude_lag: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = 0.1
+    """Lag of the autopilot's attitude loop behind its setpoints of roll and pitch. Plans, look-aheads, the simulated loop
+    and the check use it; the flight's own estimate starts from it [s]."""
 
 
 _NAMES = {"joint": "hinge", "link": "leaf"}
@@ -34,18 +38,23 @@ class DoorSection(Section):
     """Door: its URDF, the names in it, and the torques in its hinge. `link` and `joint` are other names of `leaf` and `hinge`."""
 
     urdf: Name = "hinged_door"
+    """Name of a shipped URDF, or a path relative to the scenario's file."""
     leaf: Name = "leaf"
+    """Link of the leaf; `link` is another name of this key."""
     hinge: Name = "hinge"
+    """Joint of the hinge; `joint` is another name of this key."""
     closed: Angle | None = None
-    """Value of the hinge's joint where the door is closed [rad]; by default where the leaf's free edge meets a jamb."""
+    """Value of that joint where the door is closed; urdf/README.md#doors-of-your-own says how it is found [rad, or m].
+    Default: where the leaf's free edge meets a jamb; of a slide 0, or the end nearer to it."""
     width: Positive | None = None
-    """D_w [m]; leaf and frame are stretched to it. By default the URDF's."""
+    """D_w, width of the leaf; leaf and frame are stretched to it (a door of frame and leaf, without meshes) [m].
+    Default: from the URDF."""
     mass: Positive | None = None
-    """Of the leaf [kg], its inertia in proportion; by default the URDF's."""
+    """Mass of the leaf, its inertia in proportion (the same doors) [kg]. Default: from the URDF."""
     damping: NonNegative | None = None
-    """b [N m s/rad]; by default the URDF's `<dynamics damping>`."""
+    """b, viscous damping of the hinge [N m s/rad]. Default: from the URDF."""
     friction: NonNegative | None = None
-    """τ_c [N m]; by default the URDF's `<dynamics friction>`."""
+    """τ_c, Coulomb friction of the hinge [N m]. Default: from the URDF."""
     friction_rate: Positive = 0.02
     """ε in τ_c tanh(α̇/ε) [rad/s]."""
     stiffness: NonNegative = 0.0
@@ -53,11 +62,11 @@ class DoorSection(Section):
     rest_angle: Angle = math.pi / 2
     """α_0, where the spring is relaxed [rad]."""
     preload: NonNegative = 0.0
-    """τ_p of a closer, with which it shuts the door at any opening [N m]."""
+    """τ_p, torque with which a closer shuts the door at any opening [N m]."""
     stiction: NonNegative = 0.0
-    """τ_s, by which a standing hinge resists more than one that moves [N m]."""
+    """τ_s, torque by which a standing hinge resists more than a moving one [N m]."""
     latched: Switch = False
-    """Whether a latch or a lock holds the door closed: nothing opens it then."""
+    """Whether a latch or a lock holds the door; the check refuses such a door."""
 
     @model_validator(mode="before")
     @classmethod
@@ -74,45 +83,53 @@ class ContactSection(Section):
     """Where and how the tip touches the leaf."""
 
     distance_from_hinge: Positive = 0.70
-    """D_V [m]."""
+    """D_V, at most the leaf's width; without `frame`, a slide is touched in the middle of its face [m]."""
     fit_doorway: Switch = True
-    """Whether a tip that pushes comes nearer to the hinge in a narrow doorway (`kinematics.coupling.distance_in_doorway`), and
-    ends beside the leaf's normal there."""
+    """For a tip that pushes: D_V is less where the doorway is too narrow to stand behind the tip all the way. A goal's
+    heading that is not given lies up to 14° beside the normal. It does so where the disc would come within 4 cm of the
+    margin to the latch jamb."""
     height: NonNegative = 0.80
+    """D_H above the lower end of the hinge line, at most the leaf's height; a leaf whose hinge lies is touched in the
+    middle of its width [m]."""
     kind: Literal["grip", "push"] = "grip"
+    """`"grip"`: tip and leaf are tied, as the paper assumes; `"push"`: the tip can only push, and moves a leaf away
+    from the vehicle, on any hinge or slide (docs/push.md)."""
     frame: Name | None = None
-    """Frame of the door's URDF, on the leaf, where the tip touches, with its x axis away from the leaf: it takes the place of
-    `distance_from_hinge`, `height` and `side`."""
+    """Frame of the door's URDF, on the leaf, where the tip touches; its x axis points away from the leaf, within 5° of
+    the leaf's normal. It takes the place of `distance_from_hinge`, `height` and `side`. Default: none."""
     side: Literal["push", "pull"] | None = None
-    """Side of the leaf that the vehicle is on: where the door is pushed open, or pulled; by default that of `frame`, or of a
-    start or goal whose `door_angle` is beyond the closed door's."""
+    """Side of the leaf that the vehicle is on: `"push"`, from which the door is pushed open, or `"pull"`. Default: that
+    of `frame`; else of a start or goal whose `door_angle` is beyond π/2; else `"pull"` of a slide, and `"push"` of a
+    hinge."""
 
 
 class StartSection(Section):
     """Where the task starts, at rest. What is not given of its posture is found (`doorman.postures`)."""
 
     attitude: tuple[Angle, Pitch, Angle] | None = None
-    """Roll, pitch and yaw [rad]; by default level, along the leaf's normal, or beside it where that breaks a constraint."""
+    """Roll, pitch and yaw at the start [rad]. Default: found, see below."""
     door_angle: DoorAngle | None = None
-    """α [rad]; by default the closed door's, π/2."""
+    """α at the start; it falls as a door is pushed open, and grows as one is pulled [rad]. Default: π/2, closed."""
     opening: NonNegative | None = None
-    """From the closed door, in place of `door_angle` [rad, or m]."""
+    """How far the door is open at the start, from either side; a slide has no `door_angle` [rad, or m]. Default: in
+    place of `door_angle`."""
     joint_value: Number | None = None
-    """Of the URDF's joint, in place of either [rad, or m]."""
+    """Value of the URDF's joint at the start [rad, or m]. Default: in place of `door_angle` or `opening`."""
     arm: tuple[Angle, ...] | None = None
-    """[rad]; by default [0, 1, −0.6, −0.4] for an arm of four joints that keeps all limits with it, else what is found."""
+    """H at the start, n angles [rad]. Default: found, see below."""
 
 
 class GoalSection(Section):
     """Where the task ends, at rest. What is not given of its posture is found (`doorman.postures`)."""
 
     attitude: tuple[Angle, Pitch, Angle] | None = None
-    """Roll, pitch and yaw [rad]; by default level, along the leaf's normal, or beside it where that breaks a constraint."""
+    """Roll, pitch and yaw at the goal [rad]. Default: found, see below."""
     door_angle: DoorAngle | None = None
-    """α [rad]; by default that of an opening of 70°, or of what the hinge's limits leave of it."""
+    """α at the goal [rad]. Default: that of an opening of 70°, or of the hinge's limit."""
     opening: NonNegative | None = None
-    """From the closed door, in place of `door_angle` [rad, or m]."""
+    """How far the door is open at the goal, from either side; 0 shuts it [rad, or m]. Default: in place of
+    `door_angle`; of a slide 0.3 m, or its limit."""
     joint_value: Number | None = None
-    """Of the URDF's joint, in place of either [rad, or m]."""
+    """Value of the URDF's joint at the goal [rad, or m]. Default: in place of `door_angle` or `opening`."""
     arm: tuple[Angle, ...] | None = None
-    """[rad]; by default [0, π/2, −π/2, 0] for an arm of four joints that keeps all limits with it, else what is found."""
+    """H at the goal, n angles [rad]. Default: found, see below."""

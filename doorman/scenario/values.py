@@ -65,7 +65,7 @@ class Section(BaseModel, metaclass=_Checked):
         """
         if not update:
             return super().model_copy(deep=deep)
-        copy = type(self)(**{name: getattr(self, name) for name in type(self).model_fields} | dict(update))
+        copy = type(self)(**{name: getattr(self, name) for name in self.model_fields_set} | dict(update))
         for name in self.__private_attributes__:
             setattr(copy, name, getattr(self, name))
         return copy

@@ -170,7 +170,7 @@ def _check_first_contact(model: Model) -> None:
     along, up = float(door.leaf_direction(angle) @ away), float(door.up @ away)
     if not (0 <= along <= door.width and 0 <= up <= door.height):
         raise ScenarioError(
-            "the tip begins beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
+            "the tip would start beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
             given=f"contact {along:.3f} m from the hinge, {up:.3f} m high",
             allowed=f"up to {door.width:g} m and {door.height:g} m, or mission.start = \"hover\"",
         )  # fmt: skip

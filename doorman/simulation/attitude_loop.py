@@ -12,15 +12,20 @@ disturb the tilt. The integrator stands still where the rotors are saturated and
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.compilation import kernel
+from doorman.dynamics.attitude_loop import AttitudeLoop
 
 Array = NDArray[np.float64]
+
+
+USUAL_MOTOR_LAG = 0.03
+"""Time constant of motors for which the gains below are tuned [s]."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +44,25 @@ class AttitudeGains:
     """[rad/s]; yaw is slow because drag torque is small: at this rate the rotors can still stop the turn in time."""
     derivative_cutoff: float = 377.0
     """Bandwidth of the low-pass on dΩ/dt [rad/s]."""
+
+    @classmethod
+    def of(cls, loop: AttitudeLoop, motor_lag: float) -> AttitudeGains:
+        """Gains about x and y of a loop with a lag; with these motors it is no quicker than the usual one with its own.
+
+        Args:
+            loop: The vehicle's loop.
+            motor_lag: Time constant of the motors [s].
+        """
+        most = max(USUAL_MOTOR_LAG / motor_lag, 1.0) if motor_lag > 0.0 else math.inf
+        quick, usual = min(loop.quickness, most), cls()
+
+        def scaled(values: tuple[float, float, float], factor: float) -> tuple[float, float, float]:
+            return factor * values[0], factor * values[1], values[2]
+
+        return replace(
+            usual, attitude=scaled(usual.attitude, quick), rate=scaled(usual.rate, quick),
+            integral=scaled(usual.integral, quick**2),
+        )  # fmt: skip
 
 
 class AttitudeParameters(NamedTuple):

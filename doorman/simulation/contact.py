@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.model import Model
-from doorman.scenario import SimulationSection
 
 Array = NDArray[np.float64]
 
@@ -26,6 +25,8 @@ FRICTION_IMPEDANCE_RATIO = 1e5
 """Hardness of friction against that of the normal direction: keeps a loaded tip from creeping."""
 TIE = "grip"
 """Name of the tie."""
+_TIP, _GRIP = (2000.0, 60.0), (5000.0, 100.0)
+"""Stiffness and damping for the shipped vehicle: pushing, and gripping [N/m], [N s/m]."""
 _REACH = 0.02
 """Largest distance between tip and leaf at which the tip can grip [m]."""
 _NO_CONTACT = 1e3
@@ -70,23 +71,36 @@ def add_contact(spec: Any, mujoco: Any, model: Model, tip: Any, leaf: Any) -> No
             pair.friction = [max(friction, 1e-5)] * 2 + [1e-5] * 3
 
 
-def calibrate(engine_model: Any, tip_body: int, leaf_body: int, simulation: SimulationSection) -> None:
+def calibrate(engine_model: Any, tip_body: int, leaf_body: int, model: Model) -> None:
     """Give tie and pairs the compliance of a spring and a damper.
 
     Args:
         engine_model: Compiled MjModel.
         tip_body: Index of the tip's body.
         leaf_body: Index of the leaf's body.
-        simulation: Stiffness and damping of tip and grip.
+        model: Stiffness and damping of tip and grip, by the vehicle's size where the scenario gives none.
     """
+    simulation, size = model.scenario.simulation, model.scale
+    grip = (
+        _given(simulation.grip_stiffness, _GRIP[0] * size.stiffness),
+        _given(simulation.grip_damping, _GRIP[1] * size.damping),
+    )
+    tip = (
+        _given(simulation.tip_stiffness, _TIP[0] * size.stiffness),
+        _given(simulation.tip_damping, _TIP[1] * size.damping),
+    )
     inverse_mass = engine_model.body_invweight0[tip_body, 0] + engine_model.body_invweight0[leaf_body, 0]
     scale = -(1.0 - IMPEDANCE) * inverse_mass
     impedance = np.array([IMPEDANCE, IMPEDANCE, 0.001, 0.5, 2.0])
-    engine_model.eq_solref[:] = scale * simulation.grip_stiffness, scale * simulation.grip_damping
+    engine_model.eq_solref[:] = scale * grip[0], scale * grip[1]
     engine_model.eq_solimp[:] = impedance
-    engine_model.pair_solref[:] = scale * simulation.tip_stiffness, scale * simulation.tip_damping
+    engine_model.pair_solref[:] = scale * tip[0], scale * tip[1]
     engine_model.pair_solimp[:] = impedance
     engine_model.pair_solreffriction[:] = -1.0, -FRICTION_RATE * IMPEDANCE  # the engine divides by the impedance
+
+
+def _given(value: float | None, otherwise: float) -> float:
+    return otherwise if value is None else value
 
 
 class Gripper:
@@ -116,18 +130,19 @@ class Gripper:
         self._shapes = [(tip, leaf) for tip in tip_shapes for leaf in leaf_shapes]
         tie = mujoco.mj_name2id(engine_model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
         self._tie = tie if tie >= 0 else None
+        self._active = data.eq_active
         self._force = force
         self.slips = 0
         """How often it was torn off the leaf."""
         self._slipped = False
         if self.closed and not closes:
-            data.eq_active[self._tie] = False
+            self._active[self._tie] = False
         self._model.pair_margin[:] = -_NO_CONTACT if self.closed else 0.0
 
     @property
     def closed(self) -> bool:
         """Whether the tip is tied to the leaf."""
-        return self._tie is not None and bool(self._data.eq_active[self._tie])
+        return self._tie is not None and bool(self._active[self._tie])
 
     def set(self, closed: bool) -> None:
         """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does.
@@ -169,7 +184,7 @@ class Gripper:
             self._slipped, self.slips = True, self.slips + 1
 
     def _tie_up(self, closed: bool) -> None:
-        self._data.eq_active[self._tie] = closed
+        self._active[self._tie] = closed
         self._model.pair_margin[:] = -_NO_CONTACT if closed else 0.0
 
 

@@ -93,7 +93,7 @@ def build_plant(mujoco: Any, model: Model, layout: RotorLayout, time_step: float
         raise build_fault(model, error) from error
     plant = _addresses(mujoco, compiled, model, layout.count)
     tip, leaf = (int(compiled.site(name).bodyid[0]) for name in ("tip", "contact"))
-    calibrate(compiled, tip, leaf, model.scenario.simulation)
+    calibrate(compiled, tip, leaf, model)
     _place(mujoco, plant, model)
     _spin_up(plant, model, layout)
     mujoco.mj_forward(compiled, plant.data)
@@ -169,14 +169,14 @@ def _first_angle(model: Model) -> float:
         return angle
     if scenario.mission.start == "contact":
         raise ScenarioError(
-            "the tip begins on the leaf where it is told to be", file=scenario.source, field="simulation.door_ajar",
+            "a mission that starts in contact needs the leaf in its place", file=scenario.source, field="simulation.door_ajar",
             given=ajar, allowed="mission.start = \"hover\", or start.opening",
         )  # fmt: skip
     angle = door.angle_of_opening(door.opening_of(angle) + ajar)
     if door.lower_limit < door.upper_limit and not door.lower_limit <= angle <= door.upper_limit:
         least, most = sorted(door.opening_of(limit) for limit in (door.lower_limit, door.upper_limit))
         raise ScenarioError(
-            "the hinge does not go so far", file=scenario.source, field="simulation.door_ajar", given=ajar,
+            "beyond the range of the hinge", file=scenario.source, field="simulation.door_ajar", given=ajar,
             allowed=f"a door that opens from {least:.3f} to {most:.3f} rad",
         )  # fmt: skip
     return angle

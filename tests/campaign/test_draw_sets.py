@@ -48,6 +48,7 @@ def test_the_other_sets_draw_what_they_say() -> None:
     assert 1.0 < max(math.degrees(abs(one.door_yaw)) for one in drawn("misplaced_door")) <= 2.001
     assert all(0.5 <= one.door_stiffness <= 2.0 for one in drawn("closers"))
     assert all(1.1 <= one.door_width <= 1.14 for one in drawn("narrow_doorways"))
+    assert all(10.0 <= one.door_mass <= 35.0 and one.door_friction <= 0.8 for one in drawn("small_doors"))
     assert all(one.hand.door_angle is not None for one in drawn("hands"))
     assert {one.hand.hold for one in drawn("hands")} == {0.0, 8.0}
 

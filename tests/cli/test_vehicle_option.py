@@ -13,7 +13,7 @@ from doorman.scenario import Scenario
 
 COMMANDS = [
     ["check", "paper"], ["open", "paper"], ["warmup", "paper"], ["rig", "paper"], ["fly", "paper"], ["parameters", "px4"],
-    ["doctor"], ["ros2"],
+    ["doctor"], ["ros2"], ["campaign", "push_campaign"],
 ]  # fmt: skip
 
 
@@ -26,7 +26,9 @@ def test_a_wrong_key_is_an_error_of_every_command(command, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize(
-    "command", [["check", "paper"], ["open", "paper"], ["parameters", "px4"], ["rig", "paper"]], ids=" ".join
+    "command",
+    [["check", "paper"], ["open", "paper"], ["parameters", "px4"], ["rig", "paper"], ["campaign", "push_campaign"]],
+    ids=" ".join,
 )
 def test_a_link_that_cannot_be_is_an_error_before_anything_flies(command, tmp_path):
     path = tmp_path / "my.toml"
@@ -53,7 +55,7 @@ def test_a_new_file_is_written_once_and_beside_its_urdf(tmp_path, monkeypatch):
     assert run("vehicle", "new", "files/my.toml", "--urdf", "mine.urdf", "--all").exit_code == 0
     text = (tmp_path / "files" / "my.toml").read_text(encoding="utf-8")
     assert 'urdf = "../mine.urdf"' in text and "# baud_rate = 1000000" in text
-    assert_bad_input(run("vehicle", "new", "files/my.toml"), "files/my.toml", "there already")
+    assert_bad_input(run("vehicle", "new", "files/my.toml"), "files/my.toml", "exists")
     assert (tmp_path / "files" / "my.toml").read_text(encoding="utf-8") == text
     assert_bad_input(run("vehicle", "new", "other.toml", "--urdf", "mine.urdf", "--tip", "finger"), "finger")
     assert not (tmp_path / "other.toml").exists()

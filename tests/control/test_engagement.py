@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -10,16 +11,14 @@ from urdf_variants import write_massive
 from doorman.control.engagement import Engagement
 from doorman.model import Model
 from doorman.scenario import Scenario
-from doorman.simulation.attitude_loop import AttitudeGains
 
 SHARES = {"servo_1": 0.2, "servo_2": 0.2, "servo_3": 0.25, "servo_4": 0.25}
 """Of the arm's mass."""
 
 
-def engagement(tmp_path: Path, mass: float, **settings: float) -> Engagement:
+def engagement(tmp_path: Path, mass: float, lag: float = 0.1) -> Engagement:
     urdf = write_massive(tmp_path / f"{mass}.urdf", {link: mass * share for link, share in SHARES.items()})
-    named = {f"control.{key}": value for key, value in settings.items()}
-    return Engagement(Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), **named})))
+    return Engagement(Model(Scenario.load("paper", {"vehicle.urdf": str(urdf), "vehicle.attitude_lag": lag})))
 
 
 def test_an_arm_without_mass_has_the_settings(model: Model) -> None:
@@ -34,11 +33,6 @@ def test_a_heavier_arm_is_led_less(tmp_path: Path) -> None:
 
 
 def test_a_softer_attitude_loop_may_be_led_farther(tmp_path: Path) -> None:
-    usual, soft = engagement(tmp_path, 0.9), engagement(tmp_path, 0.9, attitude_stiffness=500.0)
+    usual, soft = engagement(tmp_path, 0.9), engagement(tmp_path, 0.9, lag=0.1 * math.sqrt(1.4))
     assert soft.lead(0.0) == pytest.approx(1.4 * usual.lead(0.0))
     assert soft.lead(1.0) == pytest.approx(1.4 * usual.lead(1.0))
-
-
-def test_the_default_stiffness_is_the_simulated_loops() -> None:
-    gains = AttitudeGains()
-    assert Scenario.load("paper").control.attitude_stiffness == gains.attitude[1] * gains.rate[1]

@@ -324,6 +324,27 @@ def test_a_door_that_comes_loose_with_a_jerk_is_not_taken_for_a_light_one(model:
     assert door.rate == pytest.approx(swing.rate, abs=0.02)
 
 
+@pytest.mark.parametrize("hinge", HINGES[:3])
+def test_a_seal_says_nothing_of_the_hinge(model: Model, hinge: dict[str, float]) -> None:
+    """It resists with 5 N m over 2°, and a push that overcomes it swings the leaf beyond."""
+    swing = Swing(model, **hinge)
+    door, generator = DoorFilter(model, EstimationSection()), np.random.default_rng(3)
+    for tick in range(round(9.0 / TICK)):
+        now, sealed = tick * TICK, math.pi / 2 - swing.angle < math.radians(2.0)
+        swing.hinge = hinge | {"friction": 5.0 + hinge["friction"]} if sealed else hinge
+        steady = (hinge["friction"] + 0.1 * hinge["damping"]) / swing.lever
+        push = 3.0 * now if sealed else steady + (0.4 if now % 3.0 < 1.5 else -0.3 * steady)
+        push += 0.0 if sealed else hinge["stiffness"] * (swing.rest - swing.angle) / swing.lever
+        swing.step(push, True)
+        noise = generator.standard_normal(2) * (0.1, 0.003)
+        door.update(push + noise[0], True, swing.angle + noise[1], now, now, TICK)
+    estimate = door.hinge()
+    assert math.pi / 2 - swing.angle > 0.2
+    for name, true in hinge.items():
+        assert abs(getattr(estimate, name) - true) <= 2.0 * getattr(estimate, f"{name}_deviation"), name
+    assert estimate.friction < hinge["friction"] + 0.6
+
+
 @pytest.mark.parametrize("inertia", [3.0, 9.0])
 def test_a_vehicle_that_turns_about_the_tip_it_holds_learns_the_leafs_inertia_none_the_less(
     model: Model, inertia: float

@@ -7,6 +7,8 @@ import pytest
 
 from doorman.control.disturbance_observer import DisturbanceObserver
 from doorman.control.door_observer import DoorObserver
+from doorman.model import Model
+from doorman.scenario import Scenario
 
 MASS, STEP = 3.0, 0.004
 
@@ -74,6 +76,21 @@ def test_door_observer_finds_friction_of_a_moving_and_of_a_stuck_door(model) -> 
             angle += STEP * rate
         resistance = min(push * lever, friction)
         assert observer.estimate == pytest.approx(-resistance, rel=0.02)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_door_observer_leaves_out_or_holds_what_the_scenario_names(whole: bool) -> None:
+    named = Model(Scenario.load("paper", {"door.stiffness": 1.2, "door.damping": 0.8}))
+    observer = DoorObserver(named, rate=2.0, limit=5.0, whole=whole)
+    angle, rate = named.door.rest_angle - 0.5, -0.1
+    closer = 1.2 * 0.5 + 0.8 * 0.1
+    for _ in range(round(4.0 / STEP)):
+        observer.update(angle, rate, 2.0, named.door.inertia, STEP)
+    pushed = 2.0 * named.coupling.lever_length
+    assert observer.estimate == pytest.approx(-pushed if whole else closer - pushed, abs=0.01)
+    observer.restart(-0.7)
+    assert observer.update(angle, rate, 0.7 / named.coupling.lever_length, named.door.inertia, 0.0) == observer.estimate
+    assert observer.estimate == pytest.approx(-0.7)
 
 
 def test_door_observer_bound_and_switch(model) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from doorman.control.tilt_observer import TiltObserver
+from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.scenario import ControlSection
 
 STEP = 0.005
@@ -13,8 +14,8 @@ STEP = 0.005
 
 def offset_found(moved: float, known: float, seconds: float, gain: float = 10.0) -> float:
     """Offset of pitch that is found where a commanded swing of the pitch settles beside the command."""
-    settings = ControlSection(attitude_gain=gain, attitude_rate_gain=2.8 * gain)
-    observer, tilt, rate = TiltObserver(settings), 0.0, 0.0
+    loop = AttitudeLoop(1.0 / gain)
+    observer, tilt, rate = TiltObserver(loop, 0.25), 0.0, 0.0
     for k in range(round(seconds / STEP)):
         commanded = 0.1 * np.sin(3.0 * k * STEP)
         observer.update(np.array([0.0, tilt]), np.array([0.0, known]), STEP)
@@ -38,7 +39,7 @@ def test_what_is_known_to_turn_it_is_no_offset() -> None:
 
 def test_it_is_bounded_and_forgotten() -> None:
     assert offset_found(0.6, 0.0, 3.0) == pytest.approx(0.5 * ControlSection().max_tilt)
-    observer = TiltObserver(ControlSection())
+    observer = TiltObserver(AttitudeLoop(0.1), 0.25)
     for _ in range(50):
         observer.update(np.array([0.0, 0.1 * _]), np.zeros(2), STEP)
     observer.forget()

@@ -122,3 +122,15 @@ def test_a_gripper_that_never_closes_is_noticed_on_any_door(wind: float, frictio
     )  # fmt: skip
     assert mission.outcome == (False, "the gripper does not hold the leaf")
     assert recording.summary is not None and recording.summary["outcome"] == "given up"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("wind", "from_where"), [(1.0, -1.6), (1.5, -1.0)])
+def test_a_door_that_wind_blows_past_the_goal_is_brought_back(wind: float, from_where: float) -> None:
+    """Closer and friction are as strong as each other, and the wind opens it."""
+    gust = {"simulation__gust.vehicle": wind, "simulation__gust.leaf": wind, "simulation__gust.direction": from_where}
+    recording, mission = flown(scenario="paper", simulation__door_friction=1.2, simulation__door_stiffness=1.3, **gust)
+    assert mission.outcome == (True, "")
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0 and summary["attempts"] == 1
+    assert abs(summary["final_door_angle_deg"] - 20.0) < 2.0

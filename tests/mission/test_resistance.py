@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -43,3 +44,49 @@ def test_a_gripped_door_is_tried_unless_its_closer_surely_wins(
 
 def test_a_gripped_door_that_resisted_by_nothing_is_held(model: Model) -> None:
     assert not keeps(model, 0.1, 0.3, 0.05)
+
+
+TICK = 0.01
+
+
+def gripped(goal: float, off: float, rate: float, disturbance: float, time: float = 0.0) -> Estimate:
+    """A door this far from the goal, with a hinge of 1 N m of friction."""
+    hinge = SimpleNamespace(friction=1.0)
+    return SimpleNamespace(  # type: ignore[return-value]
+        time=time, door_angle=goal + off, door_rate=rate, door_disturbance=disturbance, hinge=hinge
+    )
+
+
+def carried(model: Model, offs: list[float], rate: float, noise: float = 0.0) -> tuple[Resistance, Progress, float]:
+    """What plans are told last of a door that is seen at these angles from the goal, each for half a second."""
+    progress = Progress(model, pushes=False)
+    resistance, goal = Resistance(model, progress), float(model.goal_state[3])
+    ticks = [off for off in offs for _ in range(round(0.5 / TICK))]
+    for tick, off in enumerate(ticks):
+        seen = rate + noise * math.copysign(1.0, tick % 50 - 25)
+        estimate = gripped(goal, off, seen, -1.8, TICK * tick)
+        progress.update(estimate, False, TICK)
+        told = resistance.torque(estimate, TICK)
+    return resistance, progress, told
+
+
+@pytest.mark.parametrize(("offs", "pushed"), [([0.1, 0.06], 1.8), ([0.06, -0.03, -0.06], 1.1)])
+def test_a_gripped_door_that_passes_the_goal_is_left_to_its_friction(
+    model: Model, offs: list[float], pushed: float
+) -> None:
+    """A push against all that resists it would move it on, and on."""
+    _, _, told = carried(model, offs, -0.06)
+    assert told == pytest.approx(-pushed, abs=0.02)
+
+
+def test_a_gripped_door_that_stands_beyond_the_goal_is_pulled_back_however_noisy_its_rate(model: Model) -> None:
+    _, _, told = carried(model, [0.06] + 10 * [-0.06], 0.0, noise=0.02)
+    assert told > -0.8, "of the 1.8 N m that it was pushed with"
+
+
+def test_a_gripped_door_that_is_brought_back_gets_on(model: Model) -> None:
+    """It passed the goal and came near it then: farther away again, every step back counts."""
+    away, back = [0.03, -0.01, -0.03] + 16 * [-0.06], [-0.055, -0.05, -0.045]
+    stuck, returning = (carried(model, offs, 0.0)[1] for offs in (away + 3 * [-0.06], away + back))
+    assert stuck.stuck_for(11.0) > 8.0
+    assert returning.stuck_for(11.0) < 2.0

@@ -76,13 +76,11 @@ def assert_holds(planner: Planner, plan: Plan, state: np.ndarray) -> None:
     assert (model.constraints_along(reduced[1:]) + model.scenario.planner.margin).max() <= 1e-6
 
 
-FURTHER = [("paper", None), ("coarse", None), ("coarse", 1.2), ("resisting", 0.5), ("tight", None)]
+CASES = [("coarse", 0.5), ("paper", None), ("coarse", None), ("coarse", 1.2), ("resisting", 0.5), ("tight", None)]
 
 
-@pytest.mark.parametrize(
-    ("name", "spread"),
-    [("coarse", 0.5), *(pytest.param(*case, marks=pytest.mark.slow) for case in FURTHER)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "spread"), CASES)
 def test_same_optimum_as_ipopt(name: str, spread: float | None) -> None:
     planner = planner_of(name)
     state = planner.planning.start_state if spread is None else moving_state(planner, spread)

@@ -27,8 +27,7 @@ def scaled(folder: Path, task: str, size: float) -> Model:
         "contact.distance_from_hinge": 0.70 * size, "contact.height": 0.80 * size,
         "planner.time_step": 0.02 * time, "planner.margin": plain.planner.margin * size,
         "push.max_rate": plain.push.max_rate / time, "simulation.torque_per_thrust": 0.016 * size,
-        "control.attitude_gain": 10.0 / time, "control.attitude_rate_gain": 28.0 / time,
-        "control.attitude_stiffness": 700.0 / time**2,
+        "vehicle.attitude_lag": 0.1 * time,
         "limits.body_rates": tuple(rate / time for rate in plain.limits.body_rates),
     }  # fmt: skip
     if task == "paper":

@@ -70,7 +70,7 @@ def test_a_copy_plans_as_the_original(planner: Planner, model: doorman.Model) ->
 
 
 def test_a_wrong_name_lists_the_right_ones(model: doorman.Model) -> None:
-    with pytest.raises(SolverError, match="ceiling: no such name in a task.*hight.*position, "):
+    with pytest.raises(SolverError, match="ceiling: .*hight.*position, "):
         Planner(model, constraints=[doorman.Constraint("ceiling", lambda task: task.hight)])
     with pytest.raises(SolverError, match="names must differ.*tilt"):
         Planner(model, constraints=[doorman.Constraint("tilt", lambda task: task.attitude[0] - 0.2)])

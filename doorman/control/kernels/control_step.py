@@ -15,6 +15,9 @@ INNER, OUTER, ESTIMATE, STARTED, GAIN, RATE, DAMPING, LIMIT, OBSERVER = 0, 3, 6,
 """Places in the observer's memory: two inner states and δ̂, whether it has begun, c, 1/τ, a_1 and the bound."""
 MASS, LIFT, MOST_LIFT, POSITION_GAIN, VELOCITY_GAIN, NUMBERS = 0, 1, 2, 3, 6, 9
 """Places in the controller's numbers: m_A, m g, largest change of the vertical δ̂ at the leaf, and the gains of the axes."""
+AT, MOVES, POSITION, VELOCITY, ACCELERATION, PLANNED, NORMAL, GIVEN = 0, 3, 6, 9, 12, 15, 18, 21
+"""Places in what the controller is given, vectors of the world frame: P and Ṗ of the vehicle, those and P̈ of the setpoint, the
+planned force of the tip on the door, and the unit direction in which the observer is not heeded, or zero."""
 ACTING, FREE, FREE_TIME, MEMORY = 0, 3, 6, 7
 """Places in its memory: force that acted, δ̂ of free flight, and for how long that was flown."""
 
@@ -94,31 +97,32 @@ def bound_windup(observer: Array, numbers: Array, memory: Array, velocity: Array
 
 @kernel
 def wanted_force(
-    observer: Array, numbers: Array, memory: Array, time_step: float, at: Array, moves: Array, position: Array,
-    velocity: Array, acceleration: Array, planned: Array, normal: Array, pushes: bool, push: float, out: Array,
-) -> None:  # fmt: skip
+    observer: Array,
+    numbers: Array,
+    memory: Array,
+    given: Array,
+    time_step: float,
+    pushes: bool,
+    push: float,
+    out: Array,
+) -> None:
     """One period of observer and controller.
 
     Args:
         observer: Memory of the observer, written to.
         numbers: Shape (NUMBERS,).
         memory: Of the controller, shape (MEMORY,), written to but for what acts.
+        given: Shape (GIVEN,).
         time_step: Since the last call [s].
-        at: P, shape (3,) [m].
-        moves: Ṗ, shape (3,) [m/s].
-        position: Of the setpoint, shape (3,) [m].
-        velocity: Of the setpoint, shape (3,) [m/s].
-        acceleration: Of the setpoint, shape (3,) [m/s²].
-        planned: Force of the tip on the door, shape (3,) [N].
-        normal: Unit direction in which the observer is not heeded, or zero, shape (3,).
         pushes: Whether a push replaces position control along the normal.
         push: That push [N].
         out: The wanted F and the δ̂ that is heeded, shape (6,) [N].
     """
-    observe_disturbance(observer, at, memory[ACTING : ACTING + 3], time_step)
+    normal, planned = given[NORMAL : NORMAL + 3], given[PLANNED : PLANNED + 3]
+    observe_disturbance(observer, given[AT : AT + 3], memory[ACTING : ACTING + 3], time_step)
     touches = planned[0] != 0.0 or planned[1] != 0.0 or planned[2] != 0.0
     if touches:
-        bound_windup(observer, numbers, memory, moves, normal, pushes)
+        bound_windup(observer, numbers, memory, given[MOVES : MOVES + 3], normal, pushes)
     free, most = memory[FREE : FREE + 3], numbers[MOST_LIFT]
     if not touches:
         memory[FREE_TIME] += time_step
@@ -135,16 +139,10 @@ def wanted_force(
     made = 0.0
     for k in range(3):
         out[3 + k] -= along * normal[k]
-        out[k] = (
-            planned[k]
-            - out[3 + k]
-            + numbers[MASS]
-            * (
-                acceleration[k]
-                + numbers[VELOCITY_GAIN + k] * (velocity[k] - moves[k])
-                + numbers[POSITION_GAIN + k] * (position[k] - at[k])
-            )
-        )
+        correction = given[ACCELERATION + k]
+        correction += numbers[VELOCITY_GAIN + k] * (given[VELOCITY + k] - given[MOVES + k])
+        correction += numbers[POSITION_GAIN + k] * (given[POSITION + k] - given[AT + k])
+        out[k] = planned[k] - out[3 + k] + numbers[MASS] * correction
         made += normal[k] * out[k]
     for k in range(3):
         if pushes:

@@ -20,8 +20,9 @@ STATES = 9
     TYPICAL_WIND, WIND_DEVIATION, WIND_SHARE, WIND_LEVER, CLOSES, NUMBERS,
 ) = range(16)  # fmt: skip
 """Places in the numbers: constants of the model and of `[estimation]`; `CLOSES` is 1 or −1, the sense in which torques shut."""
-SEEN, TOUCHED, PUSH_NOISE, TORQUE_DEVIATION, MEMORY = range(5)
-"""Places in the memory: time of the last measurement, whether the leaf has been touched, and noises, which wind adds to."""
+SEEN, TOUCHED, PUSH_NOISE, TORQUE_DEVIATION, STOOD, SEALED, MEMORY = range(7)
+"""Places in the memory: time of the last measurement, whether the leaf has been touched, noises, which wind adds to, whether the
+leaf stood, and where a seal held it (−∞ without)."""
 
 _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
@@ -31,6 +32,9 @@ _STUCK_RATE = 8.0
 """Bandwidth with which a standing door's angle is followed [rad/s]."""
 _STUCK_ANGLE, _STUCK_SPEED = 0.002, 0.01
 """Deviations of angle and rate that are followed so, where they do not lag [rad], [rad/s]."""
+_SEAL, _UNSEALED = 2.0, 0.05
+"""A leaf that comes loose under more than its hinge should resist with, by so many deviations, is sealed or latched. For so far
+what it resists with says nothing of the hinge [rad]."""
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
 
@@ -62,13 +66,16 @@ def advance_door(
         memory[TOUCHED] = 1.0
         expect_wind(numbers, memory, z, p, wind_x, wind_y)
     if touching and abs(z[RATE]) < _MOVING:
+        memory[STOOD] = 1.0
         follow_standing(z, p, tip_angle, now - measured_at, time_step)
         return
     if not touching and z[RATE] == 0.0 and friction_holds(numbers, leaf, z):
         return
-    predict_door(numbers, leaf, memory, z, p, work, push if touching else 0.0, touching, time_step)
+    felt = push if touching else 0.0
+    come_loose(numbers, leaf, memory, z, p, felt)
+    predict_door(numbers, leaf, memory, z, p, work, felt, touching, time_step)
     if touching and measured_at > memory[SEEN]:
-        correct_door(numbers, z, p, work, tip_angle, now - measured_at)
+        correct_door(numbers, memory, z, p, work, tip_angle, now - measured_at)
     memory[SEEN] = measured_at
 
 
@@ -119,6 +126,24 @@ def follow_standing(z: Array, p: Array, tip_angle: float, age: float, time_step:
     p[ANGLE, ANGLE] = lag_of_angle**2 + _STUCK_ANGLE**2 + old**2
     p[RATE, RATE] = lag_of_rate**2 + _STUCK_SPEED**2
     p[ANGLE, RATE] = p[RATE, ANGLE] = lag_of_angle * lag_of_rate + old * _STUCK_SPEED
+
+
+@kernel
+def come_loose(numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, push: float) -> None:
+    """Notice a seal as the leaf begins to move, and its end."""
+    if memory[STOOD] != 0.0:
+        memory[STOOD] = 0.0
+        known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
+        bears = abs(numbers[LEVER] * push + known + z[STIFFNESS] * (z[ANGLE] - numbers[REST]))
+        deviation = math.sqrt(max(p[FRICTION, FRICTION], 0.0))
+        if bears > z[FRICTION] + _SEAL * deviation + memory[TORQUE_DEVIATION]:
+            memory[SEALED] = z[ANGLE]
+            p[TORQUE, TORQUE] = bears**2
+    elif math.isfinite(memory[SEALED]) and abs(z[ANGLE] - memory[SEALED]) > _UNSEALED:
+        memory[SEALED], z[TORQUE] = -math.inf, 0.0
+        for k in range(STATES):
+            p[TORQUE, k] = p[k, TORQUE] = 0.0
+        p[TORQUE, TORQUE] = memory[TORQUE_DEVIATION] ** 2
 
 
 @kernel
@@ -190,7 +215,7 @@ def stop_where_closed(numbers: Array, leaf: Array, z: Array) -> None:
 
 
 @kernel
-def correct_door(numbers: Array, z: Array, p: Array, work: Array, tip_angle: float, age: float) -> None:
+def correct_door(numbers: Array, memory: Array, z: Array, p: Array, work: Array, tip_angle: float, age: float) -> None:
     """Take in the angle as it was `age` ago, in Joseph's form: right for a gain that is not the best."""
     spread, gain, noise = work[0], work[1], numbers[ANGLE_NOISE] ** 2
     for k in range(STATES):
@@ -198,7 +223,7 @@ def correct_door(numbers: Array, z: Array, p: Array, work: Array, tip_angle: flo
     variance = spread[ANGLE] - age * spread[RATE] + noise
     off = tip_angle - (z[ANGLE] - age * z[RATE])
     for k in range(STATES):
-        gain[k] = spread[k] / variance
+        gain[k] = 0.0 if k > TORQUE and math.isfinite(memory[SEALED]) else spread[k] / variance
         z[k] += gain[k] * off
     for k in range(DAMPING, INERTIA):
         z[k] = max(z[k], 0.0)

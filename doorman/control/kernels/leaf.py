@@ -1,4 +1,4 @@
-r"""Kernels of a leaf's normal and of its weight, from a flat vector of what `LeafMotion` knows.
+r"""Kernels of a leaf: its normal, its weight, and the angle at which a point is on its face, from a flat vector.
 
 A hinge has :math:`n = \sin\alpha\,i - \cos\alpha\,a`, a slide :math:`n = i`; c is the leaf's direction,
 :math:`\cos\alpha\,i + \sin\alpha\,a` or a.
@@ -16,21 +16,21 @@ from doorman.kinematics.door import Door
 
 Array = NDArray[np.float64]
 
-SLIDES, OPENS, PER_ANGLE, INTO, ALONG, WEIGHT, BALANCED = 0, 1, 2, 3, 6, 9, 11
-"""Places in the vector: whether it is a slide, sense of α as the door opens, `per_angle`, i, a, `weight`, and whether no weight
-acts."""
+SLIDES, OPENS, PER_ANGLE, INTO, ALONG, WEIGHT, BALANCED, HINGE, OFFSET, MIDDLE = 0, 1, 2, 3, 6, 9, 11, 12, 15, 16
+"""Places in the vector: whether it is a slide, sense of α as the door opens, `per_angle`, i, a, `weight`, whether no weight acts,
+P_h, `contact_offset`, and the middle of the range of α."""
 
 
 def leaf_numbers(door: Door) -> Array:
-    """What the kernels read of a door, shape (12,).
+    """What the kernels read of a door, shape (17,).
 
     Args:
         door: The door.
     """
     opens = door.opening_of(0.5 * math.pi + 1.0) / door.per_angle
-    return np.array(
-        [door.slides, opens, door.per_angle, *door.into, *door.along, *door.weight, door.vertical], dtype=np.float64
-    )
+    moves = door.slides, opens, door.per_angle, *door.into, *door.along, *door.weight, door.vertical
+    middle = 0.5 * (door.lower_limit + door.upper_limit)
+    return np.array([*moves, *door.hinge_position, door.contact_offset, middle], dtype=np.float64)
 
 
 @kernel
@@ -67,3 +67,24 @@ def leaf_weight(leaf: Array, door_angle: float) -> float:
     leaf_up = c * leaf[INTO + 2] + s * leaf[ALONG + 2]
     normal_up = s * leaf[INTO + 2] - c * leaf[ALONG + 2]
     return float(leaf[WEIGHT + 1] * leaf_up - leaf[WEIGHT] * normal_up)
+
+
+@kernel
+def angle_of_point(leaf: Array, x: float, y: float, z: float) -> float:
+    """α at which a point is on the face [rad].
+
+    Args:
+        leaf: What `leaf_numbers` returns.
+        x: Of the point, world frame [m].
+        y: Its second coordinate [m].
+        z: Its third [m].
+    """
+    x, y, z = x - leaf[HINGE], y - leaf[HINGE + 1], z - leaf[HINGE + 2]
+    into = x * leaf[INTO] + y * leaf[INTO + 1] + z * leaf[INTO + 2]
+    if leaf[SLIDES] != 0.0:
+        return float(0.5 * math.pi - (into + leaf[OFFSET]) / leaf[PER_ANGLE])
+    along = x * leaf[ALONG] + y * leaf[ALONG + 1] + z * leaf[ALONG + 2]
+    way = math.hypot(along, into)
+    before = math.asin(min(max(leaf[OFFSET] / way, -1.0), 1.0)) if way > 0.0 else 0.0
+    beside = math.atan2(along, into) - before - leaf[MIDDLE]
+    return float(leaf[MIDDLE] + beside - 2.0 * math.pi * round(beside / (2.0 * math.pi)))

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 POSITION, VELOCITY, OUTER_FORCE, CENTER, SEEN, LATE, SIZE = 0, 3, 6, 9, 15, 16, 17
 """Places in the memory: three vectors, place and velocity of the centre of mass, time of the last position (NaN before the
 first), and the age of positions that ω is chosen for."""
+MEASURED, FORCE, PLACE, SPEED, GIVEN = 0, 3, 6, 9, 12
+"""Places in what is given: p of O_B, F that acted since the last call, place and velocity of the centre of mass from O_B."""
 
 LATEST = 0.6
 """Largest ω t; for older positions ω is less."""
@@ -23,28 +25,24 @@ _FORGETS = 0.2
 
 @kernel
 def advance_vehicle(
-    memory: Array, mass: float, fastest: float, position: Array, measured_at: float, now: float, force: Array,
-    time_step: float, place: Array, speed: Array,
-) -> None:  # fmt: skip
+    memory: Array, given: Array, mass: float, fastest: float, measured_at: float, now: float, time_step: float
+) -> None:
     """One period of the observer.
 
     Args:
         memory: Shape (SIZE,), written to.
+        given: Shape (GIVEN,).
         mass: m_A [kg].
         fastest: ω of new positions [rad/s].
-        position: p of O_B, shape (3,), world frame [m].
-        measured_at: When it was true [s].
+        measured_at: When the position was true [s].
         now: [s].
-        force: F that acted since the last call, shape (3,), world frame [N].
         time_step: Since the last call [s].
-        place: Of the centre of mass from O_B, shape (3,), world axes [m].
-        speed: Its velocity, shape (3,), world axes [m/s].
     """
     if math.isnan(memory[SEEN]):  # the centre of mass moves as it is believed to
         for k in range(3):
-            memory[POSITION + k] = position[k]
-            memory[VELOCITY + k] -= speed[k]
-            memory[CENTER + k], memory[CENTER + 3 + k] = place[k], speed[k]
+            memory[POSITION + k] = given[MEASURED + k]
+            memory[VELOCITY + k] -= given[SPEED + k]
+            memory[CENTER + k], memory[CENTER + 3 + k] = given[PLACE + k], given[SPEED + k]
         memory[SEEN] = measured_at
         return
     of_place, of_speed, of_force, age = 0.0, 0.0, 0.0, now - measured_at
@@ -58,12 +56,13 @@ def advance_vehicle(
         of_place, of_speed = 1.0 - kept**3, 1.5 * (1.0 - kept**2) * lost / apart
         of_force = mass * lost**3 / apart**2
     for k in range(3):
-        acceleration = (force[k] + memory[OUTER_FORCE + k]) / mass
+        place, speed = given[PLACE + k], given[SPEED + k]
+        acceleration = (given[FORCE + k] + memory[OUTER_FORCE + k]) / mass
         v = memory[VELOCITY + k] + memory[CENTER + 3 + k]
         p = memory[POSITION + k] + memory[CENTER + k] + time_step * (v + 0.5 * time_step * acceleration)
         v += time_step * acceleration
-        off = position[k] + place[k] - (p - age * v)
+        off = given[MEASURED + k] + place - (p - age * v)
         memory[OUTER_FORCE + k] += of_force * off
-        memory[POSITION + k] = p + of_place * off - place[k]
-        memory[VELOCITY + k] = v + of_speed * off - speed[k]
-        memory[CENTER + k], memory[CENTER + 3 + k] = place[k], speed[k]
+        memory[POSITION + k] = p + of_place * off - place
+        memory[VELOCITY + k] = v + of_speed * off - speed
+        memory[CENTER + k], memory[CENTER + 3 + k] = place, speed

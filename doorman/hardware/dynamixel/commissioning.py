@@ -129,7 +129,9 @@ def commission(
     _gather_telemetry(servo)
     servo.write(TORQUE_ENABLE, TORQUE_ON)
     if servo.read(TORQUE_ENABLE) != TORQUE_ON:
-        raise BackendError("torque does not come on", field=f"servo {servo.id}", given=_errors(servo), allowed="0")
+        raise BackendError(
+            "the torque cannot be switched on", field=f"servo {servo.id}", given=_errors(servo), allowed="0"
+        )
     _stop(servo, index, config)
     lower, upper, _ = config.limits
     angle = joint_angle(servo.read(PRESENT_POSITION), config.zeros[index], config.signs[index])

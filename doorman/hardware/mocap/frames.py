@@ -16,7 +16,7 @@ import math
 from numpy.typing import ArrayLike
 
 from doorman.checks import vector
-from doorman.hardware.mocap.quaternions import Quaternion, Vector, conjugate, from_attitude, multiply, rotate
+from doorman.hardware.quaternions import Quaternion, Vector, conjugate, from_attitude, multiply, rotate
 
 METRES_PER_MILLIMETRE = 1e-3
 _SINGULAR = 1.0 - 1e-12

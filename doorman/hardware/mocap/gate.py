@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from doorman.hardware.mocap.quaternions import Vector, angle_between
 from doorman.hardware.mocap.velocity import TimedPose
+from doorman.hardware.quaternions import Vector, angle_between
 
 
 @dataclass(frozen=True)

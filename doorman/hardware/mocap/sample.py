@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.mocap.faults import MocapFault
-from doorman.hardware.mocap.quaternions import Quaternion, Vector, from_rotation_vector, multiply, to_attitude
+from doorman.hardware.quaternions import Quaternion, Vector, from_rotation_vector, multiply, to_attitude
 
 Array = NDArray[np.float64]
 

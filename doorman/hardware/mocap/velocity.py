@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import deque
 from typing import NamedTuple
 
-from doorman.hardware.mocap.quaternions import Quaternion, Vector, conjugate, multiply, rotation_vector
+from doorman.hardware.quaternions import Quaternion, Vector, conjugate, multiply, rotation_vector
 
 FEWEST = 3
 """Poses that are kept however old they are."""

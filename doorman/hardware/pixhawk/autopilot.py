@@ -116,7 +116,7 @@ class Autopilot(Uncopied):
         """
         if isinstance(setpoint, AttitudeSetpoint) and self._link.stream.curve is None:
             raise BackendError(
-                "attitude setpoints need a map from newtons",
+                "attitude setpoints need a thrust curve from newtons",
                 field="thrust_curve",
                 allowed="a ThrustCurve, or hover_force",
             )
@@ -339,7 +339,7 @@ class Autopilot(Uncopied):
             BackendError: if there is no curve yet.
         """
         if self._link.stream.curve is None:
-            raise BackendError("there is no curve to shape", field="thrust_curve", allowed="calibrate_hover before")
+            raise BackendError("no thrust curve yet", field="thrust_curve", allowed="calibrate_hover before")
         self._link.stream.curve = curve = replace(self._link.stream.curve, shape=shape)
         return curve
 

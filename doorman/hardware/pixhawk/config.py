@@ -131,7 +131,9 @@ class PixhawkConfig:
         if self.origin is not None:
             _check_origin(self.origin)
         if self.rates.setpoint < 10.0:
-            raise BackendError("too slow to hold the autopilot", field="rates.setpoint", allowed=">= 10 1/s")
+            raise BackendError(
+                "too slow: the autopilot would leave its mode", field="rates.setpoint", allowed=">= 10 1/s"
+            )
 
 
 def _check_origin(origin: tuple[float, float, float]) -> None:

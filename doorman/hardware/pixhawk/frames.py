@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
-from doorman.hardware.pixhawk.quaternions import multiply, rotate, wrap
+from doorman.hardware.quaternions import multiply, rotate, wrap
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,11 @@ _HALF_TURN_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
 
 def _flip(values: ArrayLike, signs: Array) -> Array:
     return np.multiply(np.asarray(values, dtype=np.float64), signs)
+
+
+def _plain(values: ArrayLike) -> list[float]:
+    numbers: list[float] = np.asarray(values, dtype=np.float64).tolist()
+    return numbers
 
 
 def world_to_ned(values: ArrayLike) -> Array:
@@ -138,7 +143,7 @@ def quaternion_enu_to_ned(quaternion: ArrayLike) -> Array:
         Shape (4,), FRD to NED.
     """
     half = math.sqrt(0.5)
-    return multiply(multiply([0.0, half, half, 0.0], quaternion), [0.0, 1.0, 0.0, 0.0])
+    return np.array(multiply(multiply([0.0, half, half, 0.0], _plain(quaternion)), [0.0, 1.0, 0.0, 0.0]))
 
 
 @dataclass(frozen=True)
@@ -178,11 +183,11 @@ class LocalFrame:
 
     def vector_to_world(self, values: ArrayLike) -> Array:
         """Direction, velocity or acceleration in NED, seen in the world; shapes (3,)."""
-        return rotate(self._turn, ned_to_world(values))
+        return np.array(rotate(_plain(self._turn), _plain(ned_to_world(values))))
 
     def vector_to_ned(self, values: ArrayLike) -> Array:
         """Direction, velocity or acceleration in the world, seen in NED; shapes (3,)."""
-        return world_to_ned(rotate(self._back, values))
+        return world_to_ned(rotate(_plain(self._back), _plain(values)))
 
     def position_to_world(self, values: ArrayLike) -> Array:
         """Position in NED [m] as position in the world [m]; shapes (3,)."""
@@ -194,11 +199,11 @@ class LocalFrame:
 
     def quaternion_to_world(self, quaternion: ArrayLike) -> Array:
         """Attitude FRD → NED as attitude FLU → world; shapes (4,)."""
-        return multiply(self._turn, quaternion_ned_to_world(quaternion))
+        return np.array(multiply(_plain(self._turn), _plain(quaternion_ned_to_world(quaternion))))
 
     def quaternion_to_ned(self, quaternion: ArrayLike) -> Array:
         """Attitude FLU → world as attitude FRD → NED; shapes (4,)."""
-        return quaternion_world_to_ned(multiply(self._back, quaternion))
+        return quaternion_world_to_ned(multiply(_plain(self._back), _plain(quaternion)))
 
     def yaw_to_ned(self, yaw: float) -> float:
         """Yaw in the world as yaw from north, clockwise [rad]."""

@@ -13,8 +13,8 @@ from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.frames import LocalFrame
 from doorman.hardware.pixhawk.messages import Message, mavlink
-from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, unit_quaternion
 from doorman.hardware.pixhawk.units import seconds_to_us
+from doorman.hardware.quaternions import to_attitude, unit_quaternion
 
 _LARGEST = 1e4
 _UNKNOWN_COVARIANCE = (math.nan, *(0.0,) * 20)
@@ -42,7 +42,7 @@ class MocapPose:
         place = vector(position, 3, "mocap.position")
         if not math.isfinite(time) or np.abs(place).max() > _LARGEST:
             raise DimensionError("not a pose", field="mocap", given=(time, place.tolist()), allowed="finite numbers")
-        return cls(float(time), place, unit_quaternion(quaternion, "mocap.quaternion"))
+        return cls(float(time), place, np.array(unit_quaternion(quaternion, "mocap.quaternion")))
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class MocapOutlet:
         self._sent += 1
         self._delays.append(max(0.0, now - pose.time))
         position = self._frame.position_to_ned(pose.position)
-        attitude = euler_from_quaternion(self._frame.quaternion_to_ned(pose.quaternion))
+        attitude = np.array(to_attitude(self._frame.quaternion_to_ned(pose.quaternion).tolist()))
         return mavlink.MAVLink_vision_position_estimate_message(
             seconds_to_us(pose.time), *position.tolist(), *attitude.tolist(), _UNKNOWN_COVARIANCE, 0
         )

@@ -12,7 +12,7 @@ from doorman.checks import vector
 from doorman.exceptions import DimensionError
 from doorman.hardware.pixhawk.frames import LocalFrame, flu_to_frd
 from doorman.hardware.pixhawk.messages import BodyThrustMessage, Message, mavlink
-from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.hardware.quaternions import from_attitude
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def attitude_message(
         component: Target.
         side: Normalised thrust along the body's x and y axis, −1 … 1; None of rotors that make none.
     """
-    quaternion = frame.quaternion_to_ned(quaternion_from_euler(setpoint.attitude))
+    quaternion = frame.quaternion_to_ned(from_attitude(setpoint.attitude.tolist()))
     target, rest = (boot_ms, system, component), (quaternion.tolist(), 0.0, 0.0, 0.0, thrust)
     if side is None:
         return mavlink.MAVLink_set_attitude_target_message(*target, ATTITUDE_AND_THRUST, *rest)

@@ -11,7 +11,6 @@ import numpy as np
 from doorman.hardware.pixhawk.dialect import Dialect
 from doorman.hardware.pixhawk.frames import LocalFrame, frd_to_flu
 from doorman.hardware.pixhawk.messages import Message, mavlink
-from doorman.hardware.pixhawk.quaternions import euler_from_quaternion
 from doorman.hardware.pixhawk.sample import Array, Battery, LandedState, VehicleSample
 from doorman.hardware.pixhawk.timesync import ClockMap
 from doorman.hardware.pixhawk.units import (
@@ -22,6 +21,7 @@ from doorman.hardware.pixhawk.units import (
     ms_to_seconds,
     percent_to_share,
 )
+from doorman.hardware.quaternions import to_attitude
 
 _REORDER_WINDOW = 0.1
 """A sequence number behind the last one means reordering only so long after it [s]."""
@@ -161,7 +161,7 @@ class Tracker:
             self.sample,
             attitude_time=self._clock.to_local(ms_to_seconds(message.time_boot_ms), now),
             quaternion=_frozen(quaternion),
-            attitude=_frozen(euler_from_quaternion(quaternion)),
+            attitude=_frozen(np.array(to_attitude(quaternion.tolist()))),
             body_rates=_frozen(frd_to_flu(rates)),
         )
 
@@ -225,7 +225,9 @@ class Tracker:
             norm = math.sqrt(sum(value * value for value in message.q))
             target = np.full(3, math.nan)
             if 0.9 < norm < 1.1:
-                target = euler_from_quaternion(self._frame.quaternion_to_world([value / norm for value in message.q]))
+                target = np.array(
+                    to_attitude(self._frame.quaternion_to_world([value / norm for value in message.q]).tolist())
+                )
             self.sample = replace(
                 self.sample,
                 thrust_target=float(message.thrust),

@@ -152,7 +152,7 @@ class _StreamLine(Line):
 
     def send(self, data: bytes) -> bool:
         if len(self._waiting) + len(data) > _BACKLOG:
-            raise DeviceLost("the other side does not read")
+            raise DeviceLost("the other end does not read")
         self._waiting += data
         self._flush()
         return True
@@ -202,7 +202,7 @@ class _TcpLine(_StreamLine):
     def _read(self) -> bytes:
         data = self._socket.recv(_CHUNK)
         if not data:
-            raise DeviceLost("the other side closed the connection")
+            raise DeviceLost("the other end closed the connection")
         return data
 
     def _write(self, data: bytes) -> int:

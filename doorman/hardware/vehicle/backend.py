@@ -42,7 +42,7 @@ class VehicleBackend(Backend):
 
     def __init__(self, model: Model, links: VehicleLinks) -> None:
         if links.config.n_arm != model.n_arm:
-            raise BackendError("not the servos of this arm", field="servos.ids", given=links.config.n_arm,
+            raise BackendError("the servos do not match the arm", field="servos.ids", given=links.config.n_arm,
                                allowed=f"one for each of {model.n_arm} joints")  # fmt: skip
         self.model = model
         self.links = links

@@ -125,7 +125,7 @@ def vehicle_config(
         rates = np.append(rates, gripper.RATE)
     if servo_ids is not None and len(servo_ids) != len(lower):
         order = "of the joints from base to tip, then of the gripper" if grips else "of the joints from base to tip"
-        raise BackendError("not one id a servo", field="servo_ids", given=tuple(servo_ids),
+        raise BackendError("wrong number of ids", field="servo_ids", given=tuple(servo_ids),
                            allowed=f"{len(lower)} ids, {order}")  # fmt: skip
     if mocap is not None and not _SLOWEST_MOCAP <= mocap_rate <= _FASTEST_MOCAP:
         raise BackendError("out of range", field="mocap_rate", given=mocap_rate,

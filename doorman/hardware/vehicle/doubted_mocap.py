@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.hardware.mocap import MocapConfig, MocapReceiver, PoseQuality, PoseSample
-from doorman.hardware.mocap.quaternions import angle_between
 from doorman.hardware.pixhawk import Autopilot, SampleStatus
+from doorman.hardware.quaternions import angle_between
 
 DOUBTED = 0.25
 """Distance between cameras and autopilot beyond which poses are lost ones [m]."""

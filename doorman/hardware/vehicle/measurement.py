@@ -20,7 +20,7 @@ from doorman.hardware.dynamixel import ServoSample
 from doorman.hardware.interface import Measurement
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
-from doorman.hardware.pixhawk.quaternions import euler_from_quaternion, multiply
+from doorman.hardware.quaternions import multiply, to_attitude
 
 Array = NDArray[np.float64]
 
@@ -81,5 +81,5 @@ def compose(
 
 def _turned(quaternion: Array, body_rates: Array, ahead: float) -> Array:
     turn = 0.5 * ahead * body_rates
-    turned = multiply(quaternion, [1.0, *turn])
-    return euler_from_quaternion(turned / np.linalg.norm(turned))
+    turned = np.array(multiply(quaternion.tolist(), [1.0, *turn.tolist()]))
+    return np.array(to_attitude((turned / np.linalg.norm(turned)).tolist()))

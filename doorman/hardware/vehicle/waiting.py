@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from doorman.hardware.mocap import PoseSample
 from doorman.hardware.pixhawk import SampleStatus
-from doorman.hardware.pixhawk.quaternions import rotate
 from doorman.hardware.pixhawk.sample import VehicleSample
+from doorman.hardware.quaternions import rotate
 from doorman.hardware.vehicle.doubted_mocap import between
 from doorman.hardware.vehicle.links import VehicleLinks
 
@@ -91,8 +91,8 @@ def tilt_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
         a: Unit quaternion [w, x, y, z], body to world, shape (4,).
         b: Likewise.
     """
-    up = np.array([0.0, 0.0, 1.0])
-    return math.acos(min(max(float(rotate(a, up) @ rotate(b, up)), -1.0), 1.0))
+    up = (0.0, 0.0, 1.0)
+    return math.acos(min(max(float(np.dot(rotate(a.tolist(), up), rotate(b.tolist(), up))), -1.0), 1.0))
 
 
 def _compared(links: VehicleLinks, differ: Callable[[PoseSample, VehicleSample], float]) -> float:

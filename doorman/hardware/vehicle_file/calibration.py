@@ -24,7 +24,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoBus, ServoConfig, zero_position
 from doorman.hardware.dynamixel.registers import DRIVE_MODE, HOMING_OFFSET
 from doorman.hardware.mocap import MocapConfig, MocapReceiver
-from doorman.hardware.pixhawk.quaternions import euler_from_quaternion
+from doorman.hardware.quaternions import to_attitude
 from doorman.hardware.vehicle.settings import with_settings
 from doorman.hardware.vehicle_file.file import MOCAP, NO_CAMERAS, OPTIONS, SERVOS, VehicleFile
 from doorman.kinematics.door import Door
@@ -64,7 +64,7 @@ def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None =
         )
     ids = own.pop("ids", tuple(range(1, len(angles) + 1)))
     if len(angles) != len(ids):
-        raise BackendError("not one angle a servo", file=file.path, field="--posture", given=tuple(angles),
+        raise BackendError("wrong number of angles", file=file.path, field="--posture", given=tuple(angles),
                            allowed=f"{len(ids)} angles, for servos {', '.join(map(str, ids))}")  # fmt: skip
     n = len(ids)
     config = with_settings(ServoConfig(port, [-math.pi] * n, [math.pi] * n, [1.0] * n, ids=ids), own, "servos.")
@@ -128,7 +128,7 @@ def _mean_pose(config: MocapConfig, duration: float) -> tuple[Array, Array]:
                            allowed=f"up to {LARGEST_MOTION * 1e3:g} mm")  # fmt: skip
     turned = np.array(quaternions)
     mean = (turned * np.sign(turned @ turned[0])[:, None]).mean(axis=0)
-    attitude = euler_from_quaternion(mean / np.linalg.norm(mean))
+    attitude = to_attitude((mean / np.linalg.norm(mean)).tolist())
     return np.mean(positions, axis=0), rotation_body_to_world(attitude)
 
 

@@ -69,6 +69,11 @@ class VehicleFile:
             raise explain(TABLES, error, path) from None
         return cls(path, MappingProxyType(dict(_with_whole_paths(_leaves(tables, ""), path))))
 
+    @property
+    def scenario_values(self) -> dict[str, Any]:
+        """Values that are a scenario's, by dotted key: what is left out of them is as the task has it."""
+        return {key: value for key, value in self.values.items() if key.partition(".")[0] in (VEHICLE, *GAINS)}
+
     def scenario(
         self, source: str | os.PathLike[str] = "paper", overrides: Mapping[str, Any] | None = None
     ) -> Scenario:
@@ -86,8 +91,7 @@ class VehicleFile:
         Raises:
             ScenarioError: as `Scenario.load`.
         """
-        own = {key: value for key, value in self.values.items() if key.partition(".")[0] in (VEHICLE, *GAINS)}
-        return Scenario.load(source, {**own, **(overrides or {})})
+        return Scenario.load(source, {**self.scenario_values, **(overrides or {})})
 
     def links(self, model: Model, overrides: Mapping[str, object] | None = None) -> VehicleConfig:
         """Configuration of the links; a task without a gripper leaves the gripper's servo alone.

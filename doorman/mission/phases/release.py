@@ -18,15 +18,15 @@ Array = NDArray[np.float64]
 LOST_PAST = math.radians(2.5)
 """A leaf that was lost is not looked for so far beyond the goal [rad]."""
 _BACKING_OFF = 0.4
-"""Force away from the leaf while a tip that pushes lets go [N]."""
+"""Force away from the leaf while a tip that pushes lets go, of the shipped vehicle as all forces here [N]."""
 _DRAWING_BACK = 1.0
 """The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
 _DRAWN_BACK = 0.15
 """It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
 _BRAKING, _MOST_BRAKING = 12.0, 4.0
 """Of a vehicle whose leaf still swings when it lets go [N s/m], [N]."""
-_LETTING_GO = 0.5
-"""For which the tip backs off, or the gripper draws back [s]."""
+_LETTING_GO, _FADES = 0.5, 8.0
+"""For which the tip backs off, or the gripper draws back [s]; a hard push takes longer to fade [N/s]."""
 _UNLOADING, _UNLOADED = 0.7, 1.5
 """Time in which a load fades, and the load with which a gripper opens before that has passed, where nobody minds whether the door
 stays [s], [N]: a vehicle that lets go of a load is flung away from it until its tilt has followed;"""
@@ -82,11 +82,11 @@ class Release(MissionPhase):
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
         """Let go on: the gripper opens, the push fades into backing off."""
         attempt, leaf = self.attempt, self.attempt.leaf
-        failed = bool(attempt.failure)
+        failed, scale = bool(attempt.failure), attempt.model.scale
         if self._let_go_at is None:
             if not failed:
                 return self._rest_in_gripper(estimate)
-            loaded = abs(estimate.normal_force) > _UNLOADED and abs(estimate.door_rate) < _COMES_ALIVE
+            loaded = abs(estimate.normal_force) > _UNLOADED * scale.force and abs(estimate.door_rate) < _COMES_ALIVE
             if loaded and estimate.time - self.entered < _UNLOADING:
                 return leaf.push(estimate, 0.0), None
             self._let_go_at = estimate.time
@@ -95,17 +95,18 @@ class Release(MissionPhase):
             outside = not in_the_doorway(attempt.model, estimate.position)
             return leaf.give_way(estimate), self._out(spent >= (_LETTING_GO if outside else _GIVING_WAY))
         if attempt.grips:
-            gently = _DRAWING_BACK * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
-            force = max(gently, min(_BRAKING * estimate.tip_speed, _MOST_BRAKING))
+            gently = _DRAWING_BACK * scale.force * min(max(1.0 + estimate.tip_speed / _DRAWN_BACK, 0.0), 1.0)
+            force = max(gently, min(_BRAKING * scale.damping * estimate.tip_speed, _MOST_BRAKING * scale.force))
             return leaf.draw_back(estimate, force), self._out(spent >= _LETTING_GO)
         pressed = self._push
         if not failed:
             if spent < _EASING + _WATCHING:
                 return self._ease(estimate, min(spent / _EASING, 1.0))
-            spent, pressed = spent - _EASING - _WATCHING, _RESTING
-        share = min(spent / _LETTING_GO, 1.0)
-        setpoint = leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF)
-        return setpoint, self._out(spent >= _LETTING_GO)
+            spent, pressed = spent - _EASING - _WATCHING, _RESTING * scale.force
+        lasts = max(_LETTING_GO, pressed / (_FADES * scale.force))
+        share = min(spent / lasts, 1.0)
+        setpoint = leaf.push(estimate, (1.0 - share) * pressed - share * _BACKING_OFF * scale.force)
+        return setpoint, self._out(spent >= lasts)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The vehicle leaves."""
@@ -126,7 +127,7 @@ class Release(MissionPhase):
 
     def _ease(self, estimate: Estimate, eased: float) -> tuple[Setpoint, Then]:
         """Let the push fade, and watch whether the door stays: one that comes back is to be held instead."""
-        left = (1.0 - eased) * self._push + eased * _RESTING
+        left = (1.0 - eased) * self._push + eased * _RESTING * self.attempt.model.scale.force
         setpoint = self.attempt.leaf.rest(estimate, left)
         if estimate.door_angle > self._angle + _COMES_BACK:
             return setpoint, self._hold(estimate, left, "came back as the push faded")

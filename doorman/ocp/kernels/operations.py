@@ -53,7 +53,7 @@ def words_for(operation: int, where: str) -> str:
     """
     if operation not in WORDS:
         raise SolverError(
-            "an operation without translation", field=where, given=_NAMES.get(operation, str(operation)),
+            "this operation cannot be compiled", field=where, given=_NAMES.get(operation, str(operation)),
             allowed=", ".join(sorted({*_WORDS, "SIN", "COS"})),
         )  # fmt: skip
     return WORDS[operation]

@@ -45,7 +45,9 @@ def runge_kutta(derivative: Function, time_step: float, substeps: int = 1) -> Fu
         DimensionError: if the time step or the number of substeps is not positive.
     """
     if not (time_step > 0.0 and substeps >= 1):
-        raise DimensionError("no step", field="time_step, substeps", given=(time_step, substeps), allowed="> 0, >= 1")
+        raise DimensionError(
+            "not a time step", field="time_step, substeps", given=(time_step, substeps), allowed="> 0, >= 1"
+        )
     h = time_step / substeps
 
     def step(x: Any, u: Any) -> Any:
@@ -111,7 +113,7 @@ class CheckedFunction:
         largest = np.abs(rough).max(initial=1.0)
         if np.isfinite(rough).all() and not np.allclose(exact, rough, rtol=1e-3, atol=1e-4 * largest):
             raise SolverError(
-                "complex steps and differences give other slopes", field=self._name, given=exact.tolist(),
+                "complex steps and differences give different slopes", field=self._name, given=exact.tolist(),
                 allowed=f"{rough.tolist()}; a function of complex numbers, or derivatives='differences'",
             )  # fmt: skip
 
@@ -135,7 +137,7 @@ class CheckedFunction:
         exact = self._method == "complex step"
         slopes = self._by_complex_steps(arguments) if exact else self._by_differences(arguments, reach)
         if np.isnan(slopes).any():
-            raise SolverError("its slope is NaN", field=self._name, given=[each.tolist() for each in arguments])
+            raise SolverError("the slope is NaN", field=self._name, given=[each.tolist() for each in arguments])
         return slopes
 
     def _by_complex_steps(self, arguments: Sequence[Array]) -> Array:

@@ -141,5 +141,5 @@ def _weights(term: Residual, count: int) -> Any:
 
 def _one_number(term: Cost, expression: Any) -> Any:
     if expression.numel() != 1:
-        raise DimensionError("not one number", field=term.name, given=expression.numel(), allowed="1")
+        raise DimensionError("not a single number", field=term.name, given=expression.numel(), allowed="1")
     return expression

@@ -94,7 +94,7 @@ class Problem(OneLine):
             if getattr(self, name) < least:
                 raise DimensionError("too small", field=name, given=getattr(self, name), allowed=f">= {least}")
         if not (self.time_step > 0.0 and np.isfinite(self.time_step)):
-            raise DimensionError("no time step", field="time_step", given=self.time_step, allowed="> 0 s")
+            raise DimensionError("not a time step", field="time_step", given=self.time_step, allowed="> 0 s")
         if self.integrators > min(self.nx, self.nu):
             raise DimensionError(
                 "more integrators than states or inputs", field="integrators", given=self.integrators,

@@ -43,7 +43,7 @@ class Constraint:
         _check_name_and_place(self, "constraint")
         if self.equals is not None and not (self.lower is None and self.upper is None):
             raise SolverError(
-                "an equality has no other ends", field=f"{self.name}.equals", given=self.equals,
+                "equals and other bounds are given together", field=f"{self.name}.equals", given=self.equals,
                 allowed="either equals, or lower and upper",
             )  # fmt: skip
         if not 0.0 < self.scale < math.inf:
@@ -78,7 +78,7 @@ class Constraint:
             ]
             if len(own) == 2 and _is_above(own[1][2], own[0][2]):
                 raise SolverError(
-                    "lower end above the upper one", field=f"{self.name}.lower", given=str(own[1][2]),
+                    "lower bound above the upper one", field=f"{self.name}.lower", given=str(own[1][2]),
                     allowed=f"<= {own[0][2]}",
                 )  # fmt: skip
             if len(own) == 2 and (own[0][2] - own[1][2]).is_zero():
@@ -89,14 +89,14 @@ class Constraint:
                 for side, word, end in own
             ]
         if not found:
-            raise SolverError("no finite end", field=f"{self.name}", allowed="lower, upper or equals")
+            raise SolverError("no finite bound", field=f"{self.name}", allowed="lower, upper or equals")
         return found
 
     def _end(self, which: str, given: Any, count: int, column: Callable[[str, Any], Any]) -> Any:
         end = column(f"{self.name}.{which}", given)
         if end.numel() not in (1, count):
             raise SolverError(
-                "wrong number of ends", field=f"{self.name}.{which}", given=end.numel(), allowed=f"1 or {count}"
+                "wrong number of bounds", field=f"{self.name}.{which}", given=end.numel(), allowed=f"1 or {count}"
             )
         return [end[i if end.numel() > 1 else 0] for i in range(count)]
 
@@ -164,4 +164,4 @@ def _check_name_and_place(term: Any, what: str) -> None:
     if not (isinstance(term.name, str) and term.name):
         raise SolverError(f"a {what} needs a name", field="name", given=term.name, allowed="a text")
     if term.at not in ("stages", "end"):
-        raise SolverError("no such place", field=f"{term.name}.at", given=term.at, allowed="'stages' or 'end'")
+        raise SolverError("unknown place", field=f"{term.name}.at", given=term.at, allowed="'stages' or 'end'")

@@ -20,7 +20,7 @@ def checked_budget(max_iterations: int, time_limit: float) -> int:
         DimensionError: if it is no integer, or a budget is not positive.
     """
     if time_limit != math.inf and number(time_limit, "time_limit", "> 0 s") <= 0.0:
-        raise DimensionError("no time", field="time_limit", given=time_limit, allowed="> 0 s")
+        raise DimensionError("not a time limit", field="time_limit", given=time_limit, allowed="> 0 s")
     return whole(max_iterations, "max_iterations", 1)
 
 

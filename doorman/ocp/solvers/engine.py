@@ -104,7 +104,7 @@ class Engine(CopiedWhole, ABC):
         """Nominal states that a word describes, with the input goal where no inputs are given."""
         if how not in STATE_GUESSES:
             raise DimensionError(
-                "no such guess", field="states", given=how, allowed="an array, " + ", ".join(STATE_GUESSES)
+                "unknown guess", field="states", given=how, allowed="an array, " + ", ".join(STATE_GUESSES)
             )
         nominal = self._work.nominal
         nominal.states[:] = state

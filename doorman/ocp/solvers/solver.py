@@ -182,7 +182,7 @@ class Solver(Engine):
             DimensionError: if it has another type.
         """
         if type(model) is not type(self._model.content):
-            raise DimensionError("another type of model", field="model", given=type(model).__name__,
+            raise DimensionError("wrong type of model", field="model", given=type(model).__name__,
                                  allowed=type(self._model.content).__name__)  # fmt: skip
         self._model.replace(separate(model))
 

@@ -39,7 +39,7 @@ def read_ardupilot_log(file: Path) -> FlightLog:
     except Exception as error:  # the parser raises whatever it stumbles over
         raise RecordingError(f"not a readable DataFlash log: {type(error).__name__}: {error}", file=file) from error
     if not rows:
-        raise RecordingError("nothing in the log has a time", file=file, allowed=f"messages with {_TIME}")
+        raise RecordingError("no message in the log has a time", file=file, allowed=f"messages with {_TIME}")
     topics = {name: _topic(messages) for name, messages in rows.items()}
     return FlightLog("ardupilot", topics, *_rates(topics), np.empty(0))
 

@@ -76,4 +76,4 @@ def read_log(file: Path) -> FlightLog:
         raise DoormanError(f"this log needs {error.name}, which is not installed; {how_to_install('logs')}",
                            file=file) from error  # fmt: skip
     allowed = "a PX4 ULog (.ulg) or a binary ArduPilot DataFlash log (.bin)"
-    raise RecordingError("neither kind of log", file=file, given=repr(head), allowed=allowed)
+    raise RecordingError("unknown kind of log", file=file, given=repr(head), allowed=allowed)

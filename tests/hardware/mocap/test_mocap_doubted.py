@@ -11,8 +11,8 @@ import pytest
 from mocap_rig import Rig, start_rig, swaying, true_position
 
 from doorman.hardware.mocap import PoseQuality
-from doorman.hardware.mocap.quaternions import from_rotation_vector, multiply
 from doorman.hardware.pixhawk import Autopilot, SampleStatus, VehicleSample
+from doorman.hardware.quaternions import from_rotation_vector, multiply
 from doorman.hardware.vehicle.doubted_mocap import BELIEVED, BELIEVED_TURN, DOUBTED, DOUBTED_TURN, DoubtedMocap
 
 

@@ -13,17 +13,11 @@ from hypothesis import strategies as st
 from doorman.exceptions import DimensionError
 from doorman.hardware.mocap.frames import Alignment, object_quaternion
 from doorman.hardware.mocap.packets import parse
-from doorman.hardware.mocap.quaternions import (
+from doorman.hardware.quaternions import (
     angle_between,
-    conjugate,
     from_attitude,
-    from_rotation_vector,
-    multiply,
-    rotate,
-    rotation_vector,
     to_attitude,
 )
-from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world
 from doorman.rig.emulators.mocap.packets import euler_xyz
 from doorman.rig.emulators.mocap.stream import BodyPose, TrackerSetup, TrackerStream
 
@@ -85,42 +79,8 @@ def test_what_the_emulator_sees_is_where_the_body_is(origin, axes, offset, mount
 
 
 @given(angles)
-def test_attitudes_are_those_of_the_library(attitude):
-    quaternion = from_attitude(attitude)
-    assert matrix(quaternion) == pytest.approx(rotation_body_to_world(attitude), abs=1e-12)
-    assert to_attitude(quaternion) == pytest.approx(attitude_from_rotation(matrix(quaternion)), abs=1e-9)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("yaw", [-2.0, 0.0, 1.0])
-def test_attitude_standing_upright_has_a_rotation_still(sign, yaw):
-    quaternion = from_attitude((0.4, sign * math.pi / 2, yaw))
-    attitude = to_attitude(quaternion)
-    assert attitude[:2] == pytest.approx((0.0, sign * math.pi / 2))
-    assert rotation_body_to_world(attitude) == pytest.approx(matrix(quaternion), abs=1e-6)
-
-
-@given(angles)
 def test_vicon_angles_and_back(rotation):
     assert euler_xyz(matrix(object_quaternion(rotation))) == pytest.approx(rotation, abs=1e-9)
-
-
-@settings(max_examples=40)
-@given(places.filter(lambda v: np.linalg.norm(v) < 3.1))
-def test_rotation_vectors_are_the_logarithm(vector):
-    assert matrix(from_rotation_vector(vector)) == pytest.approx(pin.exp3(np.array(vector)), abs=1e-9)
-    assert rotation_vector(from_rotation_vector(vector)) == pytest.approx(vector, abs=1e-6)
-
-
-@settings(max_examples=40)
-@given(angles, angles, places)
-def test_products_and_rotations(first, second, vector):
-    a, b = from_attitude(first), from_attitude(second)
-    assert matrix(multiply(a, b)) == pytest.approx(matrix(a) @ matrix(b), abs=1e-12)
-    assert rotate(a, vector) == pytest.approx(matrix(a) @ np.array(vector), abs=1e-9)
-    assert angle_between(a, b) == pytest.approx(np.linalg.norm(pin.log3(matrix(a).T @ matrix(b))), abs=1e-6)
-    assert angle_between(a, tuple(-value for value in a)) == pytest.approx(0.0, abs=1e-7)
-    assert matrix(conjugate(a)) == pytest.approx(matrix(a).T, abs=1e-12)
 
 
 def test_offsets_are_checked():

@@ -8,10 +8,11 @@ import numpy as np
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot import px4
-from doorman.rig.emulators.autopilot.brain import AttitudeTarget, Brain, PositionTarget, Surroundings
+from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.control import Demand
+from doorman.rig.emulators.autopilot.dialects import Dialect
 from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 NED = mavlink.MAV_FRAME_LOCAL_NED
@@ -20,15 +21,22 @@ NED = mavlink.MAV_FRAME_LOCAL_NED
 class Sandbox:
     """A brain and the world that it sees."""
 
-    def __init__(self, brain: Brain) -> None:
-        self.brain = brain
+    def __init__(self, dialect: Dialect) -> None:
         self.now = 30.0
-        self.position = np.array([0.0, 0.0, 0.0])
+        self.position = np.zeros(3)
         self.velocity = np.zeros(3)
-        self.attitude = LEVEL
         self.valid = self.on_earth = True
         self.station_age = 0.1
+        self.parameters = ParameterStore(dialect.parameters, dialect.bytewise)
+        if "GUID_OPTIONS" in self.parameters:
+            self.parameters["GUID_OPTIONS"] = 8
+        self.brain = Brain(dialect, self.parameters, self.now, self.estimate, start_up=22.0)
         self.step(0.0)
+
+    @property
+    def estimate(self) -> Estimate:
+        earth = self.valid and self.on_earth
+        return Estimate(self.position.copy(), self.velocity.copy(), LEVEL, NO, self.valid, earth)
 
     def step(self, duration: float, stream: Callable[[], None] | None = None) -> Demand:
         """Let time pass, with setpoints at 50 Hz if a stream is given."""
@@ -37,23 +45,33 @@ class Sandbox:
             if stream is not None:
                 stream()
             on_ground = bool(self.position[2] <= 0.01)
-            estimate = Estimate(
-                self.position.copy(), self.velocity.copy(), self.attitude, NO, self.valid, self.valid and self.on_earth
-            )
-            demand = self.brain.update(Surroundings(self.now, estimate, on_ground, self.station_age))
+            demand = self.brain.update(self.now, self.estimate, on_ground, self.station_age)
             if self.now >= end - 1e-9:
                 return demand
             self.now += 0.02
 
     def hold(self) -> None:
-        self.brain.position_target(PositionTarget(2552, NED, self.position + [0, 0, 0.5], NO, NO, 0.0))
+        self.brain.position_target(2552, NED, self.position + [0, 0, 0.5], NO, NO, 0.0)
 
     def tilt(self, thrust: float = 0.6, quaternion: np.ndarray = LEVEL, mask: int = 7) -> None:
-        self.brain.attitude_target(AttitudeTarget(mask, quaternion, thrust))
+        self.brain.attitude_target(mask, quaternion, thrust)
 
+    def request(self, name: str) -> int:
+        """Ask for a mode."""
+        return self.brain.request_mode(self.brain.dialect.modes[name])
 
-def offboard(sandbox: Sandbox) -> None:
-    """PX4 obeys its stream."""
-    sandbox.step(0.6, sandbox.hold)
-    assert sandbox.brain.request_mode((1.0, 6.0, 0.0)) == 0
-    assert sandbox.brain.mode == px4.OFFBOARD
+    def arm(self) -> int:
+        return self.brain.request_arming(True, False)
+
+    def fly(self, height: float = 1.0) -> None:
+        """In the air, obeying setpoints."""
+        if self.brain.dialect.heeds_stream:
+            self.step(0.6, self.hold)
+        assert self.request("companion") == 0 and self.brain.is_in("companion")
+        assert self.arm() == 0
+        if self.brain.dialect.lifts_off_by_command:
+            assert self.brain.request_take_off(height) == 0
+        self.step(0.1, None if self.brain.dialect.lifts_off_by_command else self.hold)
+        self.position[2] = height
+        self.step(0.1, None if self.brain.dialect.lifts_off_by_command else self.hold)
+        assert not self.brain.landed

@@ -14,9 +14,8 @@ from pixhawk_rig import Rig, free_port
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import EventLog
 from doorman.hardware.pixhawk.stream import SetpointStream
-from doorman.rig.emulators.autopilot import EmulatedAutopilot, px4
-from doorman.rig.emulators.autopilot.ardupilot import ArduPilotBrain
-from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
+from doorman.rig.emulators.autopilot import EmulatedAutopilot
+from doorman.rig.emulators.autopilot.dialects import ARDUPILOT, PX4
 
 
 @pytest.fixture
@@ -93,10 +92,10 @@ def clients() -> Iterator[Callable[..., Client]]:
 @pytest.fixture
 def vehicle_px4() -> Sandbox:
     """PX4's rules."""
-    return Sandbox(px4.Px4Brain(ParameterStore(PX4_DEFAULTS, bytewise=True)))
+    return Sandbox(PX4)
 
 
 @pytest.fixture
 def vehicle_ardupilot() -> Sandbox:
     """ArduPilot's rules."""
-    return Sandbox(ArduPilotBrain(ParameterStore(ARDUPILOT_DEFAULTS, bytewise=False), start_up=22.0))
+    return Sandbox(ARDUPILOT)

@@ -21,7 +21,6 @@ from doorman.hardware.pixhawk import (
     Timeouts,
 )
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_MOCAP, PX4_MOCAP
 
 NO = np.zeros(3)
 WEIGHT = 3.0 * 9.81
@@ -78,7 +77,7 @@ class Rig:
         for name, value in SAFE[flavour].items():
             self.emulator.parameters[name] = value
         if self.emulator.build.vision:
-            for name, value in (PX4_MOCAP if flavour == "px4" else ARDUPILOT_MOCAP).items():
+            for name, value in self.emulator.build.dialect.mocap.items():
                 self.emulator.parameters[name] = value
         settings: dict[str, Any] = {"timeouts": QUICK, "thrust_curve": ThrustCurve(0.4, WEIGHT), "climb_rate": 2.0}
         self.config = PixhawkConfig(**{"connection": f"udp:{self.port}", **settings, **config})

@@ -16,7 +16,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus, peer
 from doorman.hardware.pixhawk.signing import signing_time
-from doorman.rig.emulators.autopilot.px4 import POSITION
+from doorman.rig.emulators.autopilot.dialects import PX4
 
 
 def test_pilot_changes_the_mode(hovering, flavour):
@@ -75,7 +75,7 @@ def test_a_pilot_who_takes_over_is_not_overruled_where_acknowledgements_get_lost
         rig.emulator.pilot_mode("position")
         assert outcome.result(20.0).status in (OutcomeStatus.DONE, OutcomeStatus.CONTROL_LOST)
     time.sleep(1.5)
-    assert rig.emulator.brain.mode == POSITION
+    assert rig.emulator.brain.is_in("position")
 
 
 @pytest.mark.parametrize("before", [1.2, 0.05])
@@ -178,6 +178,9 @@ def test_foreign_systems_talk(rigs):
     assert not rig.pilot.status().namesake
     rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(6, 8, 0x81, 6 << 16, 4, 3), 255, 190)
     assert wait_until(lambda: rig.pilot.status().namesake)
+
+
+POSITION = PX4.modes["position"]
 
 
 class Impostor:

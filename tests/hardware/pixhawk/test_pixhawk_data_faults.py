@@ -14,9 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint
 from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD
-from doorman.rig.emulators.autopilot import ardupilot
 from doorman.rig.emulators.autopilot.control import Task
-from doorman.rig.emulators.autopilot.px4 import LAND
 
 
 def test_controller_silent(hovering, flavour):
@@ -38,8 +36,8 @@ def test_controller_silent_where_nobody_knows_the_place(hovering):
     while time.monotonic() < begin + LONGEST_BLIND_HOLD + 0.1:
         assert rig.pilot.setpoint(HOVER)
         time.sleep(0.02)
-    assert rig.emulator.brain.mode != ardupilot.LAND
-    assert wait_until(lambda: rig.emulator.brain.mode == ardupilot.LAND)
+    assert not rig.emulator.brain.is_in("land")
+    assert wait_until(lambda: rig.emulator.brain.is_in("land"))
 
 
 def test_setpoint_not_a_number(rigs):
@@ -80,7 +78,7 @@ def test_mocap_lost(rigs):
         stop.set()
         thread.join(5.0)
     assert rig.happens(EventKind.MOCAP_LOST).values["silent"] > 0.3
-    assert wait_until(lambda: rig.emulator.brain.mode == LAND)
+    assert wait_until(lambda: rig.emulator.brain.is_in("land"))
     assert wait_until(lambda: rig.pilot.status().authority in (Authority.LANDING, Authority.NONE))
     assert landed(rig)
 

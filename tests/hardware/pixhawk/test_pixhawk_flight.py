@@ -23,9 +23,8 @@ from doorman.hardware.pixhawk import (
     SampleStatus,
 )
 from doorman.hardware.pixhawk.stream import Source
-from doorman.rig.emulators.autopilot.brain import ACCEPTED
+from doorman.rig.emulators.autopilot.dialects import ACCEPTED
 from doorman.rig.emulators.autopilot.plant import SimplePlant
-from doorman.rig.emulators.autopilot.px4 import RETURN
 
 
 def fly_to(rig: Rig, target: list[float], mass: float = 3.0) -> bool:
@@ -151,7 +150,7 @@ def test_an_origin_that_ardupilot_forgets_while_it_boots_is_given_again(rigs):
 
     assert fed(fresh) and rig.pilot.status().on_earth
     rig.emulator.forget_origin()
-    assert fed(lambda: rig.emulator.estimator.has_origin)
+    assert fed(lambda: rig.emulator.estimator.origin is not None)
     assert fed(lambda: rig.pilot.status().on_earth and fresh())
     assert float(rig.pilot.state().position[2]) == pytest.approx(0.4, abs=0.05)
 
@@ -285,7 +284,7 @@ def test_px4_gets_a_place_on_earth_before_its_poses(rigs):
         assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] == 1
         assert wait_until(lambda: np.linalg.norm(rig.pilot.state().position - rig.emulator.truth.position) < 0.05)
         rig.emulator.pilot_mode("return")
-        assert wait_until(lambda: rig.emulator.brain.mode == RETURN)
+        assert wait_until(lambda: rig.emulator.brain.is_in("return"))
     finally:
         stop.set()
         sender.join()
@@ -304,7 +303,7 @@ def test_px4_that_navigates_already_gets_no_place_on_earth(rigs):
 def test_what_keeps_an_older_px4_from_offboard_is_told(rigs, monkeypatch):
     """Without a radio PX4 1.13 accepts the mode, and takes the lost radio's instead."""
     rig = rigs("px4", {"timeouts": replace(QUICK, mode=0.5)}).open()
-    monkeypatch.setattr(rig.emulator.brain, "request_mode", lambda parameters: ACCEPTED)
+    monkeypatch.setattr(rig.emulator.brain, "request_mode", lambda mode: ACCEPTED)
     outcome = rig.pilot.engage()
     assert outcome.status is OutcomeStatus.TIMED_OUT and "COM_RCL_EXCEPT" in outcome.message
 

@@ -12,8 +12,6 @@ import numpy as np
 from pixhawk_rig import landed, wait_until
 
 from doorman.rig.emulators.autopilot.control import Task
-from doorman.rig.emulators.autopilot.px4 import LAND, RETURN
-from doorman.rig.emulators.autopilot.way_home import Home
 
 FLYER = """
     import sys, time
@@ -43,7 +41,7 @@ def test_process_killed(rigs):
         finally:
             os.kill(process.pid, signal.SIGKILL)
     assert landed(rig)
-    assert rig.emulator.brain.mode == LAND
+    assert rig.emulator.brain.is_in("land")
 
 
 def test_ground_station_lost(rigs):
@@ -55,14 +53,14 @@ def test_ground_station_lost(rigs):
 
 
 def test_stream_lost_with_default_parameters(rigs):
-    """Why the parameters are checked: untouched, PX4 climbs to return, 3 m where it is 1.5 m from home."""
+    """Why the parameters are checked: untouched, PX4 climbs to return."""
     rig = rigs("px4")
     rig.emulator.parameters["COM_OBL_RC_ACT"] = 0
     rig.fly()
     names = {finding.name for finding in rig.pilot.check_parameters()}
     assert "COM_OBL_RC_ACT" in names
-    rig.emulator.brain.home = Home(np.array([1.5, 0.0, 0.0]), 0.0)
+    rig.emulator.brain.home = np.array([1.5, 0.0, 0.0])
     rig.pilot._link.stop()
-    assert wait_until(lambda: rig.emulator.brain.mode == RETURN)
+    assert wait_until(lambda: rig.emulator.brain.is_in("return"))
     height = rig.emulator.truth.position[2]
     assert wait_until(lambda: rig.emulator.truth.position[2] > height + 0.2)

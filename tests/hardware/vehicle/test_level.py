@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.hardware.quaternions import from_attitude
 from doorman.hardware.vehicle.waiting import tilt_between
 
 
 def attitude(roll: float, pitch: float, yaw: float) -> np.ndarray:
     """Quaternion of Euler angles [deg]."""
-    return quaternion_from_euler(np.radians([roll, pitch, yaw]))
+    return np.array(from_attitude(np.radians([roll, pitch, yaw])))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 17.0, 180.0])

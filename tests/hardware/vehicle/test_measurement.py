@@ -12,7 +12,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
 from doorman.hardware.mocap.sample import measured
 from doorman.hardware.pixhawk import SampleStatus, VehicleSample
-from doorman.hardware.pixhawk.quaternions import quaternion_from_euler
+from doorman.hardware.quaternions import from_attitude
 from doorman.hardware.vehicle.measurement import compose
 from doorman.kinematics.rotations import euler_rate_matrix
 
@@ -21,7 +21,7 @@ RATES = np.array([0.2, -0.3, 0.5])
 ATTITUDE = np.array([0.1, -0.2, 0.7])
 VEHICLE = VehicleSample(
     status=SampleStatus.FRESH, attitude_time=NOW - 0.004, position_time=NOW - 0.03, position=np.array([1.0, 2.0, 3.0]),
-    velocity=np.array([0.5, 0.0, -0.1]), attitude=ATTITUDE, quaternion=quaternion_from_euler(ATTITUDE), body_rates=RATES,
+    velocity=np.array([0.5, 0.0, -0.1]), attitude=ATTITUDE, quaternion=np.array(from_attitude(ATTITUDE)), body_rates=RATES,
 )  # fmt: skip
 SERVOS = ServoSample(
     time=NOW - 0.01, angles=np.array([0.1, 0.2, 0.3, 0.4, 0.8]), rates=np.array([1.0, -1.0, 0.0, 2.0, 0.0]),
@@ -32,7 +32,7 @@ SERVOS = ServoSample(
 POSE = measured(
     NOW - 0.02,
     (-1.0, 0.7, 1.3),
-    tuple(quaternion_from_euler(ATTITUDE).tolist()),
+    from_attitude(ATTITUDE),
     (0.1, 0.2, 0.3),
     (0.0, 0.0, 0.0),
     5,
@@ -57,7 +57,7 @@ def test_an_autopilot_that_is_not_heard_for_a_while_is_replaced_by_the_cameras()
     turning = measured(
         NOW - 0.02,
         (-1.0, 0.7, 1.3),
-        tuple(quaternion_from_euler(ATTITUDE).tolist()),
+        from_attitude(ATTITUDE),
         (0.1, 0.2, 0.3),
         (0.0, 0.0, 0.4),
         5,

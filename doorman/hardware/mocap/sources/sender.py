@@ -12,8 +12,8 @@ from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
 from doorman.hardware.mocap.packets import NAME_SIZE, TrackedObject, pack
-from doorman.hardware.mocap.quaternions import Quaternion, Vector
 from doorman.hardware.mocap.sources.numbering import ArrivalNumbers
+from doorman.hardware.quaternions import Quaternion, Vector
 
 MOST = 200
 """Objects that a datagram holds."""

@@ -1,291 +1,367 @@
-"""What PX4 and ArduPilot have in common: mode, arming, demand of the moment, landing and what they say about it."""
+"""The emulated autopilots' rules: modes, arming, setpoints, failsafes, landing, and what they say about it.
+
+One brain for both; where PX4 and ArduPilot differ it looks into their `Dialect`, or whether a parameter exists.
+Sources: PX4 user guide, "Offboard Mode" and "Safety Configuration"; ArduCopter documents, "Guided Mode" and "Failsafes".
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+import math
 
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.rig.emulators.autopilot.control import Demand, Task
+from doorman.rig.emulators.autopilot.dialects import ACCEPTED, DENIED, UNSUPPORTED, Dialect
 from doorman.rig.emulators.autopilot.estimator import Estimate
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.plant import Array, yaw_of
-from doorman.rig.emulators.autopilot.way_home import Home, Return
+from doorman.rig.emulators.autopilot.plant import Array, thrust_axis, yaw_of
+from doorman.rig.emulators.autopilot.way_home import WayHome
 
-ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
-"""MAV_RESULT."""
-_STANDING = 0.1
-"""A landing that sinks more slowly has stopped [m/s],"""
+_STANDING, _STUCK = 0.1, 1.0
+"""A landing that sinks more slowly [m/s] for this time [s] has stopped."""
 _KILLED = 5.0
 """After this time a vehicle whose motors a switch has stopped is disarmed [s]."""
-_STUCK = 1.0
-"""after this time [s]."""
+_FAILSAFE_DELAY = 0.1
+"""From the end of the stream to what follows from it [s]."""
+_LAND_DETECTION = 1.0
+"""Between touching the ground in a landing and disarming, where no parameter says so [s]."""
+_OFF_GROUND = 0.03
+"""A position setpoint that much above is a take-off [m]."""
+_TAKEN_OFF, _STILL = 0.05, 0.25
+"""A take-off is over within this distance [m], below this speed [m/s]."""
+_RATES, _UNUSED, _THRUST_BODY = 7, 0x40 | 0x80, 0x20
+"""Bits of SET_ATTITUDE_TARGET: body rates are ignored; thrust or attitude are; thrust is a vector in the body."""
+_UNIT_TOLERANCE = 1e-3
+_THRUST_AS_THRUST = 8
+"""Of GUID_OPTIONS: without it thrust is a climb rate, by which nobody flies here."""
+_OFFBOARD_LOST = {4: "land", 5: "loiter"}
+"""Of COM_OBL_RC_ACT without a radio; all others return."""
 
 
-@dataclass(frozen=True)
-class AttitudeTarget:
-    """A decoded SET_ATTITUDE_TARGET, world frame."""
-
-    mask: int
-    quaternion: Array
-    thrust: float
-    thrust_body: Array = field(default_factory=lambda: np.zeros(3))
-    """Body axes, z up."""
-
-
-@dataclass(frozen=True)
-class PositionTarget:
-    """A decoded SET_POSITION_TARGET_LOCAL_NED, world frame."""
-
-    mask: int
-    frame: int
-    position: Array
-    velocity: Array
-    acceleration: Array
-    yaw: float
-
-    @property
-    def has_position(self) -> bool:
-        """Whether the position counts."""
-        return not self.mask & 7
-
-    @property
-    def has_velocity(self) -> bool:
-        """Whether the velocity counts."""
-        return not self.mask & 0x38
-
-    @property
-    def has_acceleration(self) -> bool:
-        """Whether the acceleration counts."""
-        return not self.mask & 0x1C0
-
-
-@dataclass
-class Surroundings:
-    """What a brain knows at an instant of its own clock."""
-
-    now: float
-    estimate: Estimate
-    on_ground: bool
-    ground_station_age: float
-    """Since the last heartbeat of a ground station [s]; infinity before the first."""
-
-
-@dataclass
-class Refusal:
-    """How the next requests to arm are refused."""
-
-    active: bool = False
-    text: str = ""
-    """Said by STATUSTEXT; empty for a silent refusal, as PX4 gives at times."""
-
-
-class Brain(ABC):
+class Brain:
     """Modes and rules of one autopilot.
 
     Args:
+        dialect: Which one.
         parameters: Its parameters.
+        now: Of its own clock [s].
+        estimate: What it believes now.
+        start_up: Until its gyros are calibrated [s].
     """
 
-    vendor: int
-    """MAV_AUTOPILOT."""
-    stick_mode: int
-    """The mode in which the pilot's sticks are velocities, and a vehicle whose sticks are let go of stays where it is."""
-    heeds_force = False
-    """Whether a forced request arms it in spite of its checks."""
-
-    def __init__(self, parameters: ParameterStore) -> None:
+    def __init__(
+        self, dialect: Dialect, parameters: ParameterStore, now: float, estimate: Estimate, start_up: float = 0.0
+    ) -> None:
+        self.dialect = dialect
         self.parameters = parameters
-        self.mode = 0
-        self.armed = False
-        self.failsafe = False
+        self.mode = dialect.modes[dialect.begins]
+        self.armed = self.failsafe = False
         self.landed = True
-        self.refusal = Refusal()
+        self.refusal: str | None = None
+        """Words of a refusal to arm, empty for a silent one, as PX4 gives at times; None if it is up to the rules."""
         self.texts: list[tuple[int, str]] = []
         """Severity and words, waiting to be sent."""
-        self.demand = Demand(Task.IDLE)
-        self.home = Home(np.zeros(3), 0.0)
-        self.sticks = np.zeros(3)
-        """Velocity that the pilot asks for, shape (3,), world frame [m/s]."""
-        self.around: Surroundings | None = None
+        self.demand, self._target = Demand(Task.IDLE), Demand(Task.VELOCITY)
+        self.home = self.sticks = np.zeros(3)
+        """Where it was armed, as it was believed then [m]; and the velocity that the pilot asks for [m/s]. World frame."""
+        self._now, self._estimate, self._station_age, self._start_up = now, estimate, math.inf, start_up
+        self._heard_at, self._needs_position = -math.inf, False
+        """When the newest setpoint came [s], and whether it needs a position."""
         self._hold: Demand | None = None
-        self._return: Return | None = None
+        self._return: WayHome | None = None
+        self._taking_off_to: float | None = None
+        self._armed_at = 0.0
         self._grounded_since: float | None = None
         self._stuck_since: float | None = None
-        self._armed_at = 0.0
+        self._lost_at: float | None = None
         self._killed_at: float | None = None
+        self._goes_back = False
+        """Whether it left `companion` for want of setpoints: it is back as soon as they are."""
 
-    # ------------------------------------------------------------ requests
-
-    @abstractmethod
-    def request_mode(self, parameters: Sequence[float]) -> int:
-        """DO_SET_MODE with its first three parameters; returns a MAV_RESULT."""
-
-    @abstractmethod
-    def request_take_off(self, height: float) -> int:
-        """NAV_TAKEOFF to a height [m], of PX4 in its local frame, of ArduPilot above home; returns a MAV_RESULT."""
-
-    @abstractmethod
-    def request_land(self) -> int:
-        """NAV_LAND; returns a MAV_RESULT."""
-
-    @abstractmethod
-    def request_return(self) -> int:
-        """NAV_RETURN_TO_LAUNCH; returns a MAV_RESULT."""
-
-    @abstractmethod
-    def attitude_target(self, target: AttitudeTarget) -> None:
-        """SET_ATTITUDE_TARGET."""
-
-    @abstractmethod
-    def position_target(self, target: PositionTarget) -> None:
-        """SET_POSITION_TARGET_LOCAL_NED."""
-
-    @abstractmethod
-    def pilot_mode(self, name: str) -> None:
-        """The pilot turns the mode switch of the radio."""
-
-    @abstractmethod
-    def _arming_refused(self, forced: bool) -> tuple[int, str] | None:
-        """Result and words of a refusal, None if it may arm; forced, of the checks that nobody skips."""
-
-    @abstractmethod
-    def _decide(self, around: Surroundings) -> Demand:
-        """Failsafes, and what to do now."""
-
-    @abstractmethod
-    def _begin_return(self, around: Surroundings) -> Return:
-        """The way home from here, as the parameters have it."""
-
-    def request_arming(self, arm: bool, forced: bool) -> int:
-        """COMPONENT_ARM_DISARM; returns a MAV_RESULT."""
-        assert self.around is not None
-        if arm == self.armed:
-            return ACCEPTED
-        if not arm:
-            if not self.landed and not forced:
-                return self.refused_result
-            self._disarm()
-            return ACCEPTED
-        refused = self.check_arming(forced and self.heeds_force)
-        if refused is not None:
-            return refused
-        self.armed, self._armed_at = True, self.around.now
-        self.home = Home.of(self.around.estimate)
-        return ACCEPTED
-
-    def check_arming(self, forced: bool = False) -> int | None:
-        """MAV_RESULT of a request to arm that would be refused now, and its words by STATUSTEXT; None if it may arm."""
-        refuses = self.refusal.active and not forced
-        refusal = (self.refused_result, self.refusal.text) if refuses else self._arming_refused(forced)
-        if refusal is None:
-            return None
-        if refusal[1]:
-            self.say(mavlink.MAV_SEVERITY_CRITICAL, refusal[1])
-        return refusal[0]
-
-    @property
-    @abstractmethod
-    def refused_result(self) -> int:
-        """MAV_RESULT of a refused arming."""
-
-    # ------------------------------------------------------------ every step
-
-    def update(self, around: Surroundings) -> Demand:
-        """Think once.
-
-        Args:
-            around: What is known now.
-
-        Returns:
-            What the vehicle is to do.
-        """
-        self.around = around
-        self._watch_ground(around)
-        demand = self._decide(around)
-        if self._killed_at is not None and around.now - self._killed_at > _KILLED:
-            self._disarm()
-        self.demand = demand if self.armed and not self.killed else Demand(Task.IDLE)
-        return self.demand
-
-    @property
-    def killed(self) -> bool:
-        """Whether a switch of the radio has stopped the motors; armed in the same mode for a while."""
-        return self._killed_at is not None
-
-    def kill(self, stop: bool) -> None:
-        """The pilot's kill switch.
-
-        Args:
-            stop: Whether the motors are to stop; else those of a vehicle that is still armed run again.
-        """
-        assert self.around is not None
-        self._killed_at = self.around.now if stop and self.armed else None
+    def is_in(self, *names: str) -> bool:
+        """Whether it is in one of these modes."""
+        return self.mode in [self.dialect.modes[name] for name in names]
 
     def say(self, severity: int, text: str) -> None:
         """Queue a STATUSTEXT."""
         self.texts.append((severity, text))
 
-    def hold_here(self, around: Surroundings) -> Demand:
+    # ------------------------------------------------------------ requests; they return a MAV_RESULT
+
+    def request_mode(self, mode: int) -> int:
+        """DO_SET_MODE. PX4 accepts it on the ground even where the mode does not change: the heartbeat tells."""
+        if mode not in self.dialect.modes.values():
+            return DENIED
+        if self._available(mode):
+            self._enter(mode)
+            return ACCEPTED
+        return ACCEPTED if self.dialect.heeds_stream and not self.armed else self.dialect.refusal
+
+    def request_land(self) -> int:
+        """NAV_LAND."""
+        self._enter(self.dialect.modes["land"])
+        return ACCEPTED
+
+    def request_take_off(self, height: float) -> int:
+        """NAV_TAKEOFF to a height above home [m]: only from the ground, armed, in `companion`."""
+        if not self.dialect.lifts_off_by_command:
+            return UNSUPPORTED
+        if not self.is_in("companion") or not self.armed or not self.landed or not 0.0 < height < math.inf:
+            return self.dialect.refusal
+        self._taking_off_to, self._hold = float(self.home[2]) + height, None
+        return ACCEPTED
+
+    def request_arming(self, arm: bool, forced: bool) -> int:
+        """COMPONENT_ARM_DISARM."""
+        if not arm:
+            if self.armed and not self.landed and not forced:
+                return self.dialect.refusal
+            self._disarm()
+        elif not self.armed:
+            if self.arming_refused():
+                return self.dialect.refusal
+            self.armed, self._armed_at, self.home = True, self._now, self._estimate.position
+        return ACCEPTED
+
+    def arming_refused(self) -> bool:
+        """Whether a request to arm would be refused now; it says why by STATUSTEXT."""
+        reason = self._against_arming()
+        if reason:
+            self.say(mavlink.MAV_SEVERITY_CRITICAL, reason)
+        return reason is not None
+
+    def pilot_mode(self, name: str) -> None:
+        """The pilot turns the mode switch: it wins, and ends a failsafe, where the mode is available."""
+        if name not in self.dialect.modes:
+            raise ValueError(f"unknown mode {name}: {', '.join(self.dialect.modes)}")
+        if self._available(self.dialect.modes[name]):
+            self.failsafe = False
+            self._enter(self.dialect.modes[name])
+
+    def kill(self, stop: bool) -> None:
+        """The pilot's kill switch stops the motors, or lets those of a vehicle that is still armed run again."""
+        self._killed_at = self._now if stop and self.armed else None
+
+    @property
+    def killed(self) -> bool:
+        """Whether a switch of the radio has stopped the motors; it stays armed in its mode for a while."""
+        return self._killed_at is not None
+
+    # ------------------------------------------------------------ setpoints, in the world frame
+
+    def attitude_target(self, mask: int, quaternion: Array, thrust: float, body: Array) -> None:
+        """SET_ATTITUDE_TARGET with a thrust, 0 … 1, or as PX4 takes it, with one in the body, z up."""
+        unit = abs(float(np.linalg.norm(quaternion)) - 1.0) <= _UNIT_TOLERANCE
+        finite = np.isfinite([thrust, *body]).all()
+        if mask & (_RATES | _UNUSED) != _RATES or not unit or not finite or not self._takes_thrust:
+            self._aim(None)
+            return
+        x, y, thrust = body.tolist() if mask & _THRUST_BODY and self.dialect.takes_body_thrust else (0.0, 0.0, thrust)
+        thrust = min(max(thrust, 0.0), 1.0)
+        if "ATC_ANGLE_BOOST" in self.parameters and self.parameters["ATC_ANGLE_BOOST"]:
+            thrust = min(1.0, thrust / min(max(float(thrust_axis(quaternion)[2]), 0.1), 1.0))
+        self._aim(Demand(Task.ATTITUDE, quaternion=quaternion, thrust=thrust, side=(x, y)))
+
+    def position_target(
+        self, mask: int, frame: int, position: Array, velocity: Array, acceleration: Array, yaw: float
+    ) -> None:
+        """SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both."""
+        nothing = np.zeros(3)
+        has_position, has_velocity = not mask & 7, not mask & 0x38
+        position, velocity = position if has_position else nothing, velocity if has_velocity else nothing
+        acceleration = nothing if mask & 0x1C0 else acceleration
+        finite = np.isfinite([*position, *velocity, *acceleration]).all()
+        if frame != mavlink.MAV_FRAME_LOCAL_NED or not (has_position or has_velocity) or not finite:
+            self._aim(None)
+            return
+        task = Task.POSITION if has_position else Task.VELOCITY
+        heading = None if mask & 0x400 or not math.isfinite(yaw) else yaw
+        self._aim(Demand(task, position=position, velocity=velocity, acceleration=acceleration, yaw=heading))
+
+    @property
+    def _takes_thrust(self) -> bool:
+        return "GUID_OPTIONS" not in self.parameters or bool(int(self.parameters["GUID_OPTIONS"]) & _THRUST_AS_THRUST)
+
+    def _aim(self, demand: Demand | None) -> None:
+        """Follow a setpoint from now on. Without one, which was ill-defined, PX4 hears nothing and ArduPilot stops."""
+        heard = self.dialect.heeds_stream or (self.is_in("companion") and self.armed)
+        if not heard or (demand is None and self.dialect.heeds_stream):
+            return
+        self._target = Demand(Task.VELOCITY) if demand is None else demand
+        self._heard_at, self._needs_position = self._now, self._target.task is not Task.ATTITUDE
+        self._taking_off_to = None
+
+    # ------------------------------------------------------------ every step
+
+    def update(self, now: float, estimate: Estimate, on_ground: bool, station_age: float) -> Demand:
+        """Think once.
+
+        Args:
+            now: Of its own clock [s].
+            estimate: What it believes.
+            on_ground: Whether the landing gear touches.
+            station_age: Since the last heartbeat of a ground station [s]; infinity before the first.
+
+        Returns:
+            What the vehicle is to do.
+        """
+        self._now, self._estimate, self._station_age = now, estimate, station_age
+        self._watch_ground(on_ground)
+        if self.armed:
+            self._watch_links()
+        demand = self._decide()
+        if self._killed_at is not None and now - self._killed_at > _KILLED:
+            self._disarm()
+        self.demand = demand if self.armed and not self.killed else Demand(Task.IDLE)
+        return self.demand
+
+    def _decide(self) -> Demand:
+        if self.is_in("companion"):
+            return self._follow()
+        if self.is_in("land") or (self.is_in("return") and not self._estimate.on_earth):
+            return Demand(Task.LAND)
+        if self.is_in("return"):
+            return self._way_home().demand(self._estimate, self._now)
+        return self._wait() if self.landed else self._hold_here()
+
+    def _follow(self) -> Demand:
+        """Obey the newest setpoint, or the command to take off."""
+        target, height = self._target, float(self._estimate.position[2])
+        if self._taking_off_to is not None:
+            self.landed = False
+            hold = self._hold_here()
+            demand = Demand(Task.POSITION, position=np.array([*hold.position[:2], self._taking_off_to]), yaw=hold.yaw)
+            if self._taking_off_to - height < _TAKEN_OFF and self._estimate.velocity[2] < _STILL:
+                self._aim(demand)
+            return demand
+        timeout = self.parameters["GUID_TIMEOUT"] if "GUID_TIMEOUT" in self.parameters else math.inf
+        if target.task is not Task.POSITION and self._now - self._heard_at > timeout:
+            target = Demand(Task.VELOCITY)
+        if self.landed:
+            if target.task is Task.POSITION:
+                rises = not self.dialect.lifts_off_by_command and target.position[2] > height + _OFF_GROUND
+            else:
+                rises = target.thrust > self.parameters[self.dialect.hover_thrust]
+            if not rises:
+                return self._wait()
+            self.landed = False
+        return target
+
+    def _wait(self) -> Demand:
+        """Stand on the ground; who does not take off is disarmed."""
+        if self.armed and self._now - self._armed_at > self.parameters[self.dialect.disarm_after]:
+            self._disarm()
+        return Demand(Task.IDLE)
+
+    def _hold_here(self) -> Demand:
         """Stay at the place where this was first asked for, or follow the pilot's sticks."""
-        if self.mode == self.stick_mode and self.sticks.any():
+        if self.is_in("position") and self.sticks.any():
             self._hold = None
             return Demand(Task.VELOCITY, velocity=self.sticks)
         if self._hold is None:
-            self._hold = Demand(
-                Task.POSITION, position=around.estimate.position.copy(), yaw=yaw_of(around.estimate.quaternion)
-            )
+            estimate = self._estimate
+            self._hold = Demand(Task.POSITION, position=estimate.position, yaw=yaw_of(estimate.quaternion))
         return self._hold
 
-    def return_home(self, around: Surroundings) -> Demand:
-        """Fly home and land there."""
+    def _way_home(self) -> WayHome:
+        """At the height of its parameter, or as high as it is."""
         if self._return is None:
-            self._return = self._begin_return(around)
-        return self._return.demand(around.estimate, around.now)
+            name, unit = self.dialect.return_height
+            height = max(float(self.home[2]) + unit * self.parameters[name], float(self._estimate.position[2]))
+            self._return = WayHome(self.home, self._estimate, self._now, height)
+        return self._return
+
+    # ------------------------------------------------------------ failsafes
+
+    def _watch_links(self) -> None:
+        if self.dialect.heeds_stream:
+            self._watch_stream()
+        action, timeout, actions = self.dialect.station
+        wanted = actions.get(int(self.parameters[action]))
+        lost = self.parameters[timeout] < self._station_age < math.inf
+        if wanted is not None and lost and not self.is_in("land", "return"):
+            self._fail("Failsafe: no ground station", wanted)
+        if not self._estimate.position_valid and self.is_in(*self.dialect.positioned):
+            self._fail("Failsafe: position lost", "land")
+
+    def _watch_stream(self) -> None:
+        """Without setpoints PX4 does what COM_OBL_RC_ACT says, until they come again."""
+        if self._goes_back and self._stream_available():
+            self.failsafe = False
+            self._enter(self.dialect.modes["companion"])
+        if not self.is_in("companion") or self._stream_available():
+            self._lost_at = None
+            return
+        self._lost_at = self._now if self._lost_at is None else self._lost_at
+        if self._now - self._lost_at > _FAILSAFE_DELAY:
+            action = _OFFBOARD_LOST.get(int(self.parameters["COM_OBL_RC_ACT"]), "return")
+            self._fail("Failsafe: no offboard signal", action if self._estimate.position_valid else "land")
+            self._goes_back = True
+
+    def _stream_available(self) -> bool:
+        """Whether a setpoint is newer than COM_OF_LOSS_T: a single one is enough (PX4 1.17, `offboardCheck`)."""
+        fresh = self._now - self._heard_at <= self.parameters["COM_OF_LOSS_T"]
+        return fresh and (self._estimate.position_valid or not self._needs_position)
+
+    def _available(self, mode: int) -> bool:
+        modes = self.dialect.modes
+        available = self._estimate.on_earth or mode not in [modes[name] for name in self.dialect.placed]
+        if self.dialect.heeds_stream and mode == modes["companion"]:
+            available = self._stream_available()
+        if not available:
+            self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to that mode is currently not available")
+        return available
+
+    def _against_arming(self) -> str | None:
+        """Why it would not arm now, empty if it does not say so; None if it would."""
+        action, timeout, _ = self.dialect.station
+        if self.refusal is not None:
+            return self.refusal
+        if self._now < self._start_up:
+            return "PreArm: Gyros not calibrated"
+        if self.dialect.heeds_stream and self.parameters[action] > 0 and self._station_age > self.parameters[timeout]:
+            return "Preflight Fail: No connection to the GCS"
+        if self.dialect.heeds_stream and self.is_in("companion") and not self._stream_available():
+            return "Arming denied: no offboard signal"
+        return None if self._estimate.position_valid else "PreArm: Need Position Estimate"
+
+    def _fail(self, text: str, mode: str) -> None:
+        self.failsafe = True
+        self.say(mavlink.MAV_SEVERITY_CRITICAL, text)
+        self._enter(self.dialect.modes[mode])
 
     def _enter(self, mode: int) -> None:
         if mode != self.mode:
             self._hold = self._return = None
-        self.mode = mode
+        self.mode, self._goes_back, self._lost_at, self._taking_off_to = mode, False, None, None
+        if not self.dialect.heeds_stream:
+            self._target = Demand(Task.VELOCITY)
 
     def _disarm(self) -> None:
-        self.armed = False
+        self.armed = self.failsafe = False
         self._grounded_since = self._killed_at = None
 
-    def _watch_ground(self, around: Surroundings) -> None:
+    # ------------------------------------------------------------ ground
+
+    def _watch_ground(self, on_ground: bool) -> None:
         """Landed while on the ground and not about to leave it; long enough while landing, it disarms."""
         idle = self.demand.task in (Task.IDLE, Task.LAND)
-        on_ground = (around.on_ground or self._stuck(around)) and (not self.armed or self._feels_ground(around))
-        self.landed = on_ground and (idle or not self.armed or self.landed)
+        self.landed = (on_ground or self._stuck()) and (idle or not self.armed or self.landed)
         if not (self.armed and self.landed and self.demand.task is Task.LAND):
             self._grounded_since = None
             return
-        self._grounded_since = around.now if self._grounded_since is None else self._grounded_since
-        if around.now - self._grounded_since > self.disarm_delay:
+        self._grounded_since = self._now if self._grounded_since is None else self._grounded_since
+        named = "COM_DISARM_LAND" in self.parameters
+        delay = self.parameters["COM_DISARM_LAND"] if named else _LAND_DETECTION
+        if self._now - self._grounded_since > delay:
             self._disarm()
 
-    def _feels_ground(self, around: Surroundings) -> bool:
-        """Whether it can find out that it has landed."""
-        return True
-
-    def _stuck(self, around: Surroundings) -> bool:
+    def _stuck(self) -> bool:
         """Whether a landing has stopped on something, as land detectors find it: told to descend, it does not."""
-        sinks = abs(float(around.estimate.velocity[2])) > _STANDING
+        sinks = abs(float(self._estimate.velocity[2])) > _STANDING
         if not self.armed or self.demand.task is not Task.LAND or sinks:
             self._stuck_since = None
             return False
-        self._stuck_since = around.now if self._stuck_since is None else self._stuck_since
-        return around.now - self._stuck_since > _STUCK
-
-    @property
-    def taking_off(self) -> bool:
-        """Whether it lifts off by its own controller."""
-        return False
-
-    @property
-    @abstractmethod
-    def disarm_delay(self) -> float:
-        """Between touching the ground in a landing and disarming [s]."""
+        self._stuck_since = self._now if self._stuck_since is None else self._stuck_since
+        return self._now - self._stuck_since > _STUCK

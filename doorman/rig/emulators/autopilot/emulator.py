@@ -1,6 +1,6 @@
 """An autopilot that is not there: it speaks MAVLink on loopback as PX4 or ArduPilot does, and flies a plant.
 
-Written from the protocols' documents, not from the adapter. It forgives nothing that the real ones do not.
+Written from the protocols' documents, not from the adapter. What only the autopilots' own code has it lacks.
 """
 
 from __future__ import annotations
@@ -15,15 +15,19 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
+from doorman.rig.emulators.autopilot.allocation import side_force
 from doorman.rig.emulators.autopilot.brain import Brain
+from doorman.rig.emulators.autopilot.build import Build
+from doorman.rig.emulators.autopilot.clock import Clock
+from doorman.rig.emulators.autopilot.control import Demand, FlightController, Task
+from doorman.rig.emulators.autopilot.dialects import Flavour
 from doorman.rig.emulators.autopilot.estimator import Estimate, Estimator
 from doorman.rig.emulators.autopilot.link import FaultyUdp, LinkFaults
-from doorman.rig.emulators.autopilot.motors import FACTORS, MotorKind, Motors
-from doorman.rig.emulators.autopilot.onboard import Build, Flavour, Onboard
-from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS, ParameterStore
+from doorman.rig.emulators.autopilot.motors import normalised_thrust, thrust_share
+from doorman.rig.emulators.autopilot.parameters import ParameterStore
 from doorman.rig.emulators.autopilot.plant import AutopilotPlant, PlantTruth, SimplePlant
 from doorman.rig.emulators.autopilot.protocol import Protocol
-from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery
+from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery, Telemetry
 
 _STEP = 0.004
 _MOST_STEPS = 25
@@ -37,16 +41,7 @@ class EmulatedAutopilot(Uncopied):
         plant: What it flies; a simple vehicle by default.
         local: Address to bind; port 0 takes a free one.
         remote: Whom it sends to from the start, as PX4 does; None waits for the first sender.
-        vision: Whether its position comes from VISION_POSITION_ESTIMATE, rather than from satellites.
-        system_id: Its MAVLink system id.
-        start_up: Until ArduPilot's gyros are calibrated [s].
-        heartbeat_rate: [1/s].
-        vehicle_type: MAV_TYPE; 13 is a hexarotor.
-        hover_thrust: Share of the largest thrust at which the vehicle really hovers.
-        motors: Whether it linearises its motors, or, with the factory's parameters, does not.
-        pace: Of the autopilot's clock and its plant over real time, as of simulators that run faster or slower.
-        signing_key: 32 bytes; with it, unsigned messages are ignored.
-        seed: Of noise and faults.
+        build: Further fields of `Build`.
     """
 
     def __init__(
@@ -56,39 +51,22 @@ class EmulatedAutopilot(Uncopied):
         *,
         local: tuple[str, int] = ("127.0.0.1", 0),
         remote: tuple[str, int] | None = None,
-        vision: bool = False,
-        system_id: int = 1,
-        start_up: float = 22.0,
-        heartbeat_rate: float = 1.0,
-        vehicle_type: int = 13,
-        hover_thrust: float = 0.4,
-        motors: MotorKind = "linear",
-        pace: float = 1.0,
-        signing_key: bytes | None = None,
-        seed: int = 0,
+        **build: Any,
     ) -> None:
-        if flavour not in ("px4", "ardupilot"):
-            raise BackendError("unknown autopilot", field="flavour", given=flavour, allowed="px4 or ardupilot")
-        px4 = flavour == "px4"
+        self.build = Build(flavour, **build)
+        dialect, share = self.build.dialect, self.build.hover_thrust
         self.plant: AutopilotPlant = SimplePlant() if plant is None else plant
         self.battery = EmulatedBattery()
-        self.parameters = ParameterStore(PX4_DEFAULTS if px4 else ARDUPILOT_DEFAULTS, bytewise=px4)
-        if motors == "linear":
-            self.parameters[FACTORS[flavour]] = 1.0
-        hovers_at = Motors(motors, FACTORS[flavour], self.parameters).normalised(hover_thrust)
-        self.parameters["MPC_THR_HOVER" if px4 else "MOT_THST_HOVER"] = hovers_at
-        self.build = Build(
-            flavour, vision, system_id, start_up, heartbeat_rate, vehicle_type, hover_thrust, motors, signing_key, seed
-        )
-        self._local, self._remote, self._pace = local, remote, pace
-        self._silent_until = 0.0
+        self.parameters = ParameterStore(dialect.parameters, dialect.bytewise)
+        if self.build.linear:
+            self.parameters[dialect.linearisation] = 1.0
+        self.parameters[dialect.hover_thrust] = normalised_thrust(share, self.parameters[dialect.linearisation])
+        self._local, self._remote, self._silent_until = local, remote, 0.0
         self._lock = threading.RLock()
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._udp: FaultyUdp | None = None
-        self._onboard = self._boot()
-
-    # ------------------------------------------------------------ life
+        self._boot()
 
     def start(self) -> None:
         """Bind and run.
@@ -100,7 +78,7 @@ class EmulatedAutopilot(Uncopied):
             raise BackendError("the emulated autopilot runs already", allowed="stop() first")
         self._udp = FaultyUdp(self._local, self._remote, self.build.seed)
         self._stop.clear()
-        self._onboard, self._silent_until = self._boot(), 0.0
+        self._boot()
         self._thread = threading.Thread(target=self._run, name=f"emulated {self.build.flavour}", daemon=True)
         self._thread.start()
 
@@ -126,8 +104,6 @@ class EmulatedAutopilot(Uncopied):
         """Where it is bound."""
         return self._line.address
 
-    # ------------------------------------------------------------ what a test or a rig may do
-
     @property
     def outgoing(self) -> LinkFaults:
         """Faults of what it sends."""
@@ -147,31 +123,14 @@ class EmulatedAutopilot(Uncopied):
     @property
     def estimate(self) -> Estimate:
         """What the autopilot believes."""
-        return self._onboard.estimate
+        return self.estimator.estimate
 
     @property
     def clock(self) -> float:
         """The autopilot's clock [s]."""
-        return self._onboard.clock
+        return self._clock.now
 
-    @property
-    def brain(self) -> Brain:
-        """Modes and rules."""
-        return self._onboard.brain
-
-    @property
-    def estimator(self) -> Estimator:
-        """Takes poses."""
-        return self._onboard.estimator
-
-    @property
-    def protocol(self) -> Protocol:
-        """What was received."""
-        return self._onboard.protocol
-
-    def stop_heartbeats(self, stopped: bool = True) -> None:
-        """Leave out the heartbeat while all else goes on."""
-        self._onboard.heartbeats_stopped = stopped
+    # ------------------------------------------------------------ what a test or a rig may do
 
     def pilot_mode(self, name: str) -> None:
         """The pilot turns the mode switch of the radio: `position`, `land`, `return` and so on."""
@@ -180,8 +139,7 @@ class EmulatedAutopilot(Uncopied):
 
     def pilot_sticks(self, velocity: Sequence[float]) -> None:
         """The pilot moves the sticks, which `position` mode obeys, or lets go of them: velocity, world frame [m/s]."""
-        with self._lock:
-            self.brain.sticks = np.array(velocity, float)
+        self.brain.sticks = np.array(velocity, float)
 
     def kill_switch(self, stop: bool = True) -> None:
         """The pilot stops the motors by the radio's switch, or lets them run again: disarmed it is only after 5 s."""
@@ -195,38 +153,36 @@ class EmulatedAutopilot(Uncopied):
 
     def refuse_arming(self, text: str = "") -> None:
         """Refuse to arm until `allow_arming`, silently or with words."""
-        with self._lock:
-            self.brain.refusal.active, self.brain.refusal.text = True, text
+        self.brain.refusal = text
 
     def allow_arming(self) -> None:
         """Arm again if the rules are met."""
-        with self._lock:
-            self.brain.refusal.active = False
+        self.brain.refusal = None
 
     def fail_estimator(self, failed: bool = True) -> None:
-        """Lose the position estimate until told otherwise."""
-        with self._lock:
-            self.estimator.failed = failed
-
-    def confuse(self, confused: bool = True) -> None:
-        """Tell attitude and position that are not numbers until told otherwise."""
-        with self._lock:
-            self._onboard.telemetry.confused = confused
+        """Lose the position estimate, or find it again."""
+        self.estimator.failed = failed
 
     def forget_origin(self) -> None:
-        """Lose the place on earth, as ArduPilot's filter does that begins after it was told."""
-        with self._lock:
-            self.estimator.origin = None
+        """Lose the place on earth, as ArduPilot's filter does that begins after it got one."""
+        self.estimator.origin = None
 
     def lead_astray(self, offset: Sequence[float]) -> None:
         """Let the position estimate be wrong by this much more, shape (3,), world frame [m], until poses put it right."""
         with self._lock:
             self.estimator.lead_astray(np.asarray(offset, dtype=np.float64))
 
+    def confuse(self, confused: bool = True) -> None:
+        """Send attitude and position that are not numbers, or numbers again."""
+        self.telemetry.confused = confused
+
+    def stop_heartbeats(self, stopped: bool = True) -> None:
+        """Leave out the heartbeat while all else goes on."""
+        self.telemetry.heartbeats_stopped = stopped
+
     def jump_clock(self, seconds: float) -> None:
         """Let the clock jump without a reboot."""
-        with self._lock:
-            self._onboard.jump_clock(seconds)
+        self._clock.jumped += seconds
 
     def reboot(self, silence: float = 0.5) -> None:
         """Start anew: disarmed, default mode and rates, clock and sequence numbers from the start.
@@ -235,29 +191,19 @@ class EmulatedAutopilot(Uncopied):
             silence: While nothing is heard or said [s].
         """
         with self._lock:
-            self._onboard, self._silent_until = self._boot(), time.monotonic() + silence
+            self._boot()
+            self._silent_until = time.monotonic() + silence
             self.plant.stop_motors()
-
-    def say(self, text: str, severity: int = 4) -> None:
-        """Send a STATUSTEXT."""
-        with self._lock:
-            self.brain.say(severity, text)
 
     def send(self, message: Any) -> None:
         """Send a message in its own name."""
         with self._lock:
-            self._onboard.send(message)
-
-    def send_raw(self, data: bytes) -> None:
-        """Send bytes as they are."""
-        with self._lock:
-            self._line.send(data)
+            self.telemetry.send(message)
 
     def send_as(self, message: Any, system: int, component: int) -> None:
         """Send a message in another station's name."""
         with self._lock:
-            other = mavlink.MAVLink(None, system, component)
-            self._line.send(message.pack(other))
+            self._line.send(message.pack(mavlink.MAVLink(None, system, component)))
 
     # ------------------------------------------------------------ inside
 
@@ -267,8 +213,15 @@ class EmulatedAutopilot(Uncopied):
             raise BackendError("the emulated autopilot does not run", allowed="start() first")
         return self._udp
 
-    def _boot(self) -> Onboard:
-        return Onboard(self.build, self.plant, self.parameters, self.battery, self._pace, self._transmit)
+    def _boot(self) -> None:
+        build, dialect, clock = self.build, self.build.dialect, Clock(self.build.pace)
+        self._clock, self._silent_until = clock, 0.0
+        start_up = 0.0 if dialect.heeds_stream else build.start_up
+        self.estimator = Estimator(dialect, clock.uptime, self.plant.truth(), vision=build.vision, seed=build.seed)
+        self.brain = Brain(dialect, self.parameters, clock.uptime, self.estimator.estimate, start_up)
+        self.telemetry = Telemetry(self.brain, self.estimator, self.battery, clock, build, self._transmit)
+        self.protocol = Protocol(self.brain, self.estimator, self.telemetry, clock, build.system_id)
+        self._controller = FlightController(self.plant.weight)
 
     def _transmit(self, data: bytes) -> None:
         if self._udp is not None:
@@ -282,16 +235,44 @@ class EmulatedAutopilot(Uncopied):
                 silent = time.monotonic() < self._silent_until
                 for datagram in self._line.receive():
                     if not silent:
-                        self._onboard.receive(datagram)
-                if self._onboard.protocol.commands.reboots:
-                    self.reboot()
-                    continue
+                        self._receive(datagram)
                 steps = 0
                 while stepped + _STEP <= time.monotonic():
                     stepped, steps = stepped + _STEP, steps + 1
-                    self._onboard.step(_STEP * self._pace)
+                    self._step(_STEP * self.build.pace)
                     if steps >= _MOST_STEPS:
                         stepped = time.monotonic()
                 if steps and not silent:
-                    self._onboard.speak()
+                    self.telemetry.speak()
                 self._line.flush()
+
+    def _receive(self, datagram: bytes) -> None:
+        try:
+            messages = self.telemetry.mav.parse_buffer(datagram) or []
+        except mavlink.MAVError:
+            return
+        for message in messages:
+            if message.get_type() != "BAD_DATA":
+                self.protocol.take(message)
+
+    def _step(self, dt: float) -> None:
+        """Estimate, decide, control, and let the plant move [s]."""
+        now, truth = self._clock.uptime, self.plant.truth()
+        estimate = self.estimator.update(now, truth, dt)
+        demand = self.brain.update(now, estimate, truth.on_ground, now - self.protocol.station_heard)
+        if demand.task is Task.IDLE:
+            self.plant.stop_motors()
+            self.telemetry.normalised, self.telemetry.steered = 0.0, estimate.quaternion
+        else:
+            self._drive(demand)
+        self.plant.advance(dt)
+
+    def _drive(self, demand: Demand) -> None:
+        """Ask the mixer for thrust: the force of `THR_MDL_FAC` and `MOT_THST_EXPO` as the autopilot believes it."""
+        build, k = self.build, self.parameters[self.build.dialect.linearisation] if not self.build.linear else 1.0
+        full = self.plant.weight / normalised_thrust(build.hover_thrust, k)
+        force, self.telemetry.steered = self._controller.actuate(demand, self.estimate, full)
+        self.telemetry.normalised = normalised = min(max(force / full, 0.0), 1.0)
+        most = self.plant.weight / build.hover_thrust
+        side = side_force(self.parameters, demand.side, most)
+        self.plant.command(thrust_share(normalised, k) * most, self.telemetry.steered, side)

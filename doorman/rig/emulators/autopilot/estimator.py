@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.rig.emulators.autopilot.earth import ZURICH, Place
-from doorman.rig.emulators.autopilot.plant import GRAVITY, Array, PlantTruth, into_body
+from doorman.rig.emulators.autopilot.dialects import Dialect
+from doorman.rig.emulators.autopilot.plant import Array, PlantTruth
 
+Place = tuple[int, int, int]
+"""Latitude and longitude [1e-7 °], altitude above the sea [mm]."""
+ZURICH: Place = (473_977_420, 85_455_940, 488_000)
+"""Where the simulators of PX4 begin, and an emulated autopilot with satellites."""
 _HISTORY = 2.0
 _GAIN = 0.35
 _GATE = 0.5
 """Innovation that is rejected [m], unless it persists."""
 _RESET_AFTER = 1.0
 _POSES_NEEDED = 10
-_FAR_AWAY = np.array([5.2e6, -1.1e6, 0.0])
-"""From where PX4's map begins to a place in Switzerland [m]."""
+_BIAS = np.array([0.04, -0.03, 0.01])
+"""Of the accelerometers, shape (3,) [m/s²]: the error grows by it without aiding."""
 _DATUM_DELAY = 1.0
 """From the origin to the height's new zero [s]."""
-_SAME_ELEVATION = 1.0
-"""Of an origin that changes no zero of the height [m]."""
 
 
 @dataclass(frozen=True)
@@ -36,48 +38,35 @@ class Estimate:
     position_valid: bool
     on_earth: bool = True
     """Whether it knows where on earth that is, too: what has no home cannot return."""
-    origin: Place | None = None
-    """Where on earth zero is."""
-    specific_force: Array = field(default_factory=lambda: np.array([0.0, 0.0, GRAVITY]))
-    """What accelerometers feel, shape (3,), body frame [m/s²]."""
 
 
 class Estimator:
     """Truth plus an error.
 
     Args:
+        dialect: Whose.
+        now: Of the autopilot's clock [s].
+        truth: Of the vehicle now.
         vision: Aided by poses, rather than by satellites.
-        timeout: Without aiding, after which the position is invalid [s].
         seed: Of the noise.
-        px4: Whether it is PX4's, which navigates without an origin, and moves with one, rather than ArduPilot's.
     """
 
-    def __init__(self, vision: bool, timeout: float, seed: int = 0, *, px4: bool = False) -> None:
+    def __init__(self, dialect: Dialect, now: float, truth: PlantTruth, *, vision: bool, seed: int = 0) -> None:
         self.vision = vision
-        self._px4 = px4
         self.accepted_poses = 0
-        self.rejected_poses = 0
-        self.last_innovation = 0.0
-        """Of the newest accepted pose [m]."""
-        self._timeout = timeout
-        self._random = np.random.default_rng(seed)
-        self._velocity: Array | None = None
-        self._error = np.zeros(3)
-        self._error_rate = np.zeros(3)
-        self._bias = np.array([0.04, -0.03, 0.01])
-        self._history: deque[tuple[float, Array]] = deque()
-        self._aided_at = float("-inf")
-        self._rejected_since: float | None = None
         self.failed = False
         """Whether the position estimate is lost."""
-        self._shift, self._datum_due, self._elevation = np.zeros(3), math.inf, 0.0
-        self.origin = None if vision else ZURICH
+        self.origin: Place | None = None if vision else ZURICH
         """Where on earth the zero of its position is; None before it has one."""
-
-    @property
-    def has_origin(self) -> bool:
-        """Whether it has a place on earth."""
-        return self.origin is not None
+        self._needs_origin, self._timeout = not dialect.heeds_stream, dialect.position_timeout
+        self._random = np.random.default_rng(seed)
+        self._error, self._error_rate = np.zeros(3), np.zeros(3)
+        self._history: deque[tuple[float, Array]] = deque()
+        self._aided_at = -math.inf
+        self._rejected_since: float | None = None
+        self._lift = 0.0
+        self._datum_due: float | None = None
+        self.estimate = self.update(now, truth, 0.0)
 
     @property
     def navigates(self) -> bool:
@@ -85,50 +74,39 @@ class Estimator:
         return not self.vision or self.accepted_poses >= _POSES_NEEDED
 
     def set_origin(self, now: float, armed: bool, place: Place) -> None:
-        """Take an origin.
+        """Take an origin [s].
 
-        What ArduPilot believes to be its height soon after becomes zero, unless it is armed or the altitude is not new: poses
-        that come go on being fused as they are, and what is told of the height is larger by that from then on. What PX4 tells
-        moves by the altitude, and by the way from the equator where it navigates already, as its development version of August
-        2026 does.
+        What ArduPilot believes to be its height soon after the first one becomes zero, unless it is armed. Poses are fused as
+        they are, and what is told of the height is larger by that from then on. What PX4 tells sinks by the altitude.
         """
-        self.origin, altitude = place, place.altitude
-        if self._px4:
-            self._shift = np.array([0.0, 0.0, -altitude]) + (_FAR_AWAY if self.navigates else 0.0)
-        else:
-            due = not armed and abs(altitude - self._elevation) > _SAME_ELEVATION
-            self._datum_due, self._elevation = (now + _DATUM_DELAY, altitude) if due else (math.inf, self._elevation)
+        self.origin = place
+        if not self._needs_origin:
+            self._lift = -1e-3 * place[2]
+        elif not armed and self._datum_due is None:
+            self._datum_due = now + _DATUM_DELAY
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
         """Estimate at a time of the autopilot's clock [s]."""
-        gained = truth.velocity - (truth.velocity if self._velocity is None or dt <= 0.0 else self._velocity)
-        self._velocity = truth.velocity
-        acceleration = gained / max(dt, 1e-3) + [0.0, 0.0, GRAVITY]
         self._history.append((now, truth.position))
         while now - self._history[0][0] > _HISTORY:
             self._history.popleft()
         if not self.vision:
-            self._error = self._random.normal(0.0, 0.002, 3)
-            self._error_rate = np.zeros(3)
+            self._error, self._error_rate = self._random.normal(0.0, 0.002, 3), np.zeros(3)
             self._aided_at = now
         elif now - self._aided_at > 0.2:
-            self._error_rate = self._error_rate + dt * self._bias
+            self._error_rate = self._error_rate + dt * _BIAS
             self._error = self._error + dt * self._error_rate
-        if now >= self._datum_due:
+        if self._datum_due is not None and now >= self._datum_due:
             self._datum_due = math.inf
-            self._shift[2] = float(truth.position[2] + self._error[2]) if self.accepted_poses > 0 else 0.0
-        located = self.has_origin or self._px4
-        valid = self.navigates and now - self._aided_at < self._timeout and not self.failed and located
-        return Estimate(
-            truth.position + self._error + self._shift,
-            truth.velocity + self._error_rate,
-            truth.quaternion,
-            truth.body_rates,
-            valid,
-            valid and self.has_origin,
-            self.origin,
-            into_body(truth.quaternion, acceleration),
-        )
+            self._lift = float(truth.position[2] + self._error[2]) if self.accepted_poses > 0 else 0.0
+        located = self.origin is not None
+        aided = self.navigates and now - self._aided_at < self._timeout and not self.failed
+        valid = aided and (located or not self._needs_origin)
+        self.estimate = Estimate(
+            truth.position + self._error + [0.0, 0.0, self._lift], truth.velocity + self._error_rate, truth.quaternion,
+            truth.body_rates, valid, valid and located,
+        )  # fmt: skip
+        return self.estimate
 
     def lead_astray(self, offset: Array) -> None:
         """Be wrong by this much more from now on [m], shape (3,), world frame, until poses put it right."""
@@ -136,18 +114,12 @@ class Estimator:
 
     def pose(self, now: float, stamp: float, position: Array) -> None:
         """Fuse a pose that was true at a time of the autopilot's clock [s]."""
-        if not self.vision or not self._history:
+        if not self.vision or not self._history or not self._history[0][0] <= stamp <= now + 0.05:
             return
-        times = [time for time, _ in self._history]
-        places = np.array([place for _, place in self._history])
-        if not times[0] <= stamp <= now + 0.05:
-            self.rejected_poses += 1
-            return
-        truth = np.array([np.interp(stamp, times, places[:, axis]) for axis in range(3)])
-        innovation = (position - truth) - self._error
-        size = float(np.linalg.norm(innovation))
-        if self.navigates and size > _GATE:
-            self.rejected_poses += 1
+        times, places = zip(*self._history, strict=True)
+        truth = np.array([np.interp(stamp, times, axis) for axis in np.transpose(places)])
+        innovation = position - truth - self._error
+        if self.navigates and float(np.linalg.norm(innovation)) > _GATE:
             self._rejected_since = now if self._rejected_since is None else self._rejected_since
             if now - self._rejected_since < _RESET_AFTER:
                 return
@@ -157,5 +129,4 @@ class Estimator:
         self._error_rate = 0.5 * self._error_rate
         self._rejected_since = None
         self.accepted_poses += 1
-        self.last_innovation = size
         self._aided_at = now

@@ -9,9 +9,12 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.hardware.quaternions import conjugate, from_attitude, multiply, rotate
+
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81
+_UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class PlantTruth:
 class AutopilotPlant(Protocol):
     """A vehicle with its attitude loop; the emulated autopilot gives thrust and attitude, as its mixer would.
 
-    All of it is called from the emulated autopilot's thread; who shares the plant with others must see to their taking turns.
+    The emulated autopilot's thread calls all of it; who shares the plant with others must see to their taking turns.
     """
 
     @property
@@ -58,22 +61,17 @@ class SimplePlant:
     Args:
         mass: [kg].
         ground: Height of the ground [m].
-        yaw: At the start [rad].
     """
 
-    def __init__(self, mass: float = 3.0, ground: float = 0.0, yaw: float = 0.0) -> None:
+    def __init__(self, mass: float = 3.0, ground: float = 0.0) -> None:
         self.mass = mass
         self.ground = ground
-        self.disturbance = np.zeros(3)
-        """Force on the vehicle, world frame [N]."""
         self._position = np.array([0.0, 0.0, ground])
         self._velocity = np.zeros(3)
-        self._quaternion = np.array([math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw)])
+        self._quaternion = np.array([1.0, 0.0, 0.0, 0.0])
         self._rates = np.zeros(3)
-        self._force = 0.0
-        self._wanted_force = 0.0
-        self._wanted = self._quaternion.copy()
-        self._running = False
+        self._force = self._wanted_force = 0.0
+        self._wanted = self._quaternion
 
     @property
     def weight(self) -> float:
@@ -83,11 +81,10 @@ class SimplePlant:
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
         """Fly with a thrust [N] towards an attitude; its rotors are upright, and make no force to the side."""
         self._wanted_force, self._wanted = max(0.0, thrust), quaternion / np.linalg.norm(quaternion)
-        self._running = True
 
     def stop_motors(self) -> None:
         """Let the motors stand still."""
-        self._wanted_force, self._running = 0.0, False
+        self._wanted_force = 0.0
 
     def advance(self, duration: float) -> None:
         """Let time pass [s], in steps of at most 4 ms."""
@@ -97,25 +94,23 @@ class SimplePlant:
 
     def truth(self) -> PlantTruth:
         """The vehicle as it is now."""
-        grounded = bool(self._position[2] <= self.ground + 1e-3)
-        return PlantTruth(
-            self._position.copy(), self._velocity.copy(), self._quaternion.copy(), self._rates.copy(), grounded
-        )
+        return PlantTruth(self._position, self._velocity, self._quaternion, self._rates, self._grounded)
+
+    @property
+    def _grounded(self) -> bool:
+        return bool(self._position[2] <= self.ground + 1e-3)
 
     def _step(self, dt: float) -> None:
         self._force += (self._wanted_force - self._force) * min(1.0, dt / 0.03)
-        grounded = self._position[2] <= self.ground + 1e-3
-        if self._running and not (grounded and self._force < 0.9 * self.weight):
-            error = quaternion_product(quaternion_inverse(self._quaternion), self._wanted)
-            error = error if error[0] >= 0.0 else -error
-            wanted_rates = np.clip(16.0 * error[1:], -4.0, 4.0)
-            self._rates += (wanted_rates - self._rates) * min(1.0, dt / 0.04)
+        if self._wanted_force > 0.0 and not (self._grounded and self._force < 0.9 * self.weight):
+            w, *axis = multiply(conjugate(self._quaternion.tolist()), self._wanted.tolist())
+            wanted_rates = np.clip(math.copysign(16.0, w) * np.array(axis), -4.0, 4.0)
+            self._rates = self._rates + (wanted_rates - self._rates) * min(1.0, dt / 0.04)
         else:
             self._rates = np.zeros(3)
-        turn = np.concatenate([[1.0], 0.5 * dt * self._rates])
-        self._quaternion = quaternion_product(self._quaternion, turn)
-        self._quaternion /= np.linalg.norm(self._quaternion)
-        force = self._force * thrust_axis(self._quaternion) + self.disturbance - 0.3 * self._velocity
+        turned = np.array(multiply(self._quaternion.tolist(), [1.0, *(0.5 * dt * self._rates).tolist()]))
+        self._quaternion = turned / np.linalg.norm(turned)
+        force = self._force * thrust_axis(self._quaternion) - 0.3 * self._velocity
         self._velocity = self._velocity + dt * (force / self.mass - np.array([0.0, 0.0, GRAVITY]))
         self._position = self._position + dt * self._velocity
         if self._position[2] <= self.ground:
@@ -123,42 +118,14 @@ class SimplePlant:
             self._velocity = np.array([0.0, 0.0, max(0.0, float(self._velocity[2]))])
 
 
-def quaternion_product(first: Array, second: Array) -> Array:
-    """Product of two quaternions [w, x, y, z]."""
-    a, b, c, d = first.tolist()
-    e, f, g, h = second.tolist()
-    return np.array(
-        [
-            a * e - b * f - c * g - d * h,
-            a * f + b * e + c * h - d * g,
-            a * g - b * h + c * e + d * f,
-            a * h + b * g - c * f + d * e,
-        ]
-    )
-
-
-def quaternion_inverse(quaternion: Array) -> Array:
-    """Inverse of a unit quaternion."""
-    return np.asarray(quaternion * np.array([1.0, -1.0, -1.0, -1.0]))
-
-
 def thrust_axis(quaternion: Array) -> Array:
     """The body's z axis in the world."""
-    w, x, y, z = quaternion.tolist()
-    return np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)])
+    return np.array(rotate(quaternion.tolist(), _UP))
 
 
-def into_body(quaternion: Array, vector: Array) -> Array:
-    """A vector of the world in the axes of a body with this attitude."""
-    w, x, y, z = quaternion.tolist()
-    rotation = np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-    return np.asarray(rotation.T @ vector)
+def level(yaw: float) -> Array:
+    """Level attitude with a heading [rad]."""
+    return np.array(from_attitude((0.0, 0.0, yaw)))
 
 
 def yaw_of(quaternion: Array) -> float:

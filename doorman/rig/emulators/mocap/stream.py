@@ -20,7 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError
-from doorman.kinematics.rotations import rotation_body_to_world, skew
+from doorman.hardware.quaternions import to_rotation
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.rig.emulators.mocap.faults import StreamFaults
 from doorman.rig.emulators.mocap.packets import SIZES, euler_xyz, item, packet
 
@@ -185,7 +186,7 @@ class TrackerStream:
             return np.zeros(3), np.zeros(3)
         if faults.frozen and self._last_seen is not None:
             return self._last_seen
-        rotation = rotation_from_quaternion(body.quaternion)
+        rotation = to_rotation(body.quaternion)
         place = vector(body.position, 3, "position") + rotation @ self._offset
         seen = self._axes.T @ (place - self._origin) + np.asarray(faults.jump) + faults.noise(self.setup.position_noise)
         if faults.strike(faults.outliers):
@@ -198,23 +199,4 @@ class TrackerStream:
 
 
 def _still(pose: BodyPose) -> tuple[Array, Array]:
-    return 1e3 * vector(pose.position, 3, "position"), euler_xyz(rotation_from_quaternion(pose.quaternion))
-
-
-def rotation_from_quaternion(quaternion: ArrayLike) -> Array:
-    r"""Rotation matrix of a quaternion, :math:`R = (w^2 - u^T u) I + 2 u u^T + 2 w \hat u` after normalisation.
-
-    Args:
-        quaternion: [w, x, y, z], shape (4,), not zero.
-
-    Returns:
-        Shape (3, 3).
-
-    Raises:
-        DimensionError: if it is not four finite numbers.
-    """
-    values = vector(quaternion, 4, "quaternion")
-    w, x, y, z = values / np.linalg.norm(values)
-    u = np.array([x, y, z])
-    rotation: Array = (w * w - u @ u) * np.eye(3) + 2.0 * np.outer(u, u) + 2.0 * w * skew(u)
-    return rotation
+    return 1e3 * vector(pose.position, 3, "position"), euler_xyz(to_rotation(pose.quaternion))

@@ -59,7 +59,9 @@ class ServoEmulator(Uncopied):
     ) -> None:
         setups = [ServoSetup(servo) if isinstance(servo, int) else servo for servo in servos]
         if len({setup.servo_id for setup in setups}) != len(setups):
-            raise BackendError("two servos have one id", field="servos", given=[setup.servo_id for setup in setups])
+            raise BackendError(
+                "two servos have the same id", field="servos", given=[setup.servo_id for setup in setups]
+            )
         self.plant: ServoPlant = plant or LaggingJoints(np.zeros(len(setups)))
         self.faults = BusFaults()
         self.lock = threading.RLock()

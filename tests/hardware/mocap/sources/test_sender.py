@@ -14,7 +14,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.mocap import PoseSender
 from doorman.hardware.mocap.frames import object_angles, object_quaternion
 from doorman.hardware.mocap.packets import ObjectPacket, TrackedObject, pack, parse
-from doorman.hardware.mocap.quaternions import angle_between
+from doorman.hardware.quaternions import angle_between
 
 component = st.floats(-1.0, 1.0)
 number = st.floats(-1e4, 1e4)

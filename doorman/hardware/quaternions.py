@@ -1,8 +1,18 @@
-"""Unit quaternions (w, x, y, z) as plain numbers: for single rotations this is quicker than arrays."""
+"""Unit quaternions (w, x, y, z), which turn the body's axes into the world's, as plain numbers.
+
+For single rotations this is quicker than arrays.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.exceptions import DimensionError
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -10,7 +20,19 @@ Quaternion = tuple[float, float, float, float]
 _SINGULAR = 1.0 - 1e-12
 
 
-def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+def wrap(angle: float) -> float:
+    """The same angle in (−π, π].
+
+    Args:
+        angle: [rad].
+
+    Returns:
+        [rad].
+    """
+    return -(((-angle + math.pi) % (2.0 * math.pi)) - math.pi)
+
+
+def multiply(a: Iterable[float], b: Iterable[float]) -> Quaternion:
     """Product a b: first b, then a.
 
     Args:
@@ -27,12 +49,13 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
-def conjugate(q: Quaternion) -> Quaternion:
+def conjugate(q: Iterable[float]) -> Quaternion:
     """Inverse rotation."""
-    return (q[0], -q[1], -q[2], -q[3])
+    w, x, y, z = q
+    return (w, -x, -y, -z)
 
 
-def rotate(q: Quaternion, v: Vector) -> Vector:
+def rotate(q: Iterable[float], v: Iterable[float]) -> Vector:
     r"""Rotated vector :math:`v + 2 w (u \times v) + 2\, u \times (u \times v)` with u = (x, y, z).
 
     Args:
@@ -40,10 +63,11 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
         v: Vector.
     """
     w, x, y, z = q
-    tx = 2.0 * (y * v[2] - z * v[1])
-    ty = 2.0 * (z * v[0] - x * v[2])
-    tz = 2.0 * (x * v[1] - y * v[0])
-    return (v[0] + w * tx + y * tz - z * ty, v[1] + w * ty + z * tx - x * tz, v[2] + w * tz + x * ty - y * tx)
+    vx, vy, vz = v
+    tx = 2.0 * (y * vz - z * vy)
+    ty = 2.0 * (z * vx - x * vz)
+    tz = 2.0 * (x * vy - y * vx)
+    return (vx + w * tx + y * tz - z * ty, vy + w * ty + z * tx - x * tz, vz + w * tz + x * ty - y * tx)
 
 
 def rotation_vector(q: Quaternion) -> Vector:
@@ -67,22 +91,23 @@ def angle_between(a: Quaternion, b: Quaternion) -> float:
     return math.sqrt(x * x + y * y + z * z)
 
 
-def from_attitude(attitude: Vector) -> Quaternion:
-    r"""Quaternion of ZYX Euler angles, :math:`q_z(\psi)\, q_y(\theta)\, q_x(\phi)`.
+def from_attitude(attitude: Iterable[float]) -> Quaternion:
+    r"""Quaternion of ZYX Euler angles, :math:`q_z(\psi)\, q_y(\theta)\, q_x(\phi)`, with w ≥ 0.
 
     Args:
         attitude: Φ = (φ, θ, ψ) [rad].
     """
     cr, sr, cp, sp, cy, sy = (f(0.5 * angle) for angle in attitude for f in (math.cos, math.sin))
-    return (
+    w, x, y, z = (
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
     )
+    return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)
 
 
-def to_attitude(q: Quaternion) -> Vector:
+def to_attitude(q: Iterable[float]) -> Vector:
     """ZYX Euler angles of a quaternion; at a pitch of ±π/2, where roll and yaw are not defined apart, the roll is 0.
 
     Args:
@@ -100,3 +125,38 @@ def to_attitude(q: Quaternion) -> Vector:
         math.asin(sine),
         math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)),
     )
+
+
+def to_rotation(values: ArrayLike) -> NDArray[np.float64]:
+    """Rotation matrix of a quaternion, after normalisation.
+
+    Args:
+        values: [w, x, y, z], shape (4,), not zero.
+
+    Returns:
+        R, body to world, shape (3, 3).
+
+    Raises:
+        DimensionError: if it is not four finite numbers.
+    """
+    q = vector(values, 4, "quaternion")
+    q = (q / np.linalg.norm(q)).tolist()
+    return np.column_stack([rotate(q, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))])
+
+
+def unit_quaternion(values: ArrayLike, field_name: str, tolerance: float = 1e-2) -> Quaternion:
+    """A checked quaternion, normalised: autopilots drop others silently.
+
+    Args:
+        values: Shape (4,).
+        field_name: Name of the argument, for the error.
+        tolerance: By which the norm may differ from 1.
+
+    Raises:
+        DimensionError: if it is not four finite numbers of norm 1.
+    """
+    w, x, y, z = vector(values, 4, field_name).tolist()
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if abs(norm - 1.0) > tolerance:
+        raise DimensionError("not a unit quaternion", field=field_name, given=norm, allowed="a norm of 1")
+    return (w / norm, x / norm, y / norm, z / norm)

@@ -1,0 +1,57 @@
+r"""The vehicle's attitude loop, by one number: its lag τ behind setpoints of roll and pitch.
+
+The loop has the shape of a Pixhawk's with its default gains. Only its speed is the vehicle's:
+
+.. math::
+    \dot\omega = \kappa_r\big(\kappa_a(\phi_d - \phi) - \omega\big), \qquad
+    \kappa_a = \frac{1}{\tau}, \qquad \kappa_r = \frac{2.8}{\tau}
+
+Whole-body plans, the observer of the tilt, look-aheads, the simulated loop and the check take their numbers from here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+USUAL_LAG = 0.1
+"""Of a Pixhawk with default gains on motors with a lag of 0.03 s [s]."""
+LARGE_LAG = 0.15
+"""One that is worth a word: with PX4 and ArduPilot, contact held at 0.11 to 0.13 s and was lost at 0.2 s [s]."""
+
+
+@dataclass(frozen=True)
+class AttitudeLoop:
+    """Numbers of the loop."""
+
+    lag: float
+    """τ [s]."""
+
+    @property
+    def quickness(self) -> float:
+        """How much quicker it is than the usual one."""
+        return USUAL_LAG / self.lag
+
+    @property
+    def gain(self) -> float:
+        """κ_a: rate of roll and pitch by their error [1/s]."""
+        return 10.0 * self.quickness
+
+    @property
+    def rate_gain(self) -> float:
+        """κ_r of the rate loop with the rotors' lag: angular acceleration by the rate's error [1/s]."""
+        return 28.0 * self.quickness
+
+    @property
+    def stiffness(self) -> float:
+        """Angular acceleration with which it answers an error that stays, per radian [1/s²]."""
+        return 700.0 * self.quickness**2
+
+    @property
+    def acceleration_look_ahead(self) -> float:
+        """How much ahead of the state the acceleration that is fed forward is taken from the plan [s]."""
+        return 0.12 / self.quickness
+
+    @property
+    def look_ahead(self) -> float:
+        """The same for yaw and the force fed forward [s]."""
+        return 0.2 / self.quickness

@@ -1,0 +1,51 @@
+"""What an emulated autopilot is built as."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from doorman.exceptions import BackendError
+from doorman.rig.emulators.autopilot.dialects import DIALECTS, Dialect, Flavour
+from doorman.rig.emulators.autopilot.motors import MotorKind
+
+
+@dataclass(frozen=True)
+class Build:
+    """What no reboot changes."""
+
+    flavour: Flavour = "px4"
+    """Whose rules it follows."""
+    vision: bool = False
+    """Whether its position comes from VISION_POSITION_ESTIMATE, rather than from satellites."""
+    system_id: int = 1
+    """Its MAVLink system id."""
+    start_up: float = 22.0
+    """Until ArduPilot's gyros are calibrated [s]."""
+    heartbeat_rate: float = 1.0
+    """[1/s]."""
+    vehicle_type: int = 13
+    """MAV_TYPE; 13 is a hexarotor."""
+    hover_thrust: float = 0.4
+    """Share of the largest thrust at which the vehicle really hovers."""
+    motors: MotorKind = "linear"
+    """Whether it linearises its motors, or, with the factory's parameters, does not."""
+    pace: float = 1.0
+    """Of its clock and its plant over real time, as of simulators that run faster or slower."""
+    signing_key: bytes | None = None
+    """32 bytes; with it, unsigned messages are ignored."""
+    seed: int = 0
+    """Of noise and faults."""
+
+    def __post_init__(self) -> None:
+        if self.flavour not in DIALECTS:
+            raise BackendError("unknown autopilot", field="flavour", given=self.flavour, allowed="px4 or ardupilot")
+
+    @property
+    def dialect(self) -> Dialect:
+        """Its rules, as data."""
+        return DIALECTS[self.flavour]
+
+    @property
+    def linear(self) -> bool:
+        """Whether thrust is what it asks for, whatever the parameter says."""
+        return self.motors == "linear"

@@ -1,0 +1,62 @@
+"""The emulated autopilot's clock, and how it maps the companion's to it."""
+
+from __future__ import annotations
+
+import math
+import time
+
+_BOOT = 3.0
+"""Reading when the link comes up [s]."""
+_ANSWERS_NEEDED = 20
+"""Before PX4 trusts its mapping."""
+
+
+class Clock:
+    """The autopilot's.
+
+    Args:
+        pace: Over real time.
+    """
+
+    def __init__(self, pace: float = 1.0) -> None:
+        self.jumped = 0.0
+        """By which it has jumped since boot [s]."""
+        self._pace, self._started = pace, time.monotonic()
+
+    @property
+    def uptime(self) -> float:
+        """Since boot, by which it counts its own time-outs: that never jumps [s]."""
+        return _BOOT + (time.monotonic() - self._started) * self._pace
+
+    @property
+    def now(self) -> float:
+        """What its messages are stamped with [s]."""
+        return self.uptime + self.jumped
+
+
+class CompanionClock:
+    """Maps stamps of a companion to the autopilot's clock, the way the two autopilots do it.
+
+    Args:
+        by_timesync: By its own TIMESYNC requests (PX4), or by the least lag that was seen (ArduPilot).
+    """
+
+    def __init__(self, by_timesync: bool) -> None:
+        self.answers = 0
+        self.offset = 0.0
+        """The autopilot's clock minus the companion's [s]."""
+        self._by_timesync, self._least = by_timesync, math.inf
+
+    def answer(self, sent_ns: int, companion_ns: int, now_ns: int) -> None:
+        """An answer to our request."""
+        offset = ((sent_ns + now_ns) / 2 - companion_ns) * 1e-9
+        self.offset = offset if self.answers == 0 else 0.8 * self.offset + 0.2 * offset
+        self.answers += 1
+
+    def stamp(self, companion_us: int, now: float) -> float:
+        """Time on the autopilot's clock [s] of a companion's stamp that arrives now."""
+        stamp = companion_us * 1e-6
+        if self._by_timesync:
+            return stamp + self.offset if self.answers >= _ANSWERS_NEEDED else now
+        self._least = min(self._least + 1e-5, now - stamp)
+        return stamp + self._least

@@ -1,0 +1,55 @@
+"""Vehicles drawn by chance: what the check says of each, against geometry and statics that `random_vehicle` works out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from random_vehicle import FAULTS, RandomVehicle
+
+from doorman import simulate
+from doorman.feasibility import check
+from doorman.feasibility.geometry import geometry_findings
+from doorman.feasibility.plant import plant_findings
+from doorman.feasibility.rehearsal import DURATION, scaled
+from doorman.feasibility.report import Severity
+from doorman.feasibility.setup import setup_findings
+from doorman.model import Model
+
+DRAWS = 100
+FEW = 8
+"""That the short run looks at: one with each fault, and three without."""
+
+
+def complaints(model: Model) -> list[str]:
+    """Errors of the check that need no plan."""
+    found = [*setup_findings(model), *plant_findings(model), *geometry_findings(model, scaled(DURATION, model))]
+    return [f"{one.name}: {one.message}" for one in found if one.severity is Severity.ERROR]
+
+
+@pytest.mark.parametrize("number", [pytest.param(k, marks=[] if k < FEW else pytest.mark.slow) for k in range(DRAWS)])
+def test_the_check_is_right_without_a_plan(number: int, tmp_path: Path) -> None:
+    vehicle = RandomVehicle.drawn(number)
+    found = complaints(Model(vehicle.scenario(tmp_path)))
+    assert (not found) is vehicle.possible, (vehicle, found)
+
+
+def test_draws_are_of_all_kinds() -> None:
+    drawn = [RandomVehicle.drawn(number) for number in range(DRAWS)]
+    assert {one.rotors for one in drawn} == set(range(4, 9)) and {one.joints for one in drawn} == set(range(7))
+    assert min(one.mass for one in drawn) < 1.0 and max(one.mass for one in drawn) > 7.5
+    verdicts = [one.possible for one in drawn]
+    assert min(sum(verdicts), DRAWS - sum(verdicts)) >= 25
+    assert {one.fault for one in drawn[:FEW]} == set(FAULTS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [k for k in range(30) if RandomVehicle.drawn(k).possible])
+def test_what_is_possible_flies(number: int, tmp_path: Path) -> None:
+    """Every combination of joints and kind of rotors has kernels of its own to compile: minutes each."""
+    model = Model(RandomVehicle.drawn(number).scenario(tmp_path))
+    report = check(model)
+    assert report.possible, [finding.words for finding in report.complaints]
+    summary = simulate(model, seed=0, report=report).summary
+    assert summary is not None and summary["outcome"] == "completed" and not summary["collisions"], summary
+    assert abs(summary["final_error"]) < 2.0, summary["final_error"]
