@@ -324,7 +324,7 @@ def _planner_figures(recording: Recording) -> dict[str, Any]:
         },
         "planner_rate_hz": (len(plan.time) - 1) / span if span > 0.0 else 0.0,
         "deadline_misses": int(plan["deadline_missed"].sum()),
-        "planned_normal_force_n_min": float(plan["normal_force"].min()),
+        "planned_normal_force_n_min": float(plan["least_normal_force"].min()),
     }
 
 

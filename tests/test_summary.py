@@ -52,7 +52,7 @@ def made_up(model: Model, angles: Any, turn: float = 0.5, **changes: Any) -> Rec
         recorder.write("estimate", 0.1 * k, {"state": state, **hinge})
         names = ("solve_time", "deadline_missed", "cold")
         plan = {name: columns[name][k] for name in names}
-        recorder.write("plan", 0.1 * k, {**plan, "normal_force": [0.3 + 0.1 * k, 0.7]})
+        recorder.write("plan", 0.1 * k, {**plan, "least_normal_force": 0.3 + 0.1 * k})
     for state, message, *at in columns["phases"]:
         time = at[0] if at else 0.1 * (m - 1)
         recorder.write("mission", time, {"state": state, "message": message, "wall_time": columns["wall_time"]})

@@ -233,7 +233,7 @@ class PlanSchedule:
                 "cut_short": bool(plan.solve_time > 0.5 * order.time_limit),
                 "deadline_missed": bool(not order.cold and plan.solve_time > self.period),
                 "available_at": available_at,
-                "normal_force": answer.normal_force.astype(np.float32),
+                "least_normal_force": float(answer.normal_force.min()),
                 **_user_fields(answer.user_rows),
             },
         )

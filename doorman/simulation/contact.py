@@ -130,18 +130,19 @@ class Gripper:
         self._shapes = [(tip, leaf) for tip in tip_shapes for leaf in leaf_shapes]
         tie = mujoco.mj_name2id(engine_model, mujoco.mjtObj.mjOBJ_EQUALITY, TIE)
         self._tie = tie if tie >= 0 else None
+        self._active = data.eq_active
         self._force = force
         self.slips = 0
         """How often it was torn off the leaf."""
         self._slipped = False
         if self.closed and not closes:
-            data.eq_active[self._tie] = False
+            self._active[self._tie] = False
         self._model.pair_margin[:] = -_NO_CONTACT if self.closed else 0.0
 
     @property
     def closed(self) -> bool:
         """Whether the tip is tied to the leaf."""
-        return self._tie is not None and bool(self._data.eq_active[self._tie])
+        return self._tie is not None and bool(self._active[self._tie])
 
     def set(self, closed: bool) -> None:
         """Close or open; a gripper too far from the leaf closes on nothing, one that cannot close never does.
@@ -183,7 +184,7 @@ class Gripper:
             self._slipped, self.slips = True, self.slips + 1
 
     def _tie_up(self, closed: bool) -> None:
-        self._data.eq_active[self._tie] = closed
+        self._active[self._tie] = closed
         self._model.pair_margin[:] = -_NO_CONTACT if closed else 0.0
 
 

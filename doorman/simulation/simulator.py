@@ -184,26 +184,26 @@ class Simulator(Uncopied):
         plant, state, tip = self.plant, _sealed(self._state.copy()), _sealed(self._tip.copy())
         _, _, _, normal_force, max_pull, max_push = tip.tolist()
         position, velocity, attitude, body_rates, arm_angles, arm_rates, thrusts = [state[part] for part in self._parts]
-        force = tip[:3]
+        force, closed, door, engine = tip[:3], self._gripper.closed, plant.hinge, self._own.engine
         return Truth(
             time=self.time,
             position=position,
             velocity=velocity,
             attitude=attitude,
             body_rates=body_rates,
-            door_angle=plant.door_angle,
-            door_rate=plant.door_rate,
+            door_angle=door.angle_of_joint(engine.qpos.item(plant.hinge_position)),
+            door_rate=door.joint_rate(engine.qvel.item(plant.hinge_velocity)),
             arm_angles=arm_angles,
             arm_rates=arm_rates,
             tip_force=force,
             tip_normal_force=normal_force,
-            touching=self._gripper.closed or max(map(abs, force.tolist())) > TOUCH,
+            touching=closed or max(map(abs, force.tolist())) > TOUCH,
             max_pull=max_pull,
             collisions=self._collisions,
             collision_pairs=self._pair_names(),
             rotor_thrusts=thrusts,
             max_push=max_push,
-            gripping=self._gripper.closed,
+            gripping=closed,
             grip_slips=self._gripper.slips,
             outer_force=self._outer_force,
         )

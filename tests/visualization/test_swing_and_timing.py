@@ -77,7 +77,7 @@ def test_the_histogram_has_the_quantiles_of_the_summary(model, cold):
     times = [0.02, 0.001, 0.002, 0.03, 0.004, 0.0005]
     recorder = Recorder(None, {})
     for k, time in enumerate(times):
-        fields = {"solve_time": time, "deadline_missed": False, "cold": k in cold, "normal_force": [0.0]}
+        fields = {"solve_time": time, "deadline_missed": False, "cold": k in cold, "least_normal_force": 0.0}
         recorder.write("plan", 0.01 * k, fields)
     recording = recorder.recording()
     figures = _planner_figures(recording)["planner_ms"]
