@@ -71,6 +71,11 @@ def test_a_tip_that_pushes_and_a_map_that_is_trusted_say_nothing() -> None:
         assert not located(model, (0.03, 0.0), 0.02).offset.any()
 
 
+def test_a_leaf_that_starts_open_says_nothing() -> None:
+    locator = located(model_of("close"), (0.0, 0.0), 0.02)  # as a leaf that the tip has moved
+    assert not locator.offset.any() and locator.heading(0.0) == 0.0
+
+
 def test_what_is_seen_and_told_is_turned_back_in_the_map() -> None:
     model = model_of()
     locator = located(model, (0.03, -0.02), 0.03)
