@@ -25,15 +25,21 @@ def model() -> Model:
 
 
 @pytest.fixture(scope="module")
-def paper() -> Recording:
-    """The paper's task from hover to hover."""
-    return simulate(Scenario.load("paper"), seed=0)
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the flights below are recorded."""
+    return tmp_path_factory.mktemp("flights")
 
 
 @pytest.fixture(scope="module")
-def pushed() -> Recording:
+def paper(folder: Path) -> Recording:
+    """The paper's task from hover to hover."""
+    return simulate(Scenario.load("paper"), seed=0, path=folder / "paper.mcap")
+
+
+@pytest.fixture(scope="module")
+def pushed(folder: Path) -> Recording:
     """The same with a tip that can only push, on a hinge that the planner does not know."""
-    return simulate(Scenario.load("push"), seed=0)
+    return simulate(Scenario.load("push"), seed=0, path=folder / "pushed.mcap")
 
 
 def test_the_papers_door_is_opened(paper: Recording) -> None:
@@ -49,6 +55,12 @@ def test_the_papers_door_is_opened(paper: Recording) -> None:
     assert summary["door_angle_estimate_error_deg_max"] < 1.0
     assert summary["planner_rate_hz"] == pytest.approx(100.0, rel=0.01)
     assert (summary["outcome"], summary["reason"]) == ("completed", "")
+
+
+@pytest.mark.parametrize("kind", ["paper", "pushed"])
+def test_a_minute_is_recorded_in_twenty_megabytes(kind: str, folder: Path, request: pytest.FixtureRequest) -> None:
+    minutes = request.getfixturevalue(kind)["truth"].time[-1] / 60.0
+    assert (folder / f"{kind}.mcap").stat().st_size < 20e6 * minutes
 
 
 PHASES = ["hover", "approach", "touch", "open", "release", "retreat", "done", "end"]
