@@ -6,7 +6,7 @@ A point of the leaf goes round the true hinge. With h, the hinge's offset from t
 
 The leaf is turned about the hinge by as much as it stood off its angle where the tip met it closed. From there on measurements
 are seen as if the door stood where the map has it, and commands are turned back: what plans and decides knows no other door.
-A tip that only pushes creeps on the leaf, and says nothing; a leaf that starts open gives way to the tip, and says nothing either.
+A tip that only pushes creeps on the leaf, and says nothing. Neither does a leaf that starts open: it gives way to the tip.
 """
 
 from __future__ import annotations
