@@ -236,7 +236,7 @@ def test_unplugged_port_is_gone_and_comes_back_at_its_link(make_emulator, tmp_pa
 
 
 def test_misuse_is_refused():
-    with pytest.raises(BackendError, match="one id"):
+    with pytest.raises(BackendError, match="same id"):
         ServoEmulator((1, 1))
     emulator = ServoEmulator((1, 2))
     with pytest.raises(BackendError, match="not plugged in"):
