@@ -10,7 +10,7 @@ import pytest
 from doorman import Model, Planner, Scenario
 from doorman.control.disturbance_observer import DisturbanceObserver
 from doorman.control.door_observer import DoorObserver
-from doorman.control.state_converter import StateConverter
+from doorman.control.state_converter import StateConverter, look_aheads
 
 STEP = 0.002
 
@@ -87,7 +87,8 @@ def test_each_part_is_taken_as_much_later_as_its_loop_lags(model: Model, kind: s
     plan, control = planner.plan(model.start_state), model.scenario.control
     converter, now = StateConverter(model), 0.1
     found = converter.setpoint(plan, now, plan.states[5, 5:])
-    node = round((now + getattr(control, f"{kind}_look_ahead")) / plan.time_step)
+    ahead = {"position": control.position_look_ahead, "attitude": look_aheads(model)[1], "arm": control.arm_look_ahead}
+    node = round((now + ahead[kind]) / plan.time_step)
     state, inputs = plan.states[node], plan.inputs[node]
     if kind == "position":
         motion = model.coupling.vehicle_motion(state, inputs[1:4], inputs[4:])

@@ -39,7 +39,7 @@ BAD: list[tuple[str, str, dict[str, Any]]] = [
     ("room at the touch", "push", {**PAPER_ARMS, **LEVEL, "start.door_angle": math.radians(58.0)}),
     ("room to let go", "paper", HALF_OPEN),
     ("thrust reserve", "paper", {"vehicle.max_thrust": 38.5}),
-    ("simulated hinge", "push", {"simulation.door_friction": 3.0}),
+    ("simulated hinge", "push", {"simulation.door_friction": 9.0}),
     ("height in the doorway", "paper", {**PAPER_ARMS, "contact.height": 1.44}),
     ("inertias", "paper", {"vehicle.urdf": "thin.urdf"}),
     ("magnitudes", "paper", {"door.urdf": "grams.urdf"}),

@@ -11,7 +11,7 @@ from doorman import Model, Planner, Scenario
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DoormanError
 from doorman.mission.opening import Opening
-from doorman.mission.schedule import PlanSchedule
+from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder
 
@@ -65,53 +65,53 @@ def answered(schedule: PlanSchedule) -> None:
 
 def test_the_controller_goes_on_while_a_plan_is_made(model: Model, schedule: PlanSchedule) -> None:
     for k in range(20):  # would wait for ever if it waited at all
-        assert schedule.update(0.005 * k, model.start_state, FREE) is None
+        assert schedule.update(0.005 * k, lambda: Wanted(model.start_state, FREE)) is None
     assert schedule.overdue(0.095) == pytest.approx(0.095)
     schedule.planner.let.release()
     answered(schedule)
-    current = schedule.update(0.1, model.start_state, FREE)
+    current = schedule.update(0.1, lambda: Wanted(model.start_state, FREE))
     assert current is not None and (current.start, current.available_at) == (0.0, 0.1)
     for k in range(21, 40):
-        assert schedule.update(0.005 * k, model.start_state, FREE) is current
+        assert schedule.update(0.005 * k, lambda: Wanted(model.start_state, FREE)) is current
     schedule.planner.let.release()
     answered(schedule)
-    newer = schedule.update(0.2, model.start_state, FREE)
+    newer = schedule.update(0.2, lambda: Wanted(model.start_state, FREE))
     assert newer is not None and newer.start == pytest.approx(0.1), "begun at the tick at which the first one came"
     assert set(schedule.planner.threads) == {schedule._thread._thread}
     assert schedule.recorder.recording()["plan"]["cold"].tolist() == [True, False]
 
 
 def test_a_plan_from_before_it_forgot_is_not_followed(model: Model, schedule: PlanSchedule) -> None:
-    schedule.update(0.0, model.start_state, FREE)
+    schedule.update(0.0, lambda: Wanted(model.start_state, FREE))
     schedule.forget()
     schedule.planner.let.release()
     answered(schedule)
-    assert schedule.update(0.01, model.start_state, FREE) is None
+    assert schedule.update(0.01, lambda: Wanted(model.start_state, FREE)) is None
     schedule.planner.let.release()
     answered(schedule)
-    current = schedule.update(0.02, model.start_state, FREE)
+    current = schedule.update(0.02, lambda: Wanted(model.start_state, FREE))
     assert current is not None and current.start == pytest.approx(0.01)
     assert schedule.recorder.recording()["plan"]["cold"].tolist() == [True, True]
 
 
 def test_what_the_planner_raises_the_controller_hears(model: Model, schedule: PlanSchedule) -> None:
     schedule.planner.error = "made up"
-    schedule.update(0.0, model.start_state, FREE)
+    schedule.update(0.0, lambda: Wanted(model.start_state, FREE))
     schedule.planner.let.release()
     answered(schedule)
     with pytest.raises(DoormanError, match="made up"):
-        schedule.update(0.005, model.start_state, FREE)
+        schedule.update(0.005, lambda: Wanted(model.start_state, FREE))
 
 
 def test_plans_are_the_same_in_either_thread(model: Model, schedule: PlanSchedule) -> None:
     here = PlanSchedule(Planner(model), 0, Recorder(None, {}))
     for k in range(4):
         now = 0.01 * k
-        schedule.update(now, model.start_state, FREE._replace(disturbance=-0.3))
+        schedule.update(now, lambda: Wanted(model.start_state, FREE._replace(disturbance=-0.3)))
         schedule.planner.let.release()
         answered(schedule)
-        here.update(now, model.start_state, FREE._replace(disturbance=-0.3))
-    schedule.update(0.04, model.start_state, FREE._replace(disturbance=-0.3))
+        here.update(now, lambda: Wanted(model.start_state, FREE._replace(disturbance=-0.3)))
+    schedule.update(0.04, lambda: Wanted(model.start_state, FREE._replace(disturbance=-0.3)))
     made, wanted = (one.recorder.recording()["plan"]["states"] for one in (schedule, here))
     assert (made == wanted).all()
 
@@ -122,7 +122,7 @@ def test_a_silent_planner_ends_the_opening(model: Model, schedule: PlanSchedule)
 
     opening = Opening(model, StateConverter(model), schedule)
     opening.resume(0.0, 0.0)
-    schedule.update(0.0, model.start_state, FREE)
+    schedule.update(0.0, lambda: Wanted(model.start_state, FREE))
     Seen.time = 0.4
     assert opening.stuck(Seen) == ""  # type: ignore[arg-type]
     Seen.time = 0.6

@@ -372,11 +372,9 @@ def test_changing_doors_and_cold_plans_are_replayed(planner):
         for k, (disturbance, inertia, damping) in enumerate(zip(told, inertias, dampings, strict=True)):
             if k == 3:
                 schedule.forget()
-            schedule.update(
-                schedule.period * k,
-                planner.planning.start_state,
-                Hinge(0.0, disturbance, inertia, damping, 0.5 * damping),
-            )
+            hinge = Hinge(0.0, disturbance, inertia, damping, 0.5 * damping)
+            wanted = Wanted(planner.planning.start_state, hinge)
+            schedule.update(schedule.period * k, lambda wanted=wanted: wanted)
         recording = recorder.recording()
     assert recording["plan"]["hinge"][:, 1:4].T.tolist() == [told, inertias, dampings]
     assert recording["plan"]["cold"].tolist() == [True, False, False, True, False, False]
