@@ -82,12 +82,12 @@ def test_a_gripper_that_never_closes_is_noticed() -> None:
     assert np.degrees(recording["truth"]["door_angle"]).min() > 85.0
 
 
-def test_a_mission_in_contact_whose_gripper_never_closes_notices_it_or_opens_the_door() -> None:
-    """It makes no tug: as long as the tip pushes, the door cannot tell it from one that holds."""
-    recording, mission = flown(scenario="paper", simulation__gripper_closes=False, mission__start="contact")
+def test_a_mission_in_contact_whose_gripper_never_closes_is_no_success() -> None:
+    """It makes no tug, and may not notice: the leaf swings on, and the summary asks the truth."""
+    recording, _ = flown(scenario="paper", simulation__gripper_closes=False, mission__start="contact")
     summary = recording.summary
-    assert summary is not None and summary["collisions"] == 0
-    assert mission.outcome == (summary["opened"], "" if summary["opened"] else "the gripper does not hold the leaf")
+    assert summary is not None and summary["collisions"] == 0 and summary["outcome"] in ("given up", "goal missed")
+    assert summary["true_causes"] == ["the gripper never closed"] and not judge(summary).success
 
 
 def slipped_and_noticed(**keys: float) -> tuple[float, float, Recording]:

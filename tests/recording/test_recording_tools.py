@@ -24,6 +24,7 @@ from doorman.exceptions import DoormanError, RecordingError
 from doorman.flown import carried_files, recorded_header, recorded_scenario
 from doorman.kinematics.mesh_paths import mesh_file
 from doorman.mission import PlanSchedule, simulate
+from doorman.mission.schedule import Wanted
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 from doorman.planning.planner import Planner
