@@ -110,7 +110,7 @@ class Swing(DoorOpening):
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):
             return ""
         if self._is_past(estimate):
-            return f"the leaf has gone past the goal, to {angle}"
+            return f"the leaf has gone past the goal, to {self._model.door.in_words(estimate.door_angle)}"
         return self._does_not_move(estimate, max(0.0, self._model.coupling.lever_length * estimate.push))
 
     def _is_past(self, estimate: Estimate) -> bool:
