@@ -345,3 +345,11 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
         assert not leaf.hits_the_rotors(flying(0.04, 0.2, door_rate=away), searching), "the leaf swings away as fast"
         assert not leaf.hits_the_rotors(flying(0.02, 0.2, touching=True), searching), "the tip keeps it off"
         assert leaf.hits_the_rotors(flying(0.01, 0.0, touching=True), searching)
+
+
+def test_a_leaf_that_stays_past_the_goal_is_told_with_its_angle(model: Model, swing: Swing) -> None:
+    estimate = hovering(model, 0.0, 1.0, 0.1)[-1]
+    past = model.on_the_way(float(model.goal_state[3])) - np.array([0.0, 0.0, 0.0, 0.2, *np.zeros(model.n_arm + 1)])
+    swing.resume(estimate.time, 0.5)
+    later = replace(estimate, state=past, time=estimate.time + 60.0)
+    assert "past the goal, to 8.5" in swing.stuck(later)
