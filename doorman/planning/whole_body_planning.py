@@ -82,7 +82,9 @@ class WholeBodyPlanning:
         touching = force > 0.5 * self._resting
         pushes = force * self.model.door.normal(joint)
         turned = turned_by(self.model, start[3:6], start[14:], pushes) if touching else np.zeros(2)
-        side = (rotation_body_to_world(start[3:6]).T @ pushes)[:2]
+        side = {}
+        if self.model.actuation.fully:
+            side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ pushes)[:2]}
         rate = numbers.one("reference.opening_speed")
         lever = self.model.coupling.lever_length
         known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
@@ -93,7 +95,7 @@ class WholeBodyPlanning:
                 "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
                 "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
                 "reference.turned": turned,
-                **({"actuation.side": side} if self.model.actuation.fully else {}),
+                **side,
             }
         )  # fmt: skip
 
