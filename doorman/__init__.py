@@ -6,8 +6,9 @@ itself loads nothing.
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING
+
+from doorman.lazy_names import lazy_names
 
 if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.campaign.batch import simulate_batch
@@ -27,18 +28,18 @@ __all__ = [
 __version__ = "0.2.0"
 
 _MODULES = {
-    "Constraint": "doorman.ocp.problem.terms",
-    "Cost": "doorman.ocp.problem.terms",
-    "DoormanError": "doorman.exceptions",
-    "Model": "doorman.model",
-    "Plan": "doorman.planning.planner",
-    "PlanStatus": "doorman.ocp.solvers.solution",
-    "Planner": "doorman.planning.planner",
-    "Recording": "doorman.recording",
-    "Residual": "doorman.ocp.problem.terms",
-    "Scenario": "doorman.scenario",
-    "simulate": "doorman.mission",
-    "simulate_batch": "doorman.campaign.batch",
+    "Constraint": "ocp.problem.terms",
+    "Cost": "ocp.problem.terms",
+    "DoormanError": "exceptions",
+    "Model": "model",
+    "Plan": "planning.planner",
+    "PlanStatus": "ocp.solvers.solution",
+    "Planner": "planning.planner",
+    "Recording": "recording",
+    "Residual": "ocp.problem.terms",
+    "Scenario": "scenario",
+    "simulate": "mission",
+    "simulate_batch": "campaign.batch",
 }
 
 _PACKAGES = (
@@ -48,16 +49,4 @@ _PACKAGES = (
 )  # fmt: skip
 
 if not TYPE_CHECKING:  # a type checker would take any name for granted
-
-    def __getattr__(name: str) -> object:
-        if name in _PACKAGES:
-            return importlib.import_module(f"{__name__}.{name}")  # which makes it an attribute of this one
-        if name not in _MODULES:
-            raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
-        value = getattr(importlib.import_module(_MODULES[name]), name)
-        globals()[name] = value
-        return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__, *_PACKAGES})
+    __getattr__, __dir__ = lazy_names(__name__, _MODULES, _PACKAGES)

@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from doorman.exceptions import RecordingError
-from doorman.kinematics.meshes import portable_files
+from doorman.kinematics.urdf.meshes import portable_files
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario

@@ -13,16 +13,16 @@ from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.surroundings import Surroundings
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
-from doorman.kinematics.actuation import actuation_of
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
-from doorman.kinematics.read_door import read_door, read_travel
+from doorman.kinematics.doors.reading import read_door, read_travel
+from doorman.kinematics.doors.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.true_door import TrueDoor, is_another
-from doorman.kinematics.urdf import frozen
-from doorman.kinematics.vehicle import GRAVITY as GRAVITY
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.vehicles.actuation import actuation_of
+from doorman.kinematics.vehicles.vehicle import GRAVITY as GRAVITY
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.proposal import propose, start_arm
 from doorman.scenario import Scenario
 from doorman.scenario.sized import sized

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from doorman.collision.scene import CollisionScene
 from doorman.exceptions import RecordingError
 from doorman.flown_constraints import flown_constraints
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording

@@ -19,8 +19,8 @@ from urdf_variants import DOOR, VEHICLE
 
 import doorman
 from doorman.exceptions import DoormanError
-from doorman.kinematics.door import Door
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import Scenario
 
 LONGEST = 5.0

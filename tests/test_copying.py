@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 import doorman
 from doorman import Model, Planner, Scenario
 from doorman.collision.scene import CollisionScene
-from doorman.control.door_filter import DoorFilter
+from doorman.control.estimation.door_filter import DoorFilter
 from doorman.copying import Uncopied
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import SolverError

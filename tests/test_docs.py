@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 import doorman
 from doorman.cli import app
-from doorman.cli.open_door import RUN_FILES
+from doorman.cli.simulated.open_door import RUN_FILES
 from doorman.hardware.vehicle_file import VehicleFile
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario

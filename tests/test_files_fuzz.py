@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from files_fuzz import READERS, fuzz
 
-from doorman.kinematics import urdf_structure
+from doorman.kinematics.urdf import structure as urdf_structure
 
 
 def test_damaged_files_are_read_or_refused(tmp_path: Path) -> None:

@@ -14,8 +14,8 @@ import pytest
 from urdf_variants import DOOR, VEHICLE, write_door, write_edited
 
 import doorman
-from doorman.kinematics.urdf import load_description
-from doorman.kinematics.urdf_elements import read_boxes, read_joints
+from doorman.kinematics.urdf.elements import read_boxes, read_joints
+from doorman.kinematics.urdf.robot import load_description
 
 ROOT = Path(__file__).parent.parent
 
@@ -46,15 +46,15 @@ print(json.dumps({{"compiled": compiled, "counted": kernel_counts().compiled, "l
 """
 FLIGHT = """
 from pathlib import Path
-from doorman.cli.open_door import open_door
+from doorman.cli.simulated.open_door import open_door
 open_door("paper", [], Path("run"), 0.1, 0, False, None, True)
 """
 CHECK = """
-from doorman.cli.check import check_scenario
+from doorman.cli.simulated.check import check_scenario
 assert check_scenario("paper", [], True) == 0
 """
 WARMUP = """
-from doorman.cli.warmup import warm_up
+from doorman.cli.simulated.warmup import warm_up
 assert warm_up(["paper"], [], True) == 0
 """
 

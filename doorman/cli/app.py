@@ -13,14 +13,14 @@ from typing import Annotated
 
 import typer
 
-from doorman.cli import panels
 from doorman.cli.arguments import FeedPort, Settings, Source, Sources, Vehicle
-from doorman.cli.campaign_command import add_campaign_command
-from doorman.cli.run_commands import add_run_commands
-from doorman.cli.setup_commands import add_setup_commands
-from doorman.cli.streams import lost_stream, steady_streams
-from doorman.cli.vehicle_commands import add_vehicle_commands
-from doorman.cli.vehicle_file_commands import add_vehicle_file_commands
+from doorman.cli.recordings.commands import add_run_commands
+from doorman.cli.setup.commands import add_setup_commands
+from doorman.cli.simulated.campaign_command import add_campaign_command
+from doorman.cli.terminal import panels
+from doorman.cli.terminal.streams import lost_stream, steady_streams
+from doorman.cli.vehicles.commands import add_vehicle_commands
+from doorman.cli.vehicles.file_commands import add_vehicle_file_commands
 from doorman.exceptions import DoormanError, how_to_install
 
 BAD_INPUT = 2
@@ -127,7 +127,7 @@ def check_command(
     """
 
     def command() -> int:
-        from doorman.cli.check import check_scenario
+        from doorman.cli.simulated.check import check_scenario
 
         return check_scenario(scenario, settings or [], as_json, audit, vehicle)
 
@@ -153,7 +153,7 @@ def warmup_command(
     """
 
     def command() -> int:
-        from doorman.cli.warmup import warm_up
+        from doorman.cli.simulated.warmup import warm_up
 
         return warm_up(scenarios or [], settings or [], as_json, vehicle)
 
@@ -205,7 +205,7 @@ def open_command(
     """
 
     def command() -> int:
-        from doorman.cli.open_door import open_door
+        from doorman.cli.simulated.open_door import open_door
 
         return open_door(
             scenario,

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import numbers, vector
 from doorman.collision.shapes import Shape, read_shapes
 from doorman.exceptions import DimensionError, UrdfError
-from doorman.kinematics.door import Door
-from doorman.kinematics.urdf_shapes import link_name, read_parents
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf.shapes import link_name, read_parents
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.one_line import OneLine
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ import fcl
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.mesh_hull import convex_hull
-from doorman.kinematics.urdf import frozen
-from doorman.kinematics.urdf_shapes import UrdfShape, read_collisions
+from doorman.kinematics.urdf.mesh_hull import convex_hull
+from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.vehicle_observer import AT_THE_ORIGIN
+from doorman.control.observers.vehicle_observer import AT_THE_ORIGIN
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]

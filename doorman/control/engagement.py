@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from doorman.kinematics.balance import balance_of
+from doorman.kinematics.vehicles.balance import balance_of
 from doorman.model import GRAVITY, Model
 
 _LEAST_SHARE = 0.2

@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.disturbance_observer import DisturbanceObserver
 from doorman.control.kernels.control_step import ACTING, FREE, GIVEN, MEMORY, wanted_force
-from doorman.kinematics.actuation import Actuation, TiltedThrust
-from doorman.kinematics.actuation import attitude_of_force as attitude_of_force
-from doorman.kinematics.actuation import saturate as saturate
+from doorman.control.observers.disturbance_observer import DisturbanceObserver
+from doorman.kinematics.vehicles.actuation import Actuation, TiltedThrust
+from doorman.kinematics.vehicles.actuation import attitude_of_force as attitude_of_force
+from doorman.kinematics.vehicles.actuation import saturate as saturate
 from doorman.one_line import OneLine
 from doorman.scenario import ControlSection
 

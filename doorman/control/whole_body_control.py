@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.leaf_estimator import LeafEstimate
-from doorman.control.tilt_observer import TiltObserver
+from doorman.control.estimation.leaf_estimator import LeafEstimate
+from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Plan
-from doorman.planning.whole_body_problem import (
+from doorman.planning.whole_body.problem import (
     depth_of,
     scale_of,
     stick_place,
@@ -25,7 +25,7 @@ from doorman.planning.whole_body_problem import (
     whole_body_numbers,
     whole_body_state,
 )  # fmt: skip
-from doorman.planning.whole_body_references import at_the_leaf
+from doorman.planning.whole_body.references import at_the_leaf
 from doorman.signals import Command
 
 Array = NDArray[np.float64]

@@ -27,11 +27,11 @@ from typing import Any
 import casadi as ca
 
 from doorman.dynamics.small_matrices import inverse_of_symmetric
-from doorman.kinematics.arm_pattern import ArmPattern
-from doorman.kinematics.body_symbols import symmetric
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates, euler_rates
 from doorman.kinematics.task import Task
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.body_symbols import symmetric
 
 
 class LagrangianTask(Task):

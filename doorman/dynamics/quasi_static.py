@@ -15,10 +15,10 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import euler_rates
 from doorman.kinematics.task import Task
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 
 
 class QuasiStaticTask(Task):

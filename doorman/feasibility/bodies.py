@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.feasibility.report import Finding, graded
-from doorman.kinematics.urdf_shapes import read_collisions
-from doorman.kinematics.urdf_structure import check_structure
+from doorman.kinematics.urdf.shapes import read_collisions
+from doorman.kinematics.urdf.structure import check_structure
 from doorman.model import Model
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.pose_age import oldest_pose
+from doorman.control.estimation.pose_age import oldest_pose
 from doorman.control.state_converter import look_aheads
 from doorman.dynamics.attitude_loop import LARGE_LAG
 from doorman.feasibility.bodies import body_findings

@@ -6,7 +6,7 @@ import math
 
 from doorman.feasibility.geometry import force_needed
 from doorman.feasibility.report import Finding, Severity
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.model import Model
 from doorman.planning.limits import largest_push
 

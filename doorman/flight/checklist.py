@@ -12,8 +12,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.estimation.pose_age import oldest_pose
 from doorman.control.passage import Passage, has_doorway
-from doorman.control.pose_age import oldest_pose
 from doorman.feasibility import Finding, Report
 from doorman.flight.way_back import out_of_the_doorway
 from doorman.hardware.dynamixel import ServoFault

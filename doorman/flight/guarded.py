@@ -11,7 +11,7 @@ from enum import Enum
 
 import numpy as np
 
-from doorman.control.pose_age import oldest_pose
+from doorman.control.estimation.pose_age import oldest_pose
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
 from doorman.flight.checklist import Verdict, judge_age

@@ -8,7 +8,7 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Autopilot, PositionSetpoint
-from doorman.hardware.pixhawk.thrust_slope import Slope
+from doorman.hardware.pixhawk.thrust.slope import Slope
 
 _HOVER_TIME = 2.0
 """For which the thrust in hover is measured [s]."""

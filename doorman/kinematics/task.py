@@ -17,12 +17,12 @@ from typing import Any, NoReturn
 
 import casadi as ca
 
-from doorman.kinematics.arm_pattern import ArmPattern
-from doorman.kinematics.body_symbols import SymbolicBodies
-from doorman.kinematics.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
+from doorman.kinematics.doors.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
-from doorman.kinematics.vehicle import GRAVITY
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
+from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.ocp.symbolic_model import SymbolicModel
 
 

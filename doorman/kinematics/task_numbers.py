@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from doorman.kinematics.arm_pattern import ArmPattern
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
 def task_numbers(vehicle: Vehicle, door: Door, distance_from_hinge: float, height: float) -> Numbers:

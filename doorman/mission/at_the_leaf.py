@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.mission.motion import arm_rates_to

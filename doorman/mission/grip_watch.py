@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.model import GRAVITY, Model
 
 TUG = 0.05

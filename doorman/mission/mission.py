@@ -10,12 +10,12 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from doorman.control.door_locator import DoorLocator
 from doorman.control.engagement import Engagement
-from doorman.control.estimator import Estimate, Estimator, Tie
-from doorman.control.lift_scale import LiftScale
+from doorman.control.estimation.door_locator import DoorLocator
+from doorman.control.estimation.estimator import Estimate, Estimator, Tie
+from doorman.control.estimation.lift_scale import LiftScale
+from doorman.control.estimation.present import present_attitude
 from doorman.control.position_controller import PositionController, Setpoint, Thrust
-from doorman.control.present import present_attitude
 from doorman.control.push_limit import limited
 from doorman.control.state_converter import StateConverter
 from doorman.copying import Uncopied

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.mission.since import since
 from doorman.model import Model
 

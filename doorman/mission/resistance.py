@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.mission.progress import NEARLY, SLOW, Progress
 from doorman.model import Model
 from doorman.planning.hinge import Hinge

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.control.way_out import in_the_doorway

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.model import GRAVITY
 
 _THROWN_BACK = 0.4

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.door_opening import HEADING_LOST, DoorOpening

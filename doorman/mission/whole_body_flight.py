@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimator import Estimate
-from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
+from doorman.control.estimation.estimator import Estimate
+from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.control.whole_body_control import WholeBodyController
 from doorman.mission.schedule import PlanSchedule, Wanted

@@ -5,8 +5,9 @@ A name brings in its module when it is first asked for: `SymbolicModel` alone br
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING
+
+from doorman.lazy_names import lazy_names
 
 if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.ocp.kernels import functions as functions
@@ -51,14 +52,4 @@ _MODULES = {
 }
 
 if not TYPE_CHECKING:  # a type checker would take any name for granted
-
-    def __getattr__(name: str) -> object:
-        if name not in _MODULES:
-            raise AttributeError(f"module '{__name__}' has no attribute '{name}'", name=name)
-        value = getattr(importlib.import_module(f"{__name__}.{_MODULES[name]}"), name)
-        globals()[name] = value
-        return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    __getattr__, __dir__ = lazy_names(__name__, _MODULES)

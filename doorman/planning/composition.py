@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from doorman.exceptions import SolverError
-from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 from doorman.model import Model
 from doorman.ocp.kernels.printed_problem import kept_text
 from doorman.ocp.problem.columns import column

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.surroundings import Surroundings
-from doorman.kinematics.arm_pattern import ArmPattern
-from doorman.kinematics.balance import balance_numbers
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.model import GRAVITY, Model
 from doorman.ocp.kernels.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost

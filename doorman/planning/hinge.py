@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 
 
 class Hinge(NamedTuple):

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix
-from doorman.kinematics.urdf import frozen
+from doorman.kinematics.urdf.robot import frozen
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions

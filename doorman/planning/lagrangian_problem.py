@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from doorman.collision.surroundings import Surroundings
 from doorman.dynamics.lagrangian_model import LagrangianModel, inertia_numbers
-from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 from doorman.model import Model
 from doorman.ocp.kernels.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.actuation import LEVEL
+from doorman.kinematics.vehicles.actuation import LEVEL
 from doorman.model import GRAVITY, Model
 from doorman.ocp.problem.problem import Bounds
 

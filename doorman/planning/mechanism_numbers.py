@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from doorman.kinematics.vehicle import GRAVITY
+from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.model import Model
 
 

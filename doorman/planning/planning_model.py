@@ -17,7 +17,7 @@ from doorman.planning.composition import NO_EXTRAS, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_planning import LagrangianPlanning
 from doorman.planning.quasi_static_planning import QuasiStaticPlanning
-from doorman.planning.whole_body_planning import WholeBodyPlanning
+from doorman.planning.whole_body.planning import WholeBodyPlanning
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.coupling import BESIDE
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.postures.room import Room
 from doorman.postures.search import YAW
 from doorman.scenario import GoalSection, Scenario, StartSection

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
-from doorman.kinematics.door import Door
-from doorman.kinematics.travel import Travel
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.travel import Travel
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
 from doorman.postures.room import Room
 from doorman.postures.search import YAW, Found, different, joint_bounds, local_optima, pinned, widest

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.surroundings import JAMBS
-from doorman.kinematics.balance import balance_of
 from doorman.kinematics.coupling import BESIDE
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.balance import balance_of
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.minimax import minimise_largest
 from doorman.postures.room import Room
 

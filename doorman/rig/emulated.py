@@ -14,9 +14,9 @@ from typing import Any, Literal, cast
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
-from doorman.hardware.dynamixel.registers import BAUD_CODES
+from doorman.hardware.dynamixel.wire.registers import BAUD_CODES
 from doorman.hardware.mocap import MocapConfig
-from doorman.hardware.pixhawk.signing import load_key
+from doorman.hardware.pixhawk.wire.signing import load_key
 from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
@@ -32,7 +32,7 @@ from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.px4_sitl import Px4Sitl, simulator_port
 from doorman.rig.rotor_pilot import RotorPilot
-from doorman.simulation.rotors import rotor_layout
+from doorman.simulation.plant.rotors import rotor_layout
 
 AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]
 """An emulated autopilot that follows the rules of PX4 or of ArduPilot, or the own code of one of them."""

@@ -18,7 +18,7 @@ from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.landing_gear import LandingGear
 from doorman.rig.rotor_pilot import RotorPilot
-from doorman.simulation.engine import engine
+from doorman.simulation.plant.engine import engine
 from doorman.simulation.simulator import Disturbance, Simulator
 from doorman.simulation.truth import Truth
 

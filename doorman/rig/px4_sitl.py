@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.frames import flu_to_frd
-from doorman.hardware.pixhawk.messages import mavlink
+from doorman.hardware.pixhawk.wire.frames import flu_to_frd
+from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.rig.emulators.autopilot.motors import MotorKind
 from doorman.rig.rotor_pilot import listener, specific_force
-from doorman.simulation.rotors import RotorLayout
+from doorman.simulation.plant.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]

@@ -10,9 +10,9 @@ from doorman.exceptions import BackendError, DimensionError
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.model import Model
 from doorman.recording import Recorder
-from doorman.simulation.attitude_loop import AttitudeGains
 from doorman.simulation.gusts import Gust, together
 from doorman.simulation.hand import Hand
+from doorman.simulation.plant.attitude_loop import AttitudeGains
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth

@@ -23,7 +23,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.scenario import GustSection
 from doorman.simulation.reality.jumps import Jumps
 from doorman.simulation.simulator import Disturbance

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf import frozen
-from doorman.kinematics.urdf_shapes import UrdfShape, read_visuals
-from doorman.kinematics.urdf_structure import check_structure
+from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.urdf.shapes import UrdfShape, read_visuals
+from doorman.kinematics.urdf.structure import check_structure
 
 Array = NDArray[np.float64]
 Kind: TypeAlias = Literal["box", "cylinder", "sphere"]

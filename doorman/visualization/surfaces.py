@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.urdf_shapes import link_name
+from doorman.kinematics.urdf.shapes import link_name
 from doorman.model import Model
 from doorman.visualization.moments import Moment
 from doorman.visualization.shapes import VisualShape

@@ -9,8 +9,8 @@ import threading
 import time
 from typing import TextIO
 
-from doorman.cli import background_printer
-from doorman.cli.background_printer import BackgroundPrinter
+from doorman.cli.terminal import background_printer
+from doorman.cli.terminal.background_printer import BackgroundPrinter
 
 
 def test_lines_come_in_their_order_and_all_of_them():

@@ -19,7 +19,9 @@ def test_check_says_that_the_paper_is_possible():
 @pytest.mark.parametrize(("words", "asked"), [((), {}), (("--audit",), {"with_audit": True})])
 def test_the_audit_is_made_where_it_is_asked_for(monkeypatch, words, asked):
     made = []
-    monkeypatch.setattr("doorman.cli.check.check", lambda _, **options: made.append(options) or Report("paper", ()))
+    monkeypatch.setattr(
+        "doorman.cli.simulated.check.check", lambda _, **options: made.append(options) or Report("paper", ())
+    )
     assert run("check", *words).exit_code == 0
     assert made == [asked]
 
@@ -42,7 +44,7 @@ def test_check_prints_every_finding_and_what_to_change(monkeypatch):
         Finding("tilt", Severity.WARNING, "the plan tilts by 31°", 0.54, 0.5, "rad", "a larger control.max_tilt"),
         Finding("doorway width", Severity.ERROR, "the doorway is too narrow", -0.2, 0.0, "m", "a wider door"),
     )
-    monkeypatch.setattr("doorman.cli.check.check", lambda scenario: Report("paper", findings))
+    monkeypatch.setattr("doorman.cli.simulated.check.check", lambda scenario: Report("paper", findings))
     result = run("check")
     assert result.exit_code == 1
     for finding in findings:

@@ -17,8 +17,8 @@ from command_line import assert_bad_input, run, start
 from rich.console import Console
 from typer.testing import Result
 
-from doorman.cli.display import flight_progress
-from doorman.cli.open_door import RUN_FILES
+from doorman.cli.simulated.open_door import RUN_FILES
+from doorman.cli.terminal.display import flight_progress
 from doorman.model import Model
 from doorman.postures.proposal import PAPER_POSTURES
 from doorman.recording import Recording
@@ -101,7 +101,7 @@ def test_the_seed_decides_and_pictures_that_do_not_fit_on_the_disk_change_nothin
     def full_disk(*_: object) -> None:
         raise PicturesMissing("missing: states.png: No space left on device", file=tmp_path)
 
-    monkeypatch.setattr("doorman.cli.open_door.write_pictures", full_disk)
+    monkeypatch.setattr("doorman.cli.simulated.open_door.write_pictures", full_disk)
     at_the_door = [word for key, value in AT_THE_DOOR.items() for word in ("--set", f"{key}={value}")]
     results = [
         run("open", "--duration", "0.2", "--seed", seed, "--json", "--out", str(tmp_path), *at_the_door)
@@ -126,7 +126,7 @@ def test_an_older_run_in_the_folder_is_replaced(tmp_path):
 
 def test_the_progress_bar_shows_the_door_and_the_time_left(monkeypatch):
     terminal = Console(file=StringIO(), force_terminal=True, width=100)
-    monkeypatch.setattr("doorman.cli.display.Console", lambda **_: terminal)
+    monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
     with flight_progress(4.0, shown=True) as on_progress:
         on_progress(1.0, 1.0)
         on_progress(4.0, 0.35)
@@ -138,7 +138,7 @@ def test_the_progress_bar_shows_the_door_and_the_time_left(monkeypatch):
 @pytest.mark.parametrize(("shown", "is_terminal"), [(False, True), (True, False)])
 def test_there_is_no_progress_bar_for_programs(monkeypatch, shown, is_terminal):
     terminal = Console(file=StringIO(), force_terminal=is_terminal, width=100)
-    monkeypatch.setattr("doorman.cli.display.Console", lambda **_: terminal)
+    monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
     with flight_progress(4.0, shown) as on_progress:
         on_progress(4.0, 0.35)
     assert terminal.file.getvalue() == ""
@@ -170,7 +170,7 @@ def test_ctrl_c_before_the_flight_is_a_sentence(tmp_path, monkeypatch):
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("doorman.cli.open_door.Model", interrupted)
+    monkeypatch.setattr("doorman.cli.simulated.open_door.Model", interrupted)
     result = run("open", "--out", str(tmp_path / "run"))
     assert result.exit_code == 1
     assert result.stderr == "doorman: interrupted.\n"

@@ -14,7 +14,7 @@ import pytest
 from command_line import ROOT, run
 from rich.console import Console
 
-from doorman.cli.display import warmup_progress
+from doorman.cli.terminal.display import warmup_progress
 from doorman.compilation import KernelCounts, cache_content
 
 
@@ -59,7 +59,7 @@ def test_warmup_does_without_the_simulator(tmp_path):
 
 def test_the_progress_bar_of_a_warmup_shows_the_step_and_the_kernels(monkeypatch):
     terminal = Console(file=StringIO(), force_terminal=True, width=120)
-    monkeypatch.setattr("doorman.cli.display.Console", lambda **_: terminal)
+    monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
     counts = iter(range(7, 1000))
     with warmup_progress(2, lambda: KernelCounts(next(counts), 0), shown=True) as on_step:
         on_step("paper: planner")
@@ -72,7 +72,7 @@ def test_the_progress_bar_of_a_warmup_shows_the_step_and_the_kernels(monkeypatch
 @pytest.mark.parametrize(("shown", "is_terminal"), [(False, True), (True, False)])
 def test_there_is_no_progress_bar_of_a_warmup_for_programs(monkeypatch, shown, is_terminal):
     terminal = Console(file=StringIO(), force_terminal=is_terminal, width=100)
-    monkeypatch.setattr("doorman.cli.display.Console", lambda **_: terminal)
+    monkeypatch.setattr("doorman.cli.terminal.display.Console", lambda **_: terminal)
     with warmup_progress(1, lambda: KernelCounts(0, 0), shown) as on_step:
         on_step("paper: planner")
     assert terminal.file.getvalue() == ""

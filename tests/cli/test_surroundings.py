@@ -14,10 +14,10 @@ import pytest
 from command_line import COMMAND, ROOT, run
 
 from doorman.cli.app import BAD_INPUT, FAULT, INTERRUPTED
-from doorman.cli.streams import lost_stream
+from doorman.cli.terminal.streams import lost_stream
 
 PRINT = """
-from doorman.cli.streams import steady_streams
+from doorman.cli.terminal.streams import steady_streams
 steady_streams()
 print("20.0° → α ± 1 × 2 ≥ 0 — 漢 \\udcff")
 """
@@ -80,9 +80,8 @@ def test_output_that_nobody_takes_is_a_sentence_and_no_answer(redirected, status
 
 def test_a_file_does_not_get_the_number_of_a_closed_stream(tmp_path):
     """Else whatever a library prints goes into the recording."""
-    code = (
-        "from doorman.cli.streams import *; steady_streams(); print(open('a', 'w').fileno(), file=open('number', 'w'))"
-    )
+    streams = "from doorman.cli.terminal.streams import *; steady_streams()"
+    code = f"{streams}; print(open('a', 'w').fileno(), file=open('number', 'w'))"
     bash(f'{sys.executable} -c "{code}" <&- >&- 2>&-', tmp_path)
     assert int((tmp_path / "number").read_text()) > 2
 
@@ -113,7 +112,7 @@ def test_no_fault_is_taken_for_an_answer_of_check(monkeypatch, fault, status, wo
     def fails(*_: object) -> int:
         raise fault
 
-    monkeypatch.setattr("doorman.cli.check.check_scenario", fails)
+    monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
     result = run("check", "paper")
     assert (result.exit_code, result.stdout) == (status, "")
     assert words in result.stderr and result.stderr.count("\n") == 1 and result.stderr.startswith("doorman: ")
@@ -123,7 +122,7 @@ def test_a_fault_shows_where_when_asked_to(monkeypatch):
     def fails(*_: object) -> int:
         raise ZeroDivisionError("a fault")
 
-    monkeypatch.setattr("doorman.cli.check.check_scenario", fails)
+    monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
     monkeypatch.setenv("DOORMAN_TRACEBACK", "1")
     assert isinstance(run("check", "paper").exception, ZeroDivisionError)
 
@@ -132,7 +131,7 @@ def test_a_second_ctrl_c_while_the_first_is_told_is_none(monkeypatch):
     def fails(*_: object) -> int:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("doorman.cli.check.check_scenario", fails)
+    monkeypatch.setattr("doorman.cli.simulated.check.check_scenario", fails)
     monkeypatch.setattr(sys.modules["doorman.cli.app"], "_complain", fails)
     assert run("check", "paper").exit_code == INTERRUPTED
 
@@ -157,7 +156,7 @@ def test_two_early_ctrl_c_are_a_sentence_and_no_answer(pause, tmp_path):
 
 
 def test_nobody_to_answer_is_a_no(monkeypatch):
-    from doorman.cli import fly
+    from doorman.cli.vehicles import fly
 
     with open(os.devnull, encoding="utf-8") as nobody:
         monkeypatch.setattr(sys, "stdin", nobody)

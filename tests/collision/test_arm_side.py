@@ -13,10 +13,10 @@ from urdf_variants import write_arm_of
 from doorman.collision.constraint_names import arm_constraint_names
 from doorman.collision.constraints import arm_off_the_rotors
 from doorman.dynamics.quasi_static import QuasiStaticTask
-from doorman.kinematics.arm_pattern import ArmPattern
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.resources import urdf_directory
 
 MARGIN = 0.02

@@ -15,7 +15,7 @@ from doorman.collision.scene import CollisionScene, arm_joint_of_links, tip_link
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import VehicleSection
 

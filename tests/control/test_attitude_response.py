@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.control.attitude_response import AttitudeResponse
-from doorman.control.estimator import Estimator
+from doorman.control.estimation.estimator import Estimator
+from doorman.control.observers.attitude_response import AttitudeResponse
 from doorman.control.state_converter import StateConverter
 from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.model import Model

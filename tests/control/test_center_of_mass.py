@@ -9,9 +9,9 @@ import pytest
 from urdf_variants import VEHICLE, write_massive
 
 from doorman.control.center_of_mass import center_of_mass
-from doorman.control.vehicle_observer import AT_THE_ORIGIN, VehicleObserver
+from doorman.control.observers.vehicle_observer import AT_THE_ORIGIN, VehicleObserver
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.signals import Measurement
 
 STEP = 0.004

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from doorman import Model, Planner, Scenario
-from doorman.control.disturbance_observer import DisturbanceObserver
-from doorman.control.door_observer import DoorObserver
+from doorman.control.observers.disturbance_observer import DisturbanceObserver
+from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.state_converter import StateConverter, look_aheads
 
 STEP = 0.002

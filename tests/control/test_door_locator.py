@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from doorman import simulate
-from doorman.control.door_locator import DoorLocator
+from doorman.control.estimation.door_locator import DoorLocator
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.signals import Command, Measurement

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from paper_door import door_normal
 
-from doorman.control.contact_monitor import ContactMonitor
-from doorman.control.disturbance_observer import DisturbanceObserver
-from doorman.control.door_filter import ANGLE, FRICTION, STIFFNESS, DoorFilter
-from doorman.control.estimator import Estimator, Tie
+from doorman.control.estimation.contact_monitor import ContactMonitor
+from doorman.control.estimation.door_filter import ANGLE, FRICTION, STIFFNESS, DoorFilter
+from doorman.control.estimation.estimator import Estimator, Tie
+from doorman.control.observers.disturbance_observer import DisturbanceObserver
+from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
-from doorman.control.vehicle_observer import VehicleObserver
 from doorman.model import GRAVITY, Model
 from doorman.scenario import ContactStateSection, EstimationSection, Scenario
 from doorman.signals import Measurement

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from doorman.control.door_filter import DoorFilter
-from doorman.control.leaf_estimator import LeafEstimate, LeafEstimator
+from doorman.control.estimation.door_filter import DoorFilter
+from doorman.control.estimation.leaf_estimator import LeafEstimate, LeafEstimator
 from doorman.control.state_converter import StateConverter
 from doorman.model import GRAVITY, Model
 from doorman.planning.limits import largest_push

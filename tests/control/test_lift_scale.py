@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.control.lift_scale import LiftScale
-from doorman.control.vehicle_observer import VehicleObserver
+from doorman.control.estimation.lift_scale import LiftScale
+from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.mission import simulate
 from doorman.model import GRAVITY
 from doorman.scenario import Scenario

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.control.disturbance_observer import DisturbanceObserver
-from doorman.control.door_observer import DoorObserver
+from doorman.control.observers.disturbance_observer import DisturbanceObserver
+from doorman.control.observers.door_observer import DoorObserver
 from doorman.model import Model
 from doorman.scenario import Scenario
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.control.pose_age import crossover, oldest_pose
-from doorman.control.present import present, present_attitude
-from doorman.control.vehicle_observer import LATEST
+from doorman.control.estimation.pose_age import crossover, oldest_pose
+from doorman.control.estimation.present import present, present_attitude
+from doorman.control.observers.vehicle_observer import LATEST
 from doorman.feasibility.setup import setup_findings
 from doorman.kinematics.rotations import attitude_from_rotation, rotation_body_to_world, skew
 from doorman.model import Model

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from doorman.control.tilt_observer import TiltObserver
+from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.scenario import ControlSection
 

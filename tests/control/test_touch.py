@@ -9,7 +9,7 @@ import pytest
 from paper_door import door_normal
 
 from doorman.control.doorway import Doorway
-from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf
 from doorman.mission.phases.phase import Phase

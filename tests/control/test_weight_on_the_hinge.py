@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from urdf_variants import write_edited
 
-from doorman.control.door_filter import DoorFilter
-from doorman.control.door_observer import DoorObserver
+from doorman.control.estimation.door_filter import DoorFilter
+from doorman.control.observers.door_observer import DoorObserver
 from doorman.model import Model
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from doorman.control.wind_filter import WindFilter
+from doorman.control.estimation.wind_filter import WindFilter
 
 Array = np.ndarray
 TICK = 0.004

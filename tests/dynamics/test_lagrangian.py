@@ -15,9 +15,9 @@ from urdf_variants import DOOR, VEHICLE, write_arm_of, write_door, write_edited,
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.exceptions import DimensionError, SingularityError, SolverError
 from doorman.kinematics.coupling import Coupling
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
 

@@ -11,8 +11,8 @@ from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
 
 from doorman.dynamics.lagrangian_model import LagrangianModel
 from doorman.kinematics.coupling import Coupling
-from doorman.kinematics.door import Door
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import DoorSection
 
 RESISTING = DoorSection(damping=0.4, friction=0.6, friction_rate=0.5, stiffness=1.5, rest_angle=1.2)

@@ -9,15 +9,15 @@ import struct
 import numpy as np
 import pytest
 
-from doorman.cli.rig_demo import free_port
+from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
-from doorman.kinematics.urdf import frozen
+from doorman.kinematics.urdf.robot import frozen
 from doorman.model import GRAVITY, Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.ardupilot_sitl import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.rig.plant import RigPlant
 from doorman.scenario import Scenario
-from doorman.simulation.rotors import RotorLayout, rotor_layout
+from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
 
 MAGIC = 18458
 

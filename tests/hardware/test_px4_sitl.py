@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from doorman.cli.rig_demo import free_port
+from doorman.cli.vehicles.rig_demo import free_port
 from doorman.exceptions import BackendError
-from doorman.kinematics.urdf import frozen
+from doorman.kinematics.urdf.robot import frozen
 from doorman.model import GRAVITY, Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.px4_sitl import SIMULATOR_PORT, STATE_RATE, Px4Sitl
 from doorman.scenario import Scenario
-from doorman.simulation.rotors import RotorLayout, rotor_layout
+from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from urdf_variants import DOOR, write_door, write_edited, write_mirrored, write_moved
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.scenario import DoorSection
 

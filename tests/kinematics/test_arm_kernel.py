@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
 
-from doorman.kinematics.arm import ArmParameters, arm_kinematics, point_derivative
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.arm import ArmParameters, arm_kinematics, point_derivative
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
 def check_against_pinocchio(vehicle: Vehicle) -> None:

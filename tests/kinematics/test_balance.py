@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from urdf_variants import VEHICLE, write_edited, write_massive
 
-from doorman.kinematics.balance import Balance, balance_numbers, balance_of
-from doorman.kinematics.rotor_layout import RotorLayout, rotor_layout
-from doorman.kinematics.urdf import frozen
-from doorman.kinematics.vehicle import Vehicle
-from doorman.simulation.rotors import MixerParameters, mix
+from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.vehicles.balance import Balance, balance_numbers, balance_of
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
+from doorman.kinematics.vehicles.vehicle import Vehicle
+from doorman.simulation.plant.rotors import MixerParameters, mix
 
 SHIPPED = rotor_layout(Vehicle(VEHICLE), 0.016)
 SKEWED = RotorLayout(

@@ -11,9 +11,9 @@ import pytest
 from finite_differences import central_difference
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of, write_edited, write_massive
 
-from doorman.kinematics.arm_pattern import ArmPattern
-from doorman.kinematics.body_symbols import SymbolicBodies
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
 @pytest.fixture(params=["shipped", "odd", "slides", "borinot_flying_arm_2", "hextilt_flying_arm_5"])

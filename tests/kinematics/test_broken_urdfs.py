@@ -8,9 +8,9 @@ import pytest
 from urdf_variants import DOOR, VEHICLE
 
 from doorman.exceptions import ScenarioError, UrdfError
-from doorman.kinematics.door import Door
-from doorman.kinematics.urdf import load_description, load_pinocchio
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf.robot import load_description, load_pinocchio
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario, VehicleSection
 

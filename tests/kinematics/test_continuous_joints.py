@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from urdf_variants import write_edited
 
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.model import Model
 from doorman.resources import urdf_directory
 from doorman.scenario import DoorSection, Scenario

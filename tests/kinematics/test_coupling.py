@@ -15,9 +15,9 @@ from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_arm_of
 
 from doorman.exceptions import DimensionError
 from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling, distance_in_doorway
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world, skew
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 
 @pytest.fixture(scope="module", params=["shipped", "borinot_flying_arm_2", "hextilt_flying_arm_5", 1, 7])

@@ -10,7 +10,7 @@ import pytest
 from urdf_variants import VEHICLE, write_edited
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 HUB = 0.275
 DISC = '<cylinder radius="0.40" length="0.0004"/>'

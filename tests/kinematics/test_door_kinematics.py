@@ -10,8 +10,8 @@ import pytest
 from paper_door import door_normal, leaf_direction
 from urdf_variants import DOOR, write_door, write_edited
 
-from doorman.kinematics.door import Door
-from doorman.kinematics.urdf import load_description
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf.robot import load_description
 from doorman.scenario import DoorSection
 
 

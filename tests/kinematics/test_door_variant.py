@@ -11,10 +11,10 @@ from urdf_variants import DOOR, write_door, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import UrdfError
-from doorman.kinematics import door_variant
-from doorman.kinematics.door import Door
-from doorman.kinematics.door_variant import write_door_variant
-from doorman.kinematics.urdf import load_pinocchio
+from doorman.kinematics.doors import variant as door_variant
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.variant import write_door_variant
+from doorman.kinematics.urdf.robot import load_pinocchio
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
 from doorman.visualization.shapes import visual_shapes

@@ -11,10 +11,11 @@ import pytest
 from urdf_variants import DOOR, VEHICLE, write_edited
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics import mesh_checks, urdf_document
-from doorman.kinematics.door import Door
-from doorman.kinematics.urdf import load_description, load_pinocchio
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf import document as urdf_document
+from doorman.kinematics.urdf import mesh_checks
+from doorman.kinematics.urdf.robot import load_description, load_pinocchio
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 END = "</robot>"
 JAMB = '<box size="0.12 0.08 2.08"/>'

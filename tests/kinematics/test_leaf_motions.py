@@ -11,9 +11,9 @@ import pytest
 from leaves import LEAVES, LIMITS, Leaf, write_leaf
 
 from doorman.exceptions import ScenarioError
-from doorman.kinematics.door import Door
-from doorman.kinematics.leaf_motion import SLIDE_RADIUS
-from doorman.kinematics.read_door import read_door
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.leaf_motion import SLIDE_RADIUS
+from doorman.kinematics.doors.reading import read_door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario

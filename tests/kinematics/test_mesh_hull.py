@@ -14,9 +14,9 @@ from urdf_variants import VEHICLE, robot_data_vehicle, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import BackendError, UrdfError
-from doorman.kinematics.mesh_hull import convex_hull
-from doorman.kinematics.urdf_shapes import read_collisions
-from doorman.simulation.hulls import read_spec
+from doorman.kinematics.urdf.mesh_hull import convex_hull
+from doorman.kinematics.urdf.shapes import read_collisions
+from doorman.simulation.plant.hulls import read_spec
 
 mujoco = pytest.importorskip("mujoco")
 

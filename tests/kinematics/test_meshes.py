@@ -11,8 +11,8 @@ from urdf_variants import VEHICLE, write_edited
 
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import DoormanError, UrdfError
-from doorman.kinematics.mesh_paths import mesh_path
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.urdf.mesh_paths import mesh_path
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.simulation.simulator import Simulator

@@ -14,8 +14,8 @@ from urdf_variants import DOOR, write_edited
 from doorman.collision.shapes import read_shapes
 from doorman.exceptions import ScenarioError
 from doorman.flown import recorded_header, recorded_scenario
-from doorman.kinematics.door import Door
-from doorman.kinematics.true_door import TrueDoor, is_another
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.doors.true_door import TrueDoor, is_another
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import DoorSection, Scenario, SimulationSection

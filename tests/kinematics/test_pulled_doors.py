@@ -12,8 +12,8 @@ import pytest
 from urdf_variants import write_edited, write_mirrored, write_moved
 
 from doorman.exceptions import ScenarioError, UrdfError
-from doorman.kinematics.read_door import read_door, read_travel
-from doorman.kinematics.true_door import TrueDoor
+from doorman.kinematics.doors.reading import read_door, read_travel
+from doorman.kinematics.doors.true_door import TrueDoor
 from doorman.model import Model
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario, SimulationSection

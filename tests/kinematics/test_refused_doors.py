@@ -8,7 +8,7 @@ import pytest
 from urdf_variants import DOOR, write_edited
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.scenario import DoorSection
 
 END = "</robot>"

@@ -9,7 +9,7 @@ import pytest
 from urdf_variants import VEHICLE, write_edited
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 
 END = "</robot>"
 ROTOR = '<origin xyz="0.238157 0.137500 0" rpy="0 0 0"/>'

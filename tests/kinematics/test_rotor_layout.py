@@ -10,16 +10,16 @@ import pytest
 from urdf_variants import VEHICLE, write_edited
 
 from doorman.exceptions import BackendError
-from doorman.kinematics.actuation import BodyForce, TiltedThrust, actuation_of
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.rotor_layout import RotorLayout, rotor_layout
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.actuation import BodyForce, TiltedThrust, actuation_of
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import GRAVITY, Model
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
-from doorman.simulation.engine import engine
-from doorman.simulation.plant import build_plant
-from doorman.simulation.rotors import MixerParameters, add_side, mix
+from doorman.simulation.plant.engine import engine
+from doorman.simulation.plant.plant import build_plant
+from doorman.simulation.plant.rotors import MixerParameters, add_side, mix
 
 Array = np.ndarray
 TILTED = Vehicle(urdf_directory() / "tilted_hexarotor.urdf")

@@ -12,13 +12,13 @@ from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
 from doorman.dynamics.lagrangian import LagrangianTask
 from doorman.dynamics.quasi_static import QuasiStaticTask
 from doorman.exceptions import DimensionError
-from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.coupling import Coupling
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import Scenario
 
 KINDS = ["paper", "borinot_flying_arm_2", "hextilt_flying_arm_5", 1, 3, 7]

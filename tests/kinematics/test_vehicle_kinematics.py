@@ -11,7 +11,7 @@ from finite_differences import central_difference
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm, write_arm_of, write_edited
 
 from doorman.exceptions import DimensionError
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import VehicleSection
 
 

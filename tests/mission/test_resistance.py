@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from doorman import Model
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.mission.progress import Progress
 from doorman.mission.resistance import Resistance
 

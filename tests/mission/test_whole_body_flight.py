@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from doorman import Planner, Scenario
-from doorman.cli.replay import replay_plans
-from doorman.control.estimator import Estimate, Estimator, Tie
+from doorman.cli.recordings.replay import replay_plans
+from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.mission.schedule import PlanSchedule

@@ -10,12 +10,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 from doorman.model import GRAVITY, Model
 from doorman.planning.limits import largest_push
-from doorman.planning.whole_body import WholeBodyTask, constraints
-from doorman.planning.whole_body_problem import tip_on_face, whole_body_numbers, whole_body_state
+from doorman.planning.whole_body.model import WholeBodyTask, constraints
+from doorman.planning.whole_body.problem import tip_on_face, whole_body_numbers, whole_body_state
 from doorman.scenario import Scenario
 
 Array = np.ndarray

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from urdf_variants import DOOR, write_mirrored, write_moved
 
-from doorman.kinematics.arm_pattern import ArmPattern
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 from doorman.model import GRAVITY, Model
 from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.whole_body import WholeBodyTask, constraints, residuals
-from doorman.planning.whole_body_problem import (
+from doorman.planning.whole_body.model import WholeBodyTask, constraints, residuals
+from doorman.planning.whole_body.problem import (
     depth_of,
     stick_place,
     whole_body_numbers,

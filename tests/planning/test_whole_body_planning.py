@@ -12,7 +12,7 @@ from doorman.exceptions import DimensionError, ScenarioError
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
-from doorman.planning.whole_body_problem import depth_of, depths_in_face, tip_on_face
+from doorman.planning.whole_body.problem import depth_of, depths_in_face, tip_on_face
 
 PUSH = Scenario.load("push")
 

@@ -10,7 +10,7 @@ import pytest
 from doorman import Planner, Scenario
 from doorman.control.way_out import in_the_doorway, way_out
 from doorman.kinematics.numbers import Numbers
-from doorman.planning.whole_body_references import at_the_leaf
+from doorman.planning.whole_body.references import at_the_leaf
 
 RESISTANCE = 0.6
 JAMBS = slice(-5, -3)

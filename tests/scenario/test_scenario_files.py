@@ -10,7 +10,7 @@ from urdf_variants import DOOR, VEHICLE, write_door
 
 from doorman.campaign import Campaign
 from doorman.exceptions import ScenarioError
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.resources import scenario_directory, urdf_directory
 from doorman.scenario import Scenario
 from doorman.scenario.files import SHIPPED

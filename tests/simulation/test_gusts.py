@@ -9,7 +9,7 @@ import pytest
 from urdf_variants import DOOR
 
 from doorman.hardware.interface import Command
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.scenario import GustSection
 from doorman.simulation import Disturbance, SimulatedBackend
 from doorman.simulation.gusts import Gust, together

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from doorman.kinematics.rotations import attitude_from_rotation, skew
-from doorman.simulation.contact import ContactReader
-from doorman.simulation.onboard import onboard_step
-from doorman.simulation.stepping import STANDS
+from doorman.simulation.plant.contact import ContactReader
+from doorman.simulation.plant.onboard import onboard_step
+from doorman.simulation.plant.stepping import STANDS
 
 
 def plain_steps(one, steps: int) -> dict[str, np.ndarray]:

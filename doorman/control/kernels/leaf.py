@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 
 Array = NDArray[np.float64]
 

@@ -1,12 +1,12 @@
 """Servos: an arm of DYNAMIXEL XH430 on a serial bus, commanded by joint rates."""
 
 from doorman.hardware.dynamixel.bus import ServoBus
-from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, WARNINGS, ServoEvent, ServoFault
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
-from doorman.hardware.dynamixel.settings import SettingFinding
-from doorman.hardware.dynamixel.units import zero_position
+from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
+from doorman.hardware.dynamixel.setup.settings import SettingFinding
+from doorman.hardware.dynamixel.wire.units import zero_position
 from doorman.hardware.dynamixel.worker import BusStatistics
 
 __all__ = [

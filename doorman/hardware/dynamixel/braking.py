@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 
 Array = NDArray[np.float64]
 

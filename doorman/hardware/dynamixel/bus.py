@@ -14,13 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, DimensionError
-from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.connection import Connection
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
-from doorman.hardware.dynamixel.settings import SettingFinding
+from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
+from doorman.hardware.dynamixel.setup.settings import SettingFinding
+from doorman.hardware.dynamixel.wire.connection import Connection
 from doorman.hardware.dynamixel.worker import BusStatistics, BusWorker, RecoveryRequest
 
 FIRST_READS = 10

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import BackendError
-from doorman.hardware.dynamixel.registers import BAUD_CODES, MODELS, WATCHDOG_LONGEST
-from doorman.hardware.dynamixel.units import CENTRE, TICKS_PER_TURN, WATCHDOG_UNIT
+from doorman.hardware.dynamixel.wire.registers import BAUD_CODES, MODELS, WATCHDOG_LONGEST
+from doorman.hardware.dynamixel.wire.units import CENTRE, TICKS_PER_TURN, WATCHDOG_UNIT
 
 Array = NDArray[np.float64]
 

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.hardware.dynamixel.commissioning import ReadyServo
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, STOPPING, EventLog, ServoEvent, ServoFault
 from doorman.hardware.dynamixel.governor import RateGovernor
-from doorman.hardware.dynamixel.link import Link
 from doorman.hardware.dynamixel.monitor import ServoMonitor
-from doorman.hardware.dynamixel.reader import ServoReader
-from doorman.hardware.dynamixel.registers import (
+from doorman.hardware.dynamixel.sample import BusState, ServoSample
+from doorman.hardware.dynamixel.setup.commissioning import ReadyServo
+from doorman.hardware.dynamixel.wire.link import Link
+from doorman.hardware.dynamixel.wire.reader import ServoReader
+from doorman.hardware.dynamixel.wire.registers import (
     BUS_WATCHDOG,
     GOAL_CURRENT,
     GOAL_VELOCITY,
@@ -21,9 +22,8 @@ from doorman.hardware.dynamixel.registers import (
     TORQUE_OFF,
     WATCHDOG_OFF,
 )
-from doorman.hardware.dynamixel.sample import BusState, ServoSample
-from doorman.hardware.dynamixel.telemetry import Telemetry
-from doorman.hardware.dynamixel.units import VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
+from doorman.hardware.dynamixel.wire.telemetry import Telemetry
+from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT, VOLTAGE_UNIT, joint_angle
 
 _ILL = STOPPING | LATCHED
 _UNHEARD = ServoFault.TIMEOUT | ServoFault.CORRUPT | ServoFault.LATE | ServoFault.REFUSED

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 
 
 class RateGovernor:

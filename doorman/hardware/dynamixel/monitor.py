@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from doorman.hardware.dynamixel.config import ServoConfig
 from doorman.hardware.dynamixel.faults import LATCHED, ServoFault
-from doorman.hardware.dynamixel.link import Outcome, Reply
-from doorman.hardware.dynamixel.registers import HardwareError
 from doorman.hardware.dynamixel.servo_clock import ServoClock
-from doorman.hardware.dynamixel.telemetry import Telemetry
-from doorman.hardware.dynamixel.units import CURRENT_UNITS
+from doorman.hardware.dynamixel.wire.link import Outcome, Reply
+from doorman.hardware.dynamixel.wire.registers import HardwareError
+from doorman.hardware.dynamixel.wire.telemetry import Telemetry
+from doorman.hardware.dynamixel.wire.units import CURRENT_UNITS
 
 HYSTERESIS = 5.0
 """By which a hot servo must cool down [°C]."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from doorman.hardware.dynamixel.units import TICK_RANGE, TICK_UNIT
+from doorman.hardware.dynamixel.wire.units import TICK_RANGE, TICK_UNIT
 
 RESOLUTION = 2.0 * TICK_UNIT
 """Two readings of a clock of whole milliseconds [s]."""

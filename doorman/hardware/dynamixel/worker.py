@@ -12,13 +12,13 @@ import numpy as np
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel.config import ServoConfig
-from doorman.hardware.dynamixel.connection import Connection
 from doorman.hardware.dynamixel.cycle import ServoCommand, ServoCycle
 from doorman.hardware.dynamixel.faults import EventLog, ServoEvent, ServoFault
-from doorman.hardware.dynamixel.port import PortLost
-from doorman.hardware.dynamixel.recovery import recover
 from doorman.hardware.dynamixel.sample import BusState, ServoSample
-from doorman.hardware.dynamixel.talk import Servo
+from doorman.hardware.dynamixel.setup.recovery import recover
+from doorman.hardware.dynamixel.setup.talk import Servo
+from doorman.hardware.dynamixel.wire.connection import Connection
+from doorman.hardware.dynamixel.wire.port import PortLost
 
 RECONNECT_INTERVAL = 0.1
 """How often an unplugged device is looked for [s]."""

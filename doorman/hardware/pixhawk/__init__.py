@@ -4,13 +4,13 @@ from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.autopilot import Autopilot
 from doorman.hardware.pixhawk.config import PixhawkConfig, Rates, Timeouts
 from doorman.hardware.pixhawk.events import Event, EventKind
-from doorman.hardware.pixhawk.frames import LocalFrame
+from doorman.hardware.pixhawk.link.status import LinkStatus
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.parameters import Finding
+from doorman.hardware.pixhawk.parameters.protocol import Finding
 from doorman.hardware.pixhawk.sample import Battery, LandedState, SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint
-from doorman.hardware.pixhawk.status import LinkStatus
-from doorman.hardware.pixhawk.thrust import ThrustCurve
+from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
+from doorman.hardware.pixhawk.wire.frames import LocalFrame
 
 __all__ = [
     "AttitudeSetpoint",

@@ -10,24 +10,25 @@ from numpy.typing import ArrayLike
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk import parameters, sequences
-from doorman.hardware.pixhawk.commands import command
+from doorman.hardware.pixhawk import sequences
 from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import Event
-from doorman.hardware.pixhawk.link import Link
-from doorman.hardware.pixhawk.messages import mavlink
-from doorman.hardware.pixhawk.mocap import MocapPose
+from doorman.hardware.pixhawk.link.commands import command
+from doorman.hardware.pixhawk.link.link import Link
+from doorman.hardware.pixhawk.link.mocap import MocapPose
+from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
+from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
-from doorman.hardware.pixhawk.parameter_rule import Rule
-from doorman.hardware.pixhawk.parameter_rules import rules_for
-from doorman.hardware.pixhawk.parameters import Finding
-from doorman.hardware.pixhawk.requirements import prepare_attitude, side_force_missing
+from doorman.hardware.pixhawk.parameters import protocol as parameters
+from doorman.hardware.pixhawk.parameters.protocol import Finding
+from doorman.hardware.pixhawk.parameters.requirements import prepare_attitude, side_force_missing
+from doorman.hardware.pixhawk.parameters.rule import Rule
+from doorman.hardware.pixhawk.parameters.rules import rules_for
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
-from doorman.hardware.pixhawk.status import LinkStatus, link_status
-from doorman.hardware.pixhawk.stream import LONGEST_BLIND_HOLD, here
-from doorman.hardware.pixhawk.thrust import HoverCalibration, ThrustCurve
-from doorman.hardware.pixhawk.thrust_slope import BOB_TIME, Slope, SlopeMeasurement, bob
+from doorman.hardware.pixhawk.thrust.curve import HoverCalibration, ThrustCurve
+from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, bob
+from doorman.hardware.pixhawk.wire.messages import mavlink
 
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
 """Of a take-off [m]."""

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.connection import parse_connection
-from doorman.hardware.pixhawk.frames import LocalFrame
-from doorman.hardware.pixhawk.thrust import ThrustCurve
-from doorman.hardware.pixhawk.tilted_rotors import TiltedRotors
+from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
+from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
+from doorman.hardware.pixhawk.wire.connection import parse_connection
+from doorman.hardware.pixhawk.wire.frames import LocalFrame
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.modes import Mode, ardupilot_mode, px4_mode, px4_number
+from doorman.hardware.pixhawk.wire.messages import mavlink
 
 MULTIROTORS = frozenset({2, 3, 13, 14, 15, 29, 35})
 """MAV_TYPE of quadrotor, coaxial, hexarotor, octorotor, tricopter, dodecarotor, decarotor."""

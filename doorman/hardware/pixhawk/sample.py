@@ -9,8 +9,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.pixhawk.messages import mavlink
 from doorman.hardware.pixhawk.modes import Mode
+from doorman.hardware.pixhawk.wire.messages import mavlink
 
 Array = NDArray[np.float64]
 

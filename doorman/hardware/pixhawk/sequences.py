@@ -9,13 +9,13 @@ import numpy as np
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority
-from doorman.hardware.pixhawk.commands import command
-from doorman.hardware.pixhawk.link import Link
-from doorman.hardware.pixhawk.messages import mavlink
+from doorman.hardware.pixhawk.link.commands import command
+from doorman.hardware.pixhawk.link.link import Link
+from doorman.hardware.pixhawk.link.stream import here
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.sample import LandedState, VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint
-from doorman.hardware.pixhawk.stream import here
+from doorman.hardware.pixhawk.wire.messages import mavlink
 
 _HEARTBEAT_WAIT = 2.5
 """For the heartbeat to show what an acknowledgement promised: it comes once a second and may get lost [s]."""

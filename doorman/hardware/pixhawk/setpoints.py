@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from doorman.checks import vector
 from doorman.exceptions import DimensionError
-from doorman.hardware.pixhawk.frames import LocalFrame, flu_to_frd
-from doorman.hardware.pixhawk.messages import BodyThrustMessage, Message, mavlink
+from doorman.hardware.pixhawk.wire.frames import LocalFrame, flu_to_frd
+from doorman.hardware.pixhawk.wire.messages import BodyThrustMessage, Message, mavlink
 from doorman.hardware.quaternions import from_attitude
 
 Array = NDArray[np.float64]

@@ -16,11 +16,11 @@ from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import LocalFrame, PixhawkConfig, Rates, Timeouts
-from doorman.hardware.pixhawk.tilted_rotors import TiltedRotors
+from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors
 from doorman.hardware.vehicle import gripper
 from doorman.hardware.vehicle.settings import with_settings
-from doorman.kinematics.rotor_layout import rotor_layout
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import GRAVITY, Model
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.urdf import frozen
+from doorman.kinematics.urdf.robot import frozen
 from doorman.model import Model
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from doorman.hardware.computer.doctor import Complaint, Row
 from doorman.hardware.computer.host import Host
-from doorman.hardware.pixhawk.connection import Transport, parse_connection
+from doorman.hardware.pixhawk.wire.connection import Transport, parse_connection
 from doorman.hardware.vehicle_file.file import PIXHAWK, SERVOS, VehicleFile
 
 _DEVICES = "doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules"

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from doorman.hardware.pixhawk import Rates, ThrustCurve, Timeouts
-from doorman.hardware.pixhawk.frames import LocalFrame
+from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.hardware.vehicle import vehicle_config
 from doorman.hardware.vehicle.settings import GIVEN
 from doorman.hardware.vehicle_file.docstrings import field_docs

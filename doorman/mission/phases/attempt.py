@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from doorman.control.estimator import Estimator
+from doorman.control.estimation.estimator import Estimator
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
 from doorman.mission.at_the_leaf import AtTheLeaf

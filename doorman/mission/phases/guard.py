@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.mission.door_opening import SILENT
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase

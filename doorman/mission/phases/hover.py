@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimator import Estimate
+from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import Glide, arm_rates_to
 from doorman.mission.phases.attempt import Attempt

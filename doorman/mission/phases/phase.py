@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimator import Estimate, Tie
+from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.mission.motion import Glide
 from doorman.mission.phases.attempt import Attempt

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.estimator import Estimate, Tie
+from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.control.way_out import in_the_doorway, way_out
 from doorman.mission.motion import Glide, arm_rates_to

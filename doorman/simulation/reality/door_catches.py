@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.scenario import SimulationSection
 
 _WINDS_UP = 1e-3

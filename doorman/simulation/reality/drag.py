@@ -13,11 +13,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.model import Model
-from doorman.simulation.plant import Plant
+from doorman.simulation.plant.plant import Plant
+from doorman.simulation.plant.rotors import RotorLayout
 from doorman.simulation.reality.true_thrust import rotor_radius
-from doorman.simulation.rotors import RotorLayout
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording

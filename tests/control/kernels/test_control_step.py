@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from doorman.control.position_controller import PositionController, Setpoint
-from doorman.kinematics.actuation import saturate
+from doorman.kinematics.vehicles.actuation import saturate
 from doorman.scenario import ControlSection
 
 MASS, GRAVITY, STRONGEST, SETTINGS = 2.9, 9.81, 70.0, ControlSection()

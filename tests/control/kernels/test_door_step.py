@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from doorman.control.door_filter import DoorFilter
+from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.kernels.door_step import ANGLE, DAMPING, FRICTION, INERTIA, RATE, STIFFNESS, TORQUE, WIND_X
 from doorman.model import Model
 from doorman.scenario import Scenario

@@ -6,8 +6,8 @@ import sys
 _FLOWN = """
 import numpy as np
 from doorman.compilation import kernel_counts
-from doorman.control.disturbance_observer import DisturbanceObserver
-from doorman.control.wind_filter import WindFilter
+from doorman.control.observers.disturbance_observer import DisturbanceObserver
+from doorman.control.estimation.wind_filter import WindFilter
 wind, observer = WindFilter(), DisturbanceObserver(3.0, 2.0)
 before, up = kernel_counts(), np.array([0.0, 0.0, 1.0])
 for k in range(100):

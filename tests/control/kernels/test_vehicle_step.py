@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from doorman.control.vehicle_observer import VehicleObserver
+from doorman.control.observers.vehicle_observer import VehicleObserver
 
 MASS, RATE = 2.7, 15.0
 

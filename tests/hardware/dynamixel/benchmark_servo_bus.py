@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from doorman.hardware.dynamixel import ServoBus, ServoConfig
-from doorman.hardware.dynamixel.telemetry import BLOCK_SIZE
+from doorman.hardware.dynamixel.wire.telemetry import BLOCK_SIZE
 from doorman.rig.emulators.servos import ServoEmulator
 
 

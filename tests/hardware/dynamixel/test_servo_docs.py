@@ -11,9 +11,9 @@ import pytest
 from servo_rig import Rig
 
 from doorman.hardware.dynamixel import ServoConfig, ServoFault
-from doorman.hardware.dynamixel.registers import OLDEST_FIRMWARE, STARTUP_FIRMWARE
-from doorman.hardware.dynamixel.settings import SETTINGS, TOLERATED_RETURN_DELAY
-from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.setup.settings import SETTINGS, TOLERATED_RETURN_DELAY
+from doorman.hardware.dynamixel.wire.registers import OLDEST_FIRMWARE, STARTUP_FIRMWARE
+from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 from doorman.rig.emulators.servos.table import ITEMS
 
 HERE = Path(__file__).parent

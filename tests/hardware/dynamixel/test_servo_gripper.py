@@ -10,7 +10,7 @@ from servo_rig import SLOW, follows, has, holds
 
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import ServoFault
-from doorman.hardware.dynamixel.units import VELOCITY_UNIT
+from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 from doorman.rig.emulators.servos.plant import LaggingJoints
 from doorman.rig.emulators.servos.unit import OVERLOAD, READY, READY_TO_GRIP, ServoSetup
 

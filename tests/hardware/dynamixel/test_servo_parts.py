@@ -16,12 +16,12 @@ from doorman.hardware.dynamixel import LATCHED, STOPPING, WARNINGS, ServoBus, Se
 from doorman.hardware.dynamixel.braking import RateRounder, allowed_rate, stopping_rate
 from doorman.hardware.dynamixel.faults import EventLog, ServoEvent
 from doorman.hardware.dynamixel.governor import RateGovernor
-from doorman.hardware.dynamixel.link import Outcome, Reply
 from doorman.hardware.dynamixel.monitor import ServoMonitor
-from doorman.hardware.dynamixel.registers import BAUD_CODES, REGISTERS
 from doorman.hardware.dynamixel.servo_clock import DRIFT, ServoClock
-from doorman.hardware.dynamixel.telemetry import BLOCK, BLOCK_SIZE, MAPPING, Telemetry
-from doorman.hardware.dynamixel.units import RADIANS_PER_TICK, VELOCITY_UNIT, joint_angle, whole_turns
+from doorman.hardware.dynamixel.wire.link import Outcome, Reply
+from doorman.hardware.dynamixel.wire.registers import BAUD_CODES, REGISTERS
+from doorman.hardware.dynamixel.wire.telemetry import BLOCK, BLOCK_SIZE, MAPPING, Telemetry
+from doorman.hardware.dynamixel.wire.units import RADIANS_PER_TICK, VELOCITY_UNIT, joint_angle, whole_turns
 from doorman.rig.emulators.servos.table import BAUD_RATES, ITEMS, TABLE_END
 
 LIMITS = {"lower_limits": [-1.0, -2.0], "upper_limits": [1.0, 2.0], "rate_limits": [3.1, 3.1], "ids": (1, 2)}

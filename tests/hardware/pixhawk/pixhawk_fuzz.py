@@ -16,9 +16,9 @@ from typing import Any
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk import PixhawkConfig
-from doorman.hardware.pixhawk.codec import Codec
-from doorman.hardware.pixhawk.inbox import WANTED
-from doorman.hardware.pixhawk.link import Link
+from doorman.hardware.pixhawk.link.inbox import WANTED
+from doorman.hardware.pixhawk.link.link import Link
+from doorman.hardware.pixhawk.wire.codec import Codec
 
 _EDGE_FLOATS = (0.0, -0.0, 1.0, -1.0, math.nan, math.inf, -math.inf, 3.4e38, -3.4e38, 1e-45, 1e10)
 _STRUCT_INTEGERS = {"B": 8, "b": -8, "H": 16, "h": -16, "I": 32, "i": -32, "Q": 64, "q": -64}

@@ -8,8 +8,8 @@ import pytest
 from command_line import run as doorman
 
 from doorman.hardware.pixhawk import PixhawkConfig
-from doorman.hardware.pixhawk.parameter_file import DIALECTS
-from doorman.hardware.pixhawk.parameter_rules import rules_for
+from doorman.hardware.pixhawk.parameters.file import DIALECTS
+from doorman.hardware.pixhawk.parameters.rules import rules_for
 from doorman.rig.emulators.autopilot.parameters import ARDUPILOT_DEFAULTS, PX4_DEFAULTS
 
 DEFAULTS = {"px4": PX4_DEFAULTS, "ardupilot": ARDUPILOT_DEFAULTS}

@@ -9,9 +9,9 @@ from pixhawk_fuzz import Fuzzer
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.codec import Codec
-from doorman.hardware.pixhawk.inbox import WANTED
-from doorman.hardware.pixhawk.signing import SignatureCheck, load_key, signing_time
+from doorman.hardware.pixhawk.link.inbox import WANTED
+from doorman.hardware.pixhawk.wire.codec import Codec
+from doorman.hardware.pixhawk.wire.signing import SignatureCheck, load_key, signing_time
 
 KEY = bytes(range(32))
 

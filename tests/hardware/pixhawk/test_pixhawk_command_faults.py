@@ -14,8 +14,9 @@ from pixhawk_rig import HOVER, QUICK, Rig, fresh, landed, wait_until
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus, peer
-from doorman.hardware.pixhawk.signing import signing_time
+from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
+from doorman.hardware.pixhawk.wire import peer
+from doorman.hardware.pixhawk.wire.signing import signing_time
 from doorman.rig.emulators.autopilot.dialects import PX4
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Autopilot, PixhawkConfig, Rates, Timeouts
-from doorman.hardware.pixhawk.connection import DEFAULT_BAUD, Endpoint, Transport, parse_connection
+from doorman.hardware.pixhawk.wire.connection import DEFAULT_BAUD, Endpoint, Transport, parse_connection
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,9 @@ import pytest
 from pixhawk_rig import free_port
 
 from doorman.hardware.pixhawk import EventKind, PixhawkConfig, ThrustCurve
-from doorman.hardware.pixhawk.connection import parse_connection
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
-from doorman.hardware.pixhawk.parameter_rules import rules_for
+from doorman.hardware.pixhawk.parameters.rules import rules_for
+from doorman.hardware.pixhawk.wire.connection import parse_connection
 
 HERE = Path(__file__).parent
 PAGE = (HERE.parents[2] / "docs" / "hardware" / "pixhawk.md").read_text(encoding="utf-8")

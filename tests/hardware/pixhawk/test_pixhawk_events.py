@@ -11,9 +11,9 @@ from pixhawk_parts import CONFIG, sample
 
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.hardware.pixhawk.events import CONDITIONS, EventLog
-from doorman.hardware.pixhawk.exchange import Exchange, StatusText
-from doorman.hardware.pixhawk.timesync import ClockMap
-from doorman.hardware.pixhawk.watchdog import Watchdog
+from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.watchdog import Watchdog
 
 
 def test_conditions_begin_and_end_once(events):

@@ -22,7 +22,7 @@ from doorman.hardware.pixhawk import (
     PositionSetpoint,
     SampleStatus,
 )
-from doorman.hardware.pixhawk.stream import Source
+from doorman.hardware.pixhawk.link.stream import Source
 from doorman.rig.emulators.autopilot.dialects import ACCEPTED
 from doorman.rig.emulators.autopilot.plant import SimplePlant
 

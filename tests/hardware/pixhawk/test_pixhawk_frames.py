@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doorman.hardware import quaternions
-from doorman.hardware.pixhawk import frames
-from doorman.hardware.pixhawk.frames import LocalFrame
+from doorman.hardware.pixhawk.wire import frames
+from doorman.hardware.pixhawk.wire.frames import LocalFrame
 from doorman.kinematics.rotations import rotation_body_to_world
 
 numbers = st.floats(-100.0, 100.0)

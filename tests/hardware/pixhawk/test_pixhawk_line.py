@@ -10,11 +10,11 @@ from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk import PixhawkConfig, PositionSetpoint
-from doorman.hardware.pixhawk.codec import Codec
-from doorman.hardware.pixhawk.inbox import WANTED
-from doorman.hardware.pixhawk.link import Link
-from doorman.hardware.pixhawk.messages import command_message
-from doorman.hardware.pixhawk.mocap import MocapPose
+from doorman.hardware.pixhawk.link.inbox import WANTED
+from doorman.hardware.pixhawk.link.link import Link
+from doorman.hardware.pixhawk.link.mocap import MocapPose
+from doorman.hardware.pixhawk.wire.codec import Codec
+from doorman.hardware.pixhawk.wire.messages import command_message
 
 
 class Noted:

@@ -23,8 +23,8 @@ from doorman.hardware.pixhawk import (
     VehicleSample,
 )
 from doorman.hardware.pixhawk.events import EventLog
+from doorman.hardware.pixhawk.link.stream import SetpointStream, here
 from doorman.hardware.pixhawk.setpoints import FULL_POSITION, POSITION_AND_YAW
-from doorman.hardware.pixhawk.stream import SetpointStream, here
 
 
 def test_a_stream_that_is_off_says_nothing_and_takes_nothing(stream):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.hardware.pixhawk.texts import TextParts
+from doorman.hardware.pixhawk.wire.texts import TextParts
 
 LONG = "Arming denied: the quick brown fox has not calibrated its gyroscopes, and jumps over the lazy dog"
 

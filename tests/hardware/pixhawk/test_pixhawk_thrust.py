@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Battery, ThrustCurve, VehicleSample
-from doorman.hardware.pixhawk.thrust import HoverCalibration
+from doorman.hardware.pixhawk.thrust.curve import HoverCalibration
 
 curves = st.builds(
     ThrustCurve,

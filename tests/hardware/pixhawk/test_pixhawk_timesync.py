@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from doorman.hardware.pixhawk.timesync import ClockMap, SyncResult
+from doorman.hardware.pixhawk.link.timesync import ClockMap, SyncResult
 
 
 class Wire:

@@ -10,9 +10,9 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.hardware.pixhawk import LocalFrame
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, dialect_of
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.tracker import Tracker
 from doorman.hardware.pixhawk.sample import LandedState
-from doorman.hardware.pixhawk.timesync import ClockMap
-from doorman.hardware.pixhawk.tracker import Tracker
 
 NOW = 50.0
 

@@ -13,8 +13,8 @@ import pytest
 from pixhawk_rig import free_port, wait_until
 
 from doorman.exceptions import BackendError
-from doorman.hardware.pixhawk.connection import parse_connection
-from doorman.hardware.pixhawk.transport import DeviceLost, open_line
+from doorman.hardware.pixhawk.wire.connection import parse_connection
+from doorman.hardware.pixhawk.wire.transport import DeviceLost, open_line
 
 
 @pytest.fixture

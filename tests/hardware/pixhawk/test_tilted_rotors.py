@@ -19,11 +19,11 @@ from doorman.hardware.pixhawk import (
 )
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.events import EventLog
-from doorman.hardware.pixhawk.messages import Message
-from doorman.hardware.pixhawk.stream import SetpointStream
-from doorman.hardware.pixhawk.tilted_rotors import TiltedRotors, names
+from doorman.hardware.pixhawk.link.stream import SetpointStream
+from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors, names
+from doorman.hardware.pixhawk.wire.messages import Message
 from doorman.hardware.vehicle import vehicle_config
-from doorman.kinematics.rotor_layout import RotorLayout
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
 from doorman.model import Model
 from doorman.rig.emulators.autopilot.allocation import add_rotors, side_force
 from doorman.rig.emulators.autopilot.control import Task

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.control.present import present_attitude
+from doorman.control.estimation.present import present_attitude
 from doorman.exceptions import BackendError
 from doorman.hardware.dynamixel import BusState, ServoFault, ServoSample
 from doorman.hardware.mocap.sample import measured

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from urdf_variants import write_arm_of
 
-from doorman.cli.numbers import real_numbers
+from doorman.cli.terminal.numbers import real_numbers
 from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.pixhawk import ThrustCurve
 from doorman.hardware.vehicle import VehicleConfig, vehicle_config
 from doorman.hardware.vehicle.config import servo_limits
-from doorman.kinematics.vehicle import Vehicle
+from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario
 

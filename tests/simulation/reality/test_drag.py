@@ -7,7 +7,7 @@ import math
 import numpy as np
 from urdf_variants import DOOR
 
-from doorman.kinematics.door import Door
+from doorman.kinematics.doors.door import Door
 from doorman.simulation.reality.drag import wall_force
 
 

@@ -1,0 +1,199 @@
+"""`doorman view`, `export`, `plot`, `replay`, `merge` and `layout`: their arguments and their help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from doorman.cli.terminal import panels
+
+_Run = Annotated[
+    Path | None,
+    typer.Argument(metavar="[RUN]", help="A run's folder, or an MCAP file.", show_default="the newest one under runs"),
+]
+_Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
+
+
+class Viewer(StrEnum):
+    """Programs that doorman has a layout for."""
+
+    FOXGLOVE = "foxglove"
+    PLOTJUGGLER = "plotjuggler"
+
+
+def add_run_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
+    """Register the commands that take a recorded run.
+
+    Args:
+        app: The application.
+        leave: Runs a command and leaves with its exit status.
+    """
+    app.command("view", rich_help_panel=panels.LOOK)(_view_command(leave))
+    app.command("export", rich_help_panel=panels.LOOK)(_export_command(leave))
+    app.command("plot", rich_help_panel=panels.LOOK)(_plot_command(leave))
+    app.command("replay", rich_help_panel=panels.LOOK)(_replay_command(leave))
+    app.command("merge", rich_help_panel=panels.LOOK)(_merge_command(leave))
+    app.command("layout", rich_help_panel=panels.LOOK)(_layout_command(leave))
+
+
+def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def view(
+        run: _Run = None,
+        output: Annotated[
+            Path | None,
+            typer.Option(
+                "--out",
+                "--output",
+                metavar="FILE",
+                help="Write the page here and open no browser.",
+                show_default="replay.html beside the recording",
+            ),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Show a recorded run in the browser: play, pause, speed, and a slider through its time.
+
+        The page shows vehicle, arm and rotors, door and frame, the tip's trace and the force that it exerts, the plan as a
+        ribbon, and the surfaces of the constraints, coloured by clearance: blue where there is room, orange where it is
+        tight, red where there is none. It is one file that needs neither server nor network.
+        """
+
+        def command() -> int:
+            from doorman.cli.recordings.view import view_run
+
+            return view_run(run, output, as_json)
+
+        leave(command)
+
+    return view
+
+
+def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def export(
+        run: _Run = None,
+        as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV; this is the default.")] = False,
+        as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
+        out: Annotated[
+            Path | None,
+            typer.Option(metavar="DIR", help="Folder for the tables.", show_default="recording-csv beside it"),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Write a recording as tables, one file a topic.
+
+        The first column is the time in seconds. Entries of arrays are columns of their own in CSV, lists in Parquet. The
+        recording's header, with the scenario that was flown, goes to header.json.
+        """
+
+        def command() -> int:
+            from doorman.cli.recordings.export import export_run
+
+            return export_run(run, as_csv, as_parquet, out, as_json)
+
+        leave(command)
+
+    return export
+
+
+def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def plot(
+        run: _Run = None,
+        out: Annotated[
+            Path | None, typer.Option(metavar="DIR", help="Folder for the files.", show_default="the recording's")
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Draw the figures of a recorded run again.
+
+        Writes what doorman open writes: plots of the states, of constraints and forces, of the swing from above and of the
+        planner's time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the motion
+        (replay.html).
+        """
+
+        def command() -> int:
+            from doorman.cli.recordings.plot import plot_run
+
+            return plot_run(run, out, as_json)
+
+        leave(command)
+
+    return plot
+
+
+def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def replay(run: _Run = None, as_json: _Json = False) -> None:
+        """Solve every plan of a recorded run again, and compare it with the recorded one bit by bit.
+
+        Each plan is made from the recorded state and the recorded estimate of the door, with a planner of the recorded
+        scenario, and warm from the plan before it wherever it was warm in flight. Compiled code of another processor, or of
+        another version of doorman, numpy or numba, may round otherwise.
+
+        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. States
+        have the 32 bits with which they are recorded. Plans that the clock cut short in flight, and those that began with
+        them, are not compared.
+        """
+
+        def command() -> int:
+            from doorman.cli.recordings.replay import replay_run
+
+            return replay_run(run, as_json)
+
+        leave(command)
+
+    return replay
+
+
+def _merge_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def merge(
+        run: Annotated[Path, typer.Argument(metavar="RUN", help="A run's folder, or an MCAP file.")],
+        log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
+        offset: Annotated[
+            float | None,
+            typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found by itself"),
+        ] = None,
+        out: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE", help="File to write.", show_default="in the folder merged beside the recording"
+            ),
+        ] = None,
+        as_json: _Json = False,
+    ) -> None:
+        """Put the autopilot's own log beside a run's recording, in one MCAP file on one clock.
+
+        The clocks are aligned by TIMESYNC where the run or the log has recorded it, else by the cross-correlation of the body
+        rates. The offset and its standard deviation are printed. The log's topics are named px4/… or ardupilot/…, in the log's
+        own units and axes; messages from before the run are left out. The recording itself stays as it is.
+        """
+
+        def command() -> int:
+            from doorman.cli.recordings.merge import merge_log
+
+            return merge_log(run, log, offset, out, as_json)
+
+        leave(command)
+
+    return merge
+
+
+def _layout_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows recordings.")]) -> None:
+        """Print a layout for a program that shows MCAP recordings: doorman layout foxglove > doorman.json.
+
+        Its panels show the door's angle, the vehicle's position and attitude, the tip's force, what is commanded, and the
+        planner's time.
+        """
+
+        def command() -> int:
+            from doorman.recording import layouts
+
+            typer.echo(layouts.foxglove() if viewer is Viewer.FOXGLOVE else layouts.plotjuggler(), nl=False)
+            return 0
+
+        leave(command)
+
+    return layout

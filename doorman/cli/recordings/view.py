@@ -1,0 +1,43 @@
+"""`doorman view`: a recorded run in the browser."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import typer
+
+from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario, say_what_is_missing
+from doorman.cli.terminal.browser import show_in_browser
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.visualization.replay import replay_page
+
+
+def view_run(run: Path | None, output: Path | None, as_json: bool) -> int:
+    """Write the page of a recording, and open it unless a file was asked for.
+
+    Args:
+        run: Folder of the run, or its MCAP file; None: the newest one under `runs`.
+        output: The page; by default `replay.html` beside the recording.
+        as_json: Print the page's path as JSON and nothing else.
+
+    Returns:
+        Exit status: 0.
+
+    Raises:
+        RecordingError: if there is no recording to read, or it holds no motion.
+        DoormanError: if its scenario cannot be made a model.
+        OSError: if the page cannot be written.
+    """
+    file = chosen_recording(run)
+    recording = Recording.load(file)
+    say_what_is_missing(recording, err=as_json)
+    model = Model(recorded_scenario(recording, file))
+    page = replay_page(recording, model, output or file.parent / "replay.html")
+    shown = output is None and show_in_browser(page.resolve().as_uri())
+    if as_json:
+        typer.echo(json.dumps({"complete": recording.complete, "file": str(page), "opened": shown}, indent=2))
+        return 0
+    typer.echo(f"{page}{'' if shown or output else ' (open it in a browser)'}")
+    return 0

@@ -1,0 +1,191 @@
+"""`doorman parameters`, `system`, `doctor` and `ros2`: their arguments and their help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from doorman.cli.arguments import Settings, Source, Vehicle
+from doorman.cli.terminal import panels
+
+
+class Firmware(StrEnum):
+    """Autopilots that parameters are written for."""
+
+    PX4 = "px4"
+    ARDUPILOT = "ardupilot"
+
+
+class Reaction(StrEnum):
+    """What a vehicle does when it does not hear us any more."""
+
+    LAND = "land"
+    RETURN = "return"
+
+
+class SystemFileName(StrEnum):
+    """Files for the vehicle's system."""
+
+    UDEV = "udev"
+    LIMITS = "limits"
+    SERVICE = "service"
+
+
+def add_setup_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
+    """Register the commands that set a vehicle up.
+
+    Args:
+        app: The application.
+        leave: Runs a command and leaves with its exit status.
+    """
+    app.command("parameters", rich_help_panel=panels.VEHICLE)(_parameters_command(leave))
+    app.command("system", rich_help_panel=panels.VEHICLE)(_system_command(leave))
+    app.command("doctor", rich_help_panel=panels.VEHICLE)(_doctor_command(leave))
+    app.command("ros2", rich_help_panel=panels.VEHICLE)(_ros2_command(leave))
+
+
+def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def parameters(
+        autopilot: Annotated[Firmware, typer.Argument(help="Firmware of the autopilot.")],
+        scenario: Source = "paper",
+        settings: Settings = None,
+        vehicle: Vehicle = None,
+        mocap: Annotated[
+            bool | None,
+            typer.Option(
+                "--mocap/--no-mocap",
+                help="Whether poses come from cameras.",
+                show_default="as the vehicle file says; yes without one",
+            ),
+        ] = None,
+        on_loss: Annotated[
+            Reaction,
+            typer.Option(help="What the autopilot does when this computer is silent: land in place, or on its pad."),
+        ] = Reaction.LAND,
+        mocap_delay: Annotated[
+            float | None,
+            typer.Option(
+                metavar="SECONDS",
+                help="Delay of poses from exposure to sending; for ArduPilot.",
+                show_default="left out",
+            ),
+        ] = None,
+        telem: Annotated[
+            int, typer.Option(min=0, max=3, help="Telemetry port that this computer is wired to; 0: USB.")
+        ] = 2,
+        baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
+        flow_control: Annotated[
+            bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are wired, too.")
+        ] = False,
+    ) -> None:
+        """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
+
+        Every line has its reason as a comment. They are the parameters that the checklist of doorman fly looks at, the telemetry
+        port, and a first guess of the hover thrust. A ground station loads the file: for PX4 it is QGroundControl's format.
+        """
+
+        def command() -> int:
+            from doorman.cli.setup.parameters import print_parameters
+            from doorman.hardware.pixhawk.parameters.file import Port
+
+            port = Port(telem, baud, flow_control)
+            return print_parameters(
+                autopilot.value, scenario, settings or [], mocap, on_loss.value, mocap_delay, vehicle, port
+            )
+
+        leave(command)
+
+    return parameters
+
+
+def _system_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) -> None:
+        """Print a file for the vehicle's Linux: udev rules for servo adapter and Pixhawk, limits, or a systemd unit.
+
+        The first line of each says where it belongs: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
+        """
+
+        def command() -> int:
+            from doorman.hardware.computer.system_files import SYSTEM_FILES
+
+            typer.echo(SYSTEM_FILES[file.value].text, nl=False)
+            return 0
+
+        leave(command)
+
+    return system
+
+
+def _doctor_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def doctor(
+        folder: Annotated[
+            Path, typer.Option("--runs", metavar="DIR", help="Where recordings go.", show_default="runs")
+        ] = Path("runs"),
+        vehicle: Vehicle = None,
+        as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    ) -> None:
+        """Say what is missing on this computer before it can fly, each with the command that mends it.
+
+        Looks at versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor, clock,
+        network buffers, disk and compiled kernels. With --vehicle it looks at the devices of that file, too. Nothing is changed.
+        The exit status is 1 if something is marked no.
+        """
+
+        def command() -> int:
+            from doorman.cli.setup.doctor import examine_computer
+
+            return examine_computer(folder, as_json, vehicle)
+
+        leave(command)
+
+    return doctor
+
+
+def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def ros2(
+        scenario: Source = "paper",
+        settings: Settings = None,
+        vehicle: Vehicle = None,
+        feed: Annotated[
+            int, typer.Option(min=0, max=65535, help="UDP port on loopback that the flight sends to.")
+        ] = 51100,
+        domain: Annotated[
+            int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")
+        ] = 0,
+        prefix: Annotated[str, typer.Option(metavar="NAME", help="Prefix of the published topics.")] = "doorman",
+        poses: Annotated[
+            str | None,
+            typer.Option(
+                metavar="TOPIC",
+                help="PoseStamped topic of the vehicle; its poses go to --to.",
+                show_default="none taken",
+            ),
+        ] = None,
+        to: Annotated[
+            int, typer.Option(min=1, max=65535, help="UDP port on loopback of the flight's --mocap.")
+        ] = 51001,
+        object_name: Annotated[
+            str, typer.Option(metavar="NAME", help="Name of the vehicle in that stream.")
+        ] = "vehicle",
+        rate: Annotated[float, typer.Option(min=10.0, max=2000.0, metavar="HZ", help="Poses per second.")] = 100.0,
+    ) -> None:
+        """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
+
+        Out: odometry, joint states, the tip's force, plan, mission and markers of a flight that was started with --feed, and its
+        transform on /tf. In: poses for a flight whose --mocap is udp:51001. It speaks DDS, as ROS 2 does by default, and takes no
+        part in the flight: without it, or when it is late, the flight goes on.
+        """
+
+        def command() -> int:
+            from doorman.cli.setup.ros2 import PoseLink, run_bridge
+
+            link = None if poses is None else PoseLink(poses, object_name, to, rate)
+            return run_bridge(scenario, settings or [], feed, domain, prefix, link, vehicle)
+
+        leave(command)
+
+    return ros2

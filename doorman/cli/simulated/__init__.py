@@ -1,0 +1,1 @@
+"""Commands that fly or judge a scenario in simulation."""

@@ -1,0 +1,111 @@
+"""`doorman warmup`: compile ahead what flights and checks run, so that none of them waits for it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+
+import typer
+
+from doorman.cli.task import load_task
+from doorman.cli.terminal.display import warmup_progress
+from doorman.compilation import CacheContent, KernelCounts, cache_content, kernel_counts
+from doorman.exceptions import BackendError
+from doorman.feasibility.rehearsal import rehearse
+from doorman.mission import Mission
+from doorman.model import Model
+from doorman.planning.planner import Planner
+from doorman.recording import Recorder
+from doorman.resources import scenario_directory, shipped
+from doorman.simulation import SimulatedBackend
+
+_FLIGHT_PERIODS = 3
+"""Planner periods to fly: a cold plan and warm ones."""
+
+
+def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehicle: str | None = None) -> int:
+    """Compile everything that planning, checking and flying some scenarios runs, and say what was done.
+
+    Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
+    holds already is only loaded.
+
+    Args:
+        sources: Names or paths of the scenarios; none: all that ship with doorman.
+        settings: Overrides for all of them, `key=value`.
+        as_json: Print the figures as JSON and nothing else.
+        vehicle: Name or path of a vehicle file for all of them, if any.
+
+    Returns:
+        Exit status 0.
+
+    Raises:
+        DoormanError: if the input cannot be used.
+    """
+    started, before = time.perf_counter(), kernel_counts()
+    names = sources or shipped(scenario_directory(), ".toml")
+    scenarios = [load_task(source, settings, vehicle) for source in names]
+    models = [Model(scenario) for scenario in scenarios]
+    with warmup_progress(len(models) * len(_STEPS), kernel_counts, shown=not as_json) as on_step:
+        for model in models:
+            for name, step in _STEPS.items():
+                on_step(f"{model.scenario.name}: {name}")
+                step(model)
+    now = kernel_counts()
+    counts = KernelCounts(now.compiled - before.compiled, now.loaded - before.loaded)
+    _report(counts, cache_content(), time.perf_counter() - started, as_json)
+    return 0
+
+
+def _model(model: Model) -> None:
+    state, inputs = model.start_state, model.hover_input
+    model.constraints(state)
+    model.constraint_jacobian(state)
+    model.constraints_along(state[None])
+    model.derivative(state, inputs)
+    model.step(state, inputs)
+    model.step_jacobian(state, inputs)
+
+
+def _planner(model: Model) -> None:
+    planner = Planner(model)
+    planner.replan(planner.plan(planner.planning.start_state).states[1])
+
+
+def _flight(model: Model) -> None:
+    recorder = Recorder(None, {})
+    mission = Mission(model, recorder=recorder)
+    try:
+        backend = SimulatedBackend(model, recorder=recorder)
+        mission.fly(backend, _FLIGHT_PERIODS / model.scenario.planner.rate)
+    except BackendError:
+        pass  # MuJoCo is not installed, or cannot simulate this vehicle: then no flight needs its kernels
+
+
+def _rehearsal(model: Model) -> None:
+    rehearse(model, 2.0 * model.scenario.planner.time_step)
+
+
+_STEPS: dict[str, Callable[[Model], None]] = {
+    "constraints and dynamics": _model,
+    "planner": _planner,
+    "controller and simulator": _flight,
+    "check": _rehearsal,
+}
+
+
+def _report(counts: KernelCounts, cache: CacheContent, seconds: float, as_json: bool) -> None:
+    if as_json:
+        figures = {
+            "compiled": counts.compiled,
+            "loaded": counts.loaded,
+            "seconds": round(seconds, 3),
+            "cache_directory": str(cache.directory),
+            "cache_kernels": cache.kernels,
+            "cache_bytes": cache.size,
+        }
+        typer.echo(json.dumps(figures, indent=2))
+        return
+    done = f"{counts.compiled} kernels compiled" if counts.compiled else "Nothing to compile"
+    held = f"{cache.kernels} kernels, {cache.size / 1e6:.1f} MB"
+    typer.echo(f"{done}, {counts.loaded} loaded, in {seconds:.1f} s. The cache holds {held}: {cache.directory}")

@@ -1,0 +1,289 @@
+"""`doorman rig` and `doorman fly`: their arguments and their help."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from doorman.cli.arguments import FeedPort, Settings, Source, Vehicle
+from doorman.cli.terminal import panels
+
+
+class AutopilotKind(StrEnum):
+    """Who flies the rig's vehicle."""
+
+    PX4 = "px4"
+    ARDUPILOT = "ardupilot"
+    PX4_SITL = "px4-sitl"
+    ARDUPILOT_SITL = "ardupilot-sitl"
+
+
+class Motors(StrEnum):
+    """What the rig's motors make of their signal."""
+
+    LINEAR = "linear"
+    QUADRATIC = "quadratic"
+
+
+class SetpointKind(StrEnum):
+    """What is sent to the autopilot."""
+
+    ATTITUDE = "attitude"
+    POSITION = "position"
+
+
+_KEYS = "Instead of keys of the vehicle file"
+"""Heading of the options that a vehicle file makes needless."""
+_SERVOS = "from base to tip, then the gripper's"
+
+
+def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | None) -> str | None:
+    """A link that the command line names, or leaves to a vehicle file."""
+    if value is None and context.params.get("vehicle") is None and not context.resilient_parsing:
+        raise typer.BadParameter("No link is named: give this option or --vehicle.", param_hint=parameter.opts[0])
+    return value
+
+
+def add_vehicle_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
+    """Register both commands.
+
+    Args:
+        app: The application.
+        leave: Runs a command and leaves with its exit status.
+    """
+    app.command("rig", rich_help_panel=panels.VEHICLE)(_rig_command(leave))
+    app.command("fly", rich_help_panel=panels.VEHICLE)(_fly_command(leave))
+
+
+def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def rig(
+        scenario: Source = "paper",
+        settings: Settings = None,
+        vehicle: Vehicle = None,
+        autopilot: Annotated[
+            AutopilotKind,
+            typer.Option(help="Autopilot to emulate; px4-sitl and ardupilot-sitl are their own code, which you start."),
+        ] = AutopilotKind.PX4,
+        motors: Annotated[
+            Motors,
+            typer.Option(
+                help="linear: the autopilot linearises the motors; quadratic: thrust is the signal squared, 40 ms late."
+            ),
+        ] = Motors.LINEAR,
+        pixhawk_port: Annotated[
+            int | None,
+            typer.Option(
+                help="UDP port on loopback that the autopilot sends to.", show_default="the vehicle file's, or 14540"
+            ),
+        ] = None,
+        mocap_port: Annotated[
+            int | None,
+            typer.Option(
+                help="UDP port that the cameras send to; 0: no cameras.", show_default="the vehicle file's, or 51001"
+            ),
+        ] = None,
+        out: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE", help="Record the truth, as MCAP; with --fly, a folder for truth and flight, too."
+            ),
+        ] = None,
+        seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
+        fly: Annotated[
+            bool, typer.Option("--fly", help="Fly the mission against the rig, judge the flight, and exit.")
+        ] = False,
+        as_json: Annotated[
+            bool, typer.Option("--json", help="Print the links, or with --fly the summary, as JSON; words to stderr.")
+        ] = False,
+    ) -> None:
+        """Emulate autopilot, servos and cameras around one simulated vehicle and door.
+
+        They speak the protocols of the real ones, on loopback and on a pseudo-terminal. The command prints what to type into
+        another terminal to fly the mission against it, and runs until Ctrl-C. With --fly it does both; the exit status is then
+        0 only if the door was opened, nothing was touched and the vehicle has landed.
+
+        With --vehicle, servos and object are mounted as the vehicle file says, so that a dry run shows whether it fits together.
+        Links that the file has on loopback, or as a path outside of /dev, are served there; others are printed as options.
+        """
+
+        def command() -> int:
+            if fly:
+                if autopilot in (AutopilotKind.PX4_SITL, AutopilotKind.ARDUPILOT_SITL):
+                    raise typer.BadParameter(
+                        f"{autopilot.value} is started by hand: run the rig without --fly", param_hint="--fly"
+                    )
+                from doorman.cli.vehicles.rig_demo import fly_the_rig
+
+                return fly_the_rig(scenario, settings or [], autopilot.value, out, seed, as_json, vehicle, motors.value)
+            from doorman.cli.vehicles.rig import run_rig
+
+            return run_rig(
+                scenario, settings or [], autopilot.value, pixhawk_port, mocap_port, out, seed=seed, as_json=as_json,
+                vehicle=vehicle, motors=motors.value,
+            )  # fmt: skip
+
+        leave(command)
+
+    return rig
+
+
+def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
+    def fly(
+        scenario: Source = "paper",
+        settings: Settings = None,
+        vehicle: Vehicle = None,
+        out: Annotated[
+            Path | None, typer.Option(metavar="FILE", help="Recording, as MCAP.", show_default="a new one under runs")
+        ] = None,
+        duration: Annotated[
+            float | None,
+            typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="its own"),
+        ] = None,
+        dry_run: Annotated[
+            bool,
+            typer.Option(
+                "--dry-run", help="Listen to the links, send nothing at all, and run the checks that this allows."
+            ),
+        ] = False,
+        write_parameters: Annotated[
+            bool,
+            typer.Option(
+                "--write-parameters",
+                help="Write the autopilot's parameters that the checklist finds wrong, and do not fly; then reboot it.",
+            ),
+        ] = False,
+        write_eeprom: Annotated[
+            bool, typer.Option("--write-eeprom", help="Change settings of the servos that are not as they should be.")
+        ] = False,
+        feed: FeedPort = None,
+        yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
+        as_json: Annotated[
+            bool, typer.Option("--json", help="Print checklist and result as JSON; words to stderr.")
+        ] = False,
+        pixhawk: Annotated[
+            str | None,
+            typer.Option(
+                metavar="LINK",
+                help="pixhawk.connection: udp:14540, serial:/dev/ttyACM0:921600.",
+                callback=_named,
+                show_default="the vehicle file's",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        servos: Annotated[
+            str | None,
+            typer.Option(
+                metavar="DEVICE",
+                help="servos.port: serial device of the arm's servos.",
+                callback=_named,
+                show_default="the vehicle file's",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        mocap: Annotated[
+            str | None,
+            typer.Option(
+                metavar="LINK",
+                help="mocap.connection: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, "
+                "vrpn:HOST; none for the autopilot's own estimate.",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        link: Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="KEY=VALUE",
+                help="Any key of the links, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        setpoints: Annotated[
+            SetpointKind | None,
+            typer.Option(help="pixhawk.setpoints: what the autopilot gets.", rich_help_panel=_KEYS),
+        ] = None,
+        local_frame: Annotated[
+            str | None,
+            typer.Option(
+                metavar="X,Y,Z,YAW",
+                help="pixhawk.local_frame: origin [m] of the autopilot's local frame, and where its north points [rad].",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        signing_key: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE",
+                help="pixhawk.signing_key: MAVLink signing key, 32 bytes or 64 hexadecimal digits.",
+                rich_help_panel=_KEYS,
+            ),
+        ] = None,
+        servo_ids: Annotated[
+            str | None,
+            typer.Option(metavar="1,2,3", help=f"servos.ids: servos {_SERVOS}.", rich_help_panel=_KEYS),
+        ] = None,
+        servo_directions: Annotated[
+            str | None,
+            typer.Option(metavar="1,-1", help="servos.directions: which way they turn.", rich_help_panel=_KEYS),
+        ] = None,
+        servo_zeros: Annotated[
+            str | None,
+            typer.Option(
+                metavar="2048", help="servos.zero_positions: their ticks at the joints' zeros.", rich_help_panel=_KEYS
+            ),
+        ] = None,
+        object_name: Annotated[
+            str | None,
+            typer.Option(metavar="NAME", help="mocap.object_name: the vehicle's in the stream.", rich_help_panel=_KEYS),
+        ] = None,
+        mocap_rate: Annotated[
+            float | None,
+            typer.Option(metavar="HZ", help="mocap.rate: frames per second of the cameras.", rich_help_panel=_KEYS),
+        ] = None,
+    ) -> None:
+        """Fly the mission on the vehicle: checklist, take-off, door, landing.
+
+        The vehicle file names the links and what was calibrated. Options below its heading win over its keys.
+
+        Ctrl-C once gives the mission up and flies back to the hover point, twice lands at once. SIGTERM flies back and lands. The
+        radio's mode switch always wins. The exit status is 0 if the mission was flown to its end and the vehicle has landed, 1
+        if not, 2 if the input cannot be used or a link cannot be opened.
+        """
+
+        def command() -> int:
+            from doorman.cli.overrides import parse_overrides
+            from doorman.cli.terminal.numbers import real_numbers, whole_numbers
+            from doorman.cli.vehicles.fly import fly_mission
+
+            frame = real_numbers(local_frame, "--local-frame", 4)
+            given = {
+                "pixhawk.connection": pixhawk, "servos.port": servos, "mocap.connection": mocap,
+                "pixhawk.setpoints": setpoints and setpoints.value, "pixhawk.signing_key": signing_key,
+                "pixhawk.local_frame": frame and {"origin": frame[:3], "yaw": frame[3]},
+                "servos.ids": whole_numbers(servo_ids, "--servo-ids"),
+                "servos.directions": whole_numbers(servo_directions, "--servo-directions"),
+                "servos.zero_positions": whole_numbers(servo_zeros, "--servo-zeros"),
+                "mocap.object_name": object_name, "mocap.rate": mocap_rate,
+                "pixhawk.write_parameters": write_parameters or None, "servos.write_eeprom": write_eeprom or None,
+            }  # fmt: skip
+            links = {key: value for key, value in given.items() if value is not None}
+            links |= parse_overrides(link or (), "--link")
+            return fly_mission(
+                scenario,
+                settings or [],
+                vehicle,
+                links,
+                out,
+                duration,
+                dry_run,
+                yes,
+                "json" if as_json else "words",
+                feed,
+            )
+
+        leave(command)
+
+    return fly

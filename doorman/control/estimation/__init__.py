@@ -1,0 +1,1 @@
+"""What is inferred from measurements: motion, forces, contact, wind and door."""

@@ -1,0 +1,1 @@
+"""Observers of forces and torques that the plan does not know."""

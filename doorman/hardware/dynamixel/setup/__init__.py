@@ -1,0 +1,1 @@
+"""From a servo in any state to one that is ready, and back."""

@@ -1,0 +1,59 @@
+"""Recovery of servos that have shut down or restarted, while the bus goes on."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel.config import ServoConfig
+from doorman.hardware.dynamixel.cycle import ServoCycle
+from doorman.hardware.dynamixel.faults import LATCHED, EventLog, ServoEvent, ServoFault
+from doorman.hardware.dynamixel.setup.commissioning import arm_watchdog, commission
+from doorman.hardware.dynamixel.setup.talk import Servo
+from doorman.hardware.dynamixel.wire.link import Link
+from doorman.hardware.dynamixel.wire.port import PortLost
+
+
+def recover(
+    cycle: ServoCycle, link: Link, config: ServoConfig, log: EventLog, deadline: float, breathe: Callable[[], None]
+) -> list[str]:
+    """Set up again every servo that is missing or has a latched fault, with a reboot if it has shut down.
+
+    The arm stands still meanwhile.
+
+    Args:
+        cycle: What is known of the servos.
+        link: To the bus.
+        config: What is wanted.
+        log: Gets what was done.
+        deadline: Of `time.monotonic` [s].
+        breathe: Called before every instruction; runs the cycles that are due.
+
+    Returns:
+        What failed, in words; nothing if all servos are well.
+
+    Raises:
+        PortLost: if the device is gone.
+    """
+    failures = []
+    for joint, servo_id in enumerate(config.ids):
+        if not cycle.monitors[joint].fault & (LATCHED | ServoFault.MISSING):
+            continue
+        cycle.reader.excluded = joint
+        servo = Servo(link, servo_id, deadline, breathe)
+        try:
+            ready = commission(servo, joint, config, log, reboot=True, write_eeprom=False)
+            arm_watchdog(servo, config)
+            cycle.replace(joint, ready)
+            log.write(ServoEvent(time.monotonic(), servo_id, ServoFault.NONE, True, "set up again"))
+        except PortLost:
+            raise
+        except BackendError as error:
+            failures.append(str(error))
+            log.write(ServoEvent(time.monotonic(), servo_id, ServoFault.NONE, True, f"not recovered: {error}"))
+        finally:
+            cycle.reader.excluded = None
+    if not failures:
+        cycle.bus_fault &= ~ServoFault.INTERNAL
+    return failures

@@ -1,0 +1,169 @@
+"""Slow, careful talk with one servo while it is set up: every instruction is repeated if need be, every failure is an error."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from doorman.exceptions import BackendError
+from doorman.hardware.dynamixel.wire.link import Link, Outcome, Reply
+from doorman.hardware.dynamixel.wire.registers import MODELS, OLDEST_FIRMWARE, Register
+
+ATTEMPTS = 8
+"""How often an instruction is sent before the servo is given up."""
+REFUSALS = {
+    1: "it failed to carry it out",
+    2: "it does not know the instruction",
+    3: "the instruction arrived damaged",
+    4: "the value is out of range, or its bus watchdog has fired",
+    5: "the value has the wrong length",
+    6: "the value is beyond a limit of the servo",
+    7: "the register cannot be accessed, or is locked while torque is on",
+}
+_DAMAGED_ON_THE_WAY = 3
+
+
+class Servo:
+    """One servo on a link, for set-up and recovery.
+
+    Args:
+        link: To the bus.
+        servo_id: Its id.
+        deadline: Of `time.monotonic`, after which nothing more is tried [s].
+        between: Called before every instruction; keeps the rest of the bus alive.
+    """
+
+    def __init__(self, link: Link, servo_id: int, deadline: float, between: Callable[[], None] = lambda: None) -> None:
+        self.id = servo_id
+        self.model = 0
+        self.firmware = 0
+        self.deadline = deadline
+        self._link = link
+        self._between = between
+
+    def identify(self, models: tuple[int, ...]) -> None:
+        """Ping the servo and check what answers.
+
+        Args:
+            models: Model numbers that are accepted.
+
+        Raises:
+            BackendError: if nothing answers, or another model or too old a firmware.
+        """
+        data = self._insist("ping", lambda: self._link.ping(self.id)).data
+        self.model, self.firmware = int.from_bytes(data[:2], "little"), data[2]
+        if self.model not in models:
+            names = ", ".join(f"{number} {MODELS.get(number, '')}".strip() for number in models)
+            raise BackendError("wrong model", field=f"servo {self.id}", given=self.model, allowed=names)
+        if self.firmware < OLDEST_FIRMWARE:
+            raise BackendError("the firmware is too old for the bus watchdog", field=f"servo {self.id}",
+                               given=self.firmware, allowed=f">= {OLDEST_FIRMWARE}; DYNAMIXEL Wizard updates it")  # fmt: skip
+
+    def read(self, register: Register) -> int:
+        """Read a register.
+
+        Args:
+            register: Which.
+
+        Raises:
+            BackendError: if the servo does not answer or refuses.
+        """
+        return register.decode(self.read_bytes(register.address, register.size, register.name))
+
+    def read_bytes(self, address: int, length: int, name: str) -> bytes:
+        """Read bytes of the control table.
+
+        Args:
+            address: Of the first byte.
+            length: Number of bytes.
+            name: For the error.
+
+        Raises:
+            BackendError: if the servo does not answer or refuses.
+        """
+        return self._insist(f"read {name}", lambda: self._link.read(self.id, address, length)).data
+
+    def write(self, register: Register, value: int) -> None:
+        """Write a register.
+
+        Args:
+            register: Which.
+            value: New content.
+
+        Raises:
+            BackendError: if the servo does not answer or refuses.
+        """
+        self.write_bytes(register.address, register.encode(value), register.name)
+
+    def write_bytes(self, address: int, data: bytes, name: str) -> None:
+        """Write bytes of the control table.
+
+        Args:
+            address: Of the first byte.
+            data: Bytes.
+            name: For the error.
+
+        Raises:
+            BackendError: if the servo does not answer or refuses.
+        """
+        self._insist(f"write {name}", lambda: self._link.write(self.id, address, data))
+
+    def write_unanswered(self, register: Register, value: int) -> None:
+        """Write a register of a servo that may not be allowed to answer.
+
+        Args:
+            register: Which.
+            value: New content.
+        """
+        self._link.write(self.id, register.address, register.encode(value))
+
+    def clear_watchdog(self, goal: Register) -> None:
+        """Clear the bus watchdog and zero a goal in one go: the servo refuses the goal before, and may pursue the old one after.
+
+        Args:
+            goal: Of the servo's operating mode.
+        """
+        self._between()
+        self._link.clear_watchdog(self.id, goal)
+
+    def reboot(self, boot_timeout: float) -> None:
+        """Restart a servo that has shut down, and wait until it answers again.
+
+        It may go on answering for a while before it restarts: it has done so once it was silent, or shows no error any more.
+
+        Args:
+            boot_timeout: How long to wait [s].
+
+        Raises:
+            BackendError: if it does not come back.
+        """
+        heard, silent = self._link.reboot(self.id).ok, False
+        end = min(time.monotonic() + boot_timeout, self.deadline)
+        while True:
+            self._between()
+            answer = self._link.ping(self.id)
+            if answer.ok and (silent or not answer.alert):
+                return
+            silent = silent or answer.outcome is Outcome.TIMEOUT
+            if answer.ok and not heard:
+                heard = self._link.reboot(self.id).ok
+            if time.monotonic() > end:
+                raise BackendError("the servo did not come back after a reboot", field=f"servo {self.id}",
+                                   given=f"{boot_timeout:g} s", allowed="an answer to ping")  # fmt: skip
+
+    def _insist(self, what: str, attempt: Callable[[], Reply]) -> Reply:
+        self._between()
+        reply = attempt()
+        for _ in range(ATTEMPTS - 1):
+            refused = reply.outcome is Outcome.REFUSED and reply.error_number != _DAMAGED_ON_THE_WAY
+            if reply.ok or refused or time.monotonic() > self.deadline:
+                break
+            self._between()
+            reply = attempt()
+        if reply.ok:
+            return reply
+        if reply.outcome is Outcome.REFUSED:
+            why = REFUSALS.get(reply.error_number, f"error {reply.error_number}")
+            raise BackendError(f"the servo refuses to {what}: {why}", field=f"servo {self.id}")
+        raise BackendError(f"{reply.outcome.value} to {what}", field=f"servo {self.id}",
+                           allowed="a servo of this id, powered, at this baud rate, with sound cables")  # fmt: skip

@@ -1,0 +1,1 @@
+"""Bytes, packets and registers: the line to the servos."""

@@ -1,0 +1,242 @@
+"""Instructions to servos and their answers: one at a time, each with a deadline, each with a typed outcome."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from doorman.hardware.dynamixel.wire.packets import (
+    BROADCAST_ID,
+    OVERHEAD,
+    StatusPacket,
+    StatusParser,
+    instruction_packet,
+)
+from doorman.hardware.dynamixel.wire.port import Port
+from doorman.hardware.dynamixel.wire.registers import BUS_WATCHDOG, WATCHDOG_OFF, Instruction, Register
+from doorman.hardware.dynamixel.wire.units import RETURN_DELAY_UNIT
+
+BITS_PER_BYTE = 10
+"""Start bit, eight data bits, stop bit."""
+LONGEST_RETURN_DELAY = 254 * RETURN_DELAY_UNIT
+FLOOD = 64
+"""Chunks after which a line is given up that does not fall silent."""
+
+
+class Outcome(Enum):
+    """What became of an instruction."""
+
+    OK = "ok"
+    TIMEOUT = "no answer"
+    CORRUPT = "damaged answer"
+    REFUSED = "refused"
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """Answer of one servo to one instruction."""
+
+    outcome: Outcome
+    sent: float
+    """Just before the instruction was sent [s]: what the answer says is not older."""
+    received: float
+    """Just after the answer was read [s]."""
+    error_number: int = 0
+    """Why the servo refused."""
+    alert: bool = False
+    """Whether a hardware error stands in the servo."""
+    data: bytes = b""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the instruction was carried out and its answer is whole."""
+        return self.outcome is Outcome.OK
+
+
+class Link:
+    """Speaks protocol 2.0 over a port. Not for use by two threads at a time.
+
+    Args:
+        port: Open port.
+        baud_rate: Of the bus [bit/s], for the time that packets need.
+        latency: Time that adapter and computer may add to an answer [s].
+        return_delay: Longest that a servo may wait before it answers [s].
+        clock: Monotonic clock of the port's deadlines [s].
+    """
+
+    def __init__(
+        self,
+        port: Port,
+        baud_rate: int,
+        latency: float,
+        return_delay: float = LONGEST_RETURN_DELAY,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._port = port
+        self._byte_time = BITS_PER_BYTE / baud_rate
+        self._latency = latency
+        self._return_delay = return_delay
+        self._clock = clock
+        self._parser = StatusParser()
+        self._owed = False
+
+    def now(self) -> float:
+        """Time by the clock that stamps replies [s]."""
+        return self._clock()
+
+    def ping(self, servo_id: int) -> Reply:
+        """Ask a servo for its model number (two bytes) and firmware (one byte).
+
+        Args:
+            servo_id: Its id.
+        """
+        return self._ask(servo_id, Instruction.PING, b"", 3)
+
+    def read(self, servo_id: int, address: int, length: int) -> Reply:
+        """Read bytes of the control table.
+
+        Args:
+            servo_id: Of the servo.
+            address: Of the first byte.
+            length: Number of bytes.
+        """
+        return self._ask(servo_id, Instruction.READ, _words(address, length), length)
+
+    def write(self, servo_id: int, address: int, data: bytes) -> Reply:
+        """Write bytes of the control table.
+
+        Args:
+            servo_id: Of the servo.
+            address: Of the first byte.
+            data: Bytes.
+        """
+        return self._ask(servo_id, Instruction.WRITE, _words(address) + data, 0)
+
+    def reboot(self, servo_id: int) -> Reply:
+        """Restart a servo; it stays silent for some tenths of a second.
+
+        Args:
+            servo_id: Its id.
+        """
+        return self._ask(servo_id, Instruction.REBOOT, b"", 0)
+
+    def sync_read(self, servo_ids: Sequence[int], address: int, length: int) -> list[Reply]:
+        """Read the same bytes of several servos with one instruction.
+
+        Args:
+            servo_ids: Of the servos, in the order in which they answer.
+            address: Of the first byte.
+            length: Number of bytes of each.
+
+        Returns:
+            One reply for every servo.
+        """
+        packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_READ, _words(address, length) + bytes(servo_ids))
+        return self._exchange(packet, servo_ids, length)
+
+    def sync_write(self, register: Register, values: Mapping[int, int]) -> bool:
+        """Write one register of several servos with one instruction, which no servo answers.
+
+        Args:
+            register: Which.
+            values: By servo id.
+
+        Returns:
+            Whether all bytes went out in time.
+        """
+        parameters = _words(register.address, register.size)
+        for servo_id, value in values.items():
+            parameters += bytes((servo_id,)) + register.encode(value)
+        packet = instruction_packet(BROADCAST_ID, Instruction.SYNC_WRITE, parameters)
+        return self._port.send(packet, self._clock() + self._allowance(len(packet), 0, 0))
+
+    def clear_watchdog(self, servo_id: int, goal: Register) -> None:
+        """Clear a servo's bus watchdog and zero its goal back to back; neither is answered, so look whether it was heard.
+
+        Args:
+            servo_id: Of the servo.
+            goal: Of its operating mode.
+        """
+        self.sync_write(BUS_WATCHDOG, {servo_id: WATCHDOG_OFF})
+        self.sync_write(goal, {servo_id: 0})
+
+    def _ask(self, servo_id: int, instruction: Instruction, parameters: bytes, length: int) -> Reply:
+        return self._exchange(instruction_packet(servo_id, instruction, parameters), (servo_id,), length)[0]
+
+    def _allowance(self, sent: int, servos: int, length: int) -> float:
+        """Time that an instruction and its answers may take [s]."""
+        answers = servos * (OVERHEAD + length + length // 3)
+        return self._byte_time * (sent + answers) + servos * self._return_delay + self._latency
+
+    def _exchange(self, packet: bytes, servo_ids: Sequence[int], length: int) -> list[Reply]:
+        """Send an instruction and collect the answers, which servos give in the order in which they were asked.
+
+        An answer out of order belongs to an earlier instruction: whatever came before it is not believed.
+        """
+        self._settle()
+        self._parser.restart(length)
+        sent = self._clock()
+        allowance = self._allowance(len(packet), len(servo_ids), length)
+        answers: dict[int, tuple[StatusPacket, float]] = {}
+        if self._port.send(packet, sent + allowance):
+            self._collect(self._clock() + allowance, servo_ids, answers)
+        self._owed = len(answers) < len(servo_ids)
+        return [self._reply(sent, answers.get(index), length) for index in range(len(servo_ids))]
+
+    def _collect(
+        self, deadline: float, servo_ids: Sequence[int], answers: dict[int, tuple[StatusPacket, float]]
+    ) -> None:
+        """Take answers until all are there, or until the deadline has passed and nothing more lies ready.
+
+        What arrived in time counts even if this thread was held up and looks only later.
+        """
+        late = 0
+        while len(answers) < len(servo_ids):
+            data = self._port.receive(deadline)
+            now = self._clock()
+            for status in self._parser.feed(data):
+                self._sort_in(status, now, servo_ids, answers)
+            late += now >= deadline
+            if late > FLOOD or (late and not data):
+                break
+        else:
+            return
+        for status in self._parser.finish():
+            self._sort_in(status, self._clock(), servo_ids, answers)
+
+    @staticmethod
+    def _sort_in(
+        status: StatusPacket, now: float, servo_ids: Sequence[int], answers: dict[int, tuple[StatusPacket, float]]
+    ) -> None:
+        if status.servo_id not in servo_ids:
+            return
+        index = servo_ids.index(status.servo_id)
+        for later in [known for known in answers if known >= index]:
+            del answers[later]
+        answers[index] = (status, now)
+
+    def _reply(self, sent: float, answer: tuple[StatusPacket, float] | None, length: int) -> Reply:
+        if answer is None:
+            missing = Outcome.CORRUPT if self._parser.damaged else Outcome.TIMEOUT
+            return Reply(missing, sent, self._clock())
+        status, received = answer
+        if status.error_number:
+            outcome = Outcome.REFUSED
+        else:
+            outcome = Outcome.OK if len(status.parameters) == length else Outcome.CORRUPT
+        data = status.parameters if outcome is Outcome.OK else b""
+        return Reply(outcome, sent, received, status.error_number, status.alert, data)
+
+    def _settle(self) -> None:
+        """Throw away what is left of earlier instructions; if one was not answered, wait until its answer is unlikely."""
+        quiet_until = self._clock() + (self._latency if self._owed else 0.0)
+        for _ in range(FLOOD):
+            data = self._port.receive(quiet_until)
+            if not data and self._clock() >= quiet_until:
+                return
+
+
+def _words(*values: int) -> bytes:
+    return b"".join(value.to_bytes(2, "little") for value in values)

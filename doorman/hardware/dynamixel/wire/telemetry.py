@@ -1,0 +1,74 @@
+"""The block of registers that every cycle reads, gathered through indirect data so that one sync read gets all of it."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from doorman.hardware.dynamixel.wire.registers import (
+    BUS_WATCHDOG,
+    HARDWARE_ERROR,
+    INDIRECT_COUNT,
+    PRESENT_CURRENT,
+    PRESENT_POSITION,
+    PRESENT_TEMPERATURE,
+    PRESENT_VELOCITY,
+    PRESENT_VOLTAGE,
+    REALTIME_TICK,
+    TORQUE_ENABLE,
+    TORQUE_ON,
+    WATCHDOG_FIRED,
+    WATCHDOG_OFF,
+    Register,
+)
+
+BLOCK: tuple[Register, ...] = (
+    PRESENT_POSITION, PRESENT_VELOCITY, PRESENT_CURRENT, HARDWARE_ERROR, PRESENT_TEMPERATURE, PRESENT_VOLTAGE,
+    TORQUE_ENABLE, BUS_WATCHDOG, REALTIME_TICK,
+)  # fmt: skip
+"""In the order of their bytes."""
+BLOCK_SIZE = sum(register.size for register in BLOCK)
+assert BLOCK_SIZE <= INDIRECT_COUNT
+MAPPING = b"".join(
+    (register.address + offset).to_bytes(2, "little") for register in BLOCK for offset in range(register.size)
+)
+"""Content of the indirect addresses that gathers the block."""
+_CODES = {(1, False): "B", (2, False): "H", (2, True): "h", (4, True): "i"}
+_LAYOUT = struct.Struct("<" + "".join(_CODES[register.size, register.signed] for register in BLOCK))
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """Registers of one servo at one time, as counts."""
+
+    position: int
+    velocity: int
+    current: int
+    hardware_error: int
+    temperature: int
+    voltage: int
+    torque_enable: int
+    bus_watchdog: int
+    tick: int
+
+    @classmethod
+    def decode(cls, data: bytes) -> Telemetry:
+        """Take the block apart.
+
+        Args:
+            data: `BLOCK_SIZE` bytes.
+        """
+        return cls(*_LAYOUT.unpack(data))
+
+    def is_ours(self, watchdog_counts: int) -> bool:
+        """Whether the block still shows what it was set up to show.
+
+        A servo that restarted forgets the indirect addresses and shows zeros; torque, supply and watchdog of one that is set
+        up are never all zero.
+
+        Args:
+            watchdog_counts: What was written to its watchdog.
+        """
+        if self.bus_watchdog == WATCHDOG_OFF:
+            return self.torque_enable == TORQUE_ON and self.voltage > 0
+        return self.bus_watchdog in (watchdog_counts, WATCHDOG_FIRED)

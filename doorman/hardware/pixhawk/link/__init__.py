@@ -1,0 +1,1 @@
+"""The thread that talks to the autopilot, and all that it looks after."""

@@ -1,0 +1,250 @@
+"""What to do with a received message: whose it is, whether it is new, and who wants it."""
+
+from __future__ import annotations
+
+import struct
+import time
+from typing import Protocol
+
+from doorman.hardware.pixhawk.authority import AuthorityKeeper
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, MULTIROTORS, Dialect, dialect_of
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText
+from doorman.hardware.pixhawk.link.origin import Origin
+from doorman.hardware.pixhawk.link.rates import RateKeeper
+from doorman.hardware.pixhawk.link.stream import SetpointStream
+from doorman.hardware.pixhawk.link.timesync import ClockMap, SyncResult
+from doorman.hardware.pixhawk.link.tracker import Tracker
+from doorman.hardware.pixhawk.wire.codec import Codec
+from doorman.hardware.pixhawk.wire.messages import Message, mavlink
+from doorman.hardware.pixhawk.wire.peer import SILENCE, PeerKeeper
+from doorman.hardware.pixhawk.wire.texts import TextParts
+from doorman.hardware.pixhawk.wire.transport import Address, Line
+
+_NOTE_PERIOD = 1.0
+"""Between two notes of the same flood [s]."""
+_ESTIMATOR_RATE = 5.0
+"""Of what PX4's estimator says of itself, where no camera contradicts it [1/s]."""
+
+_TIMESYNC_RATE = 10.0
+"""Of the requests by which PX4 maps the stamps of poses: a link in "normal" mode sends none by itself [1/s]."""
+_UNORDERED = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
+        mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
+        mavlink.MAVLINK_MSG_ID_STATUSTEXT,
+        mavlink.MAVLINK_MSG_ID_TIMESYNC,
+    }
+)
+"""Worth reading though overtaken."""
+_TELEMETRY = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET,
+    }
+)
+_ORIGIN = {mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS}
+WANTED = _UNORDERED | _TELEMETRY | _ORIGIN | {mavlink.MAVLINK_MSG_ID_HEARTBEAT}
+"""Messages that are decoded at all."""
+
+
+class Owner(Protocol):
+    """What the inbox needs of the link."""
+
+    config: PixhawkConfig
+    events: EventLog
+    exchange: Exchange
+    clock: ClockMap
+    tracker: Tracker
+    stream: SetpointStream
+    authority: AuthorityKeeper
+    rates: RateKeeper
+    codec: Codec | None
+
+    @property
+    def origin(self) -> Origin | None:
+        """What gives the autopilot a place on earth."""
+
+    def send(self, message: Message) -> None:
+        """Queue a message."""
+
+
+class Inbox:
+    """Sorts messages; used by the thread of the link only.
+
+    Args:
+        owner: The link.
+    """
+
+    def __init__(self, owner: Owner) -> None:
+        self.identity: tuple[int, int] | None = None
+        """System and component of the autopilot, once heard."""
+        self.dialect: Dialect | None = None
+        self.vehicle_type: int | None = None
+        """MAV_TYPE of its heartbeat."""
+        self.peer = PeerKeeper(owner.events, owner.config.signing_key is not None)
+        self.last_message = float("-inf")
+        """When it was last heard [s]."""
+        self.foreign = 0
+        """Messages of others."""
+        self.namesake = float("-inf")
+        """When somebody else's heartbeat with our system id came [s]."""
+        self._owner = owner
+        self._noted = (0, 0, 0, 0)
+        self._texts = TextParts()
+
+    @property
+    def _asks_estimator(self) -> bool:
+        """Whether positions are believed only where the autopilot says so: no camera would contradict them."""
+        return self.dialect is not None and self.dialect.says_what_is_valid and not self._owner.config.mocap
+
+    def receive(self, data: bytes, address: Address, line: Line) -> None:
+        """Take in bytes from an address."""
+        owner = self._owner
+        assert owner.codec is not None
+        now = time.monotonic()
+        for message in owner.codec.decode(data, address):
+            self._sort(message, address, line, now)
+        if owner.codec.outdated and line.peer is None:
+            line.peer = self.peer.address = address  # without a clock of its own it takes the time from us
+        self._tell(self._texts.late(now))
+        self._note_damage(now)
+
+    def _sort(self, message: Message, address: Address, line: Line, now: float) -> None:
+        kind, sender = message.get_msgId(), (message.get_srcSystem(), message.get_srcComponent())
+        if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            self._meet(message, sender, address, line, now)
+        if sender != self.identity or (address is not None and line.peer != address):
+            self.foreign += 1
+            if sender == self.identity:
+                self.peer.elsewhere(address, line, self._owner.tracker.sample.armed, now)
+            self._note_stranger(message, sender, now)
+            return
+        if now - self.last_message > SILENCE and self._owner.origin is not None:
+            self._owner.origin.reset()  # it may have been rebooted, and must have no pose before its origin then
+        self.last_message = now
+        ordered = self._owner.tracker.in_order(message.get_seq(), now)
+        if ordered or kind in _UNORDERED:
+            # A TIMESYNC that answers one of ours says nothing of the autopilot's own.
+            if kind != mavlink.MAVLINK_MSG_ID_TIMESYNC or message.tc1 == 0:
+                self._owner.rates.heard(kind)
+            try:
+                self._handle(kind, message, now)
+            except (ValueError, ArithmeticError, struct.error):  # absurd figures in a message with a right checksum
+                self._owner.tracker.counters.invalid += 1
+
+    def _note_stranger(self, message: Message, sender: tuple[int, int], now: float) -> None:
+        owner = self._owner
+        if sender[0] == owner.config.system_id:
+            if message.get_type() == "HEARTBEAT" and (
+                message.type == mavlink.MAV_TYPE_GCS or self.dialect is ARDUPILOT  # which heeds any with that id
+            ):
+                self.namesake = now
+                words = f"a heartbeat with our system id {sender[0]}: it hides from the autopilot when we are gone"
+                owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+        elif self.identity is None or sender[0] != self.identity[0]:
+            words = f"messages of system {sender[0]} are ignored"
+            owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
+
+    def _meet(self, message: Message, sender: tuple[int, int], address: Address, line: Line, now: float) -> None:
+        """Lock on to the first multirotor that we are meant to fly, and to where it speaks from."""
+        dialect = dialect_of(message.autopilot)
+        if dialect is not None and self.identity not in (None, sender) and address == line.peer:
+            self.peer.another(sender, self.identity, now)
+        wanted = self._owner.config.vehicle_system
+        if (
+            dialect is None
+            or message.type not in MULTIROTORS
+            or sender[1] != mavlink.MAV_COMP_ID_AUTOPILOT1
+            or (wanted is not None and sender[0] != wanted)
+        ):
+            return
+        if self.identity is None:
+            self.identity, self.dialect, self.vehicle_type = sender, dialect, int(message.type)
+            if dialect.asks_time and self._owner.config.mocap:
+                self._owner.rates.want(mavlink.MAVLINK_MSG_ID_TIMESYNC, _TIMESYNC_RATE)
+            if self._asks_estimator:
+                self._owner.rates.want(mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS, _ESTIMATOR_RATE)
+                self._owner.tracker.expect_estimator(now)
+            self._owner.stream.angle_boost = dialect.angle_boost
+            self._owner.stream.keeps_tilt = dialect.keeps_tilt
+            self._owner.events.happen(
+                EventKind.CONNECTED, now, f"{dialect.name}, system {sender[0]}", dialect=dialect.name, system=sender[0]
+            )
+        if sender == self.identity:
+            self.peer.heard_at(address, line, now - self.last_message, self._owner.tracker.sample.armed, now)
+
+    def _handle(self, kind: int, message: Message, now: float) -> None:
+        owner, dialect = self._owner, self.dialect
+        assert dialect is not None
+        if kind == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            owner.tracker.heartbeat(message, dialect, now)
+            sample = owner.tracker.sample
+            owner.authority.heartbeat(sample.mode, sample.armed, sample.system_status, dialect, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_TIMESYNC:
+            self._timesync(message, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            config = owner.config
+            if message.target_system in (0, config.system_id) and message.target_component in (0, config.component_id):
+                owner.exchange.post_acknowledgement(message.command, message.result)
+                if message.result == mavlink.MAV_RESULT_ACCEPTED:
+                    owner.authority.accepted(message.command, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
+            value = dialect.decode_parameter(message.param_value, message.param_type)
+            owner.exchange.post_parameter(message.param_id, value, message.param_type)
+        elif kind == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+            self._tell(self._texts.take(message, now))
+        elif kind == mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
+            if owner.origin is not None:
+                owner.origin.heard(now)
+        elif kind == mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
+            if owner.origin is not None:
+                owner.origin.estimator(message.flags)
+            if self._asks_estimator:
+                owner.tracker.estimator(message.flags)
+        else:
+            owner.tracker.take(message, now)
+
+    def _timesync(self, message: Message, now: float) -> None:
+        received = time.monotonic_ns()
+        owner = self._owner
+        if message.tc1 == 0:  # its own request: our time, so that it can map the stamps of our poses
+            owner.send(mavlink.MAVLink_timesync_message(received, message.ts1))
+            return
+        result = owner.clock.answer(message.ts1, message.tc1, received)
+        if result is SyncResult.JUMPED:
+            owner.events.happen(EventKind.CLOCK_JUMPED, now, "the autopilot's clock jumped")
+        elif result is SyncResult.REBOOTED:
+            owner.events.happen(EventKind.REBOOTED, now, "the autopilot's clock started anew")
+            owner.tracker.reset()
+            if self._asks_estimator:
+                owner.tracker.expect_estimator(now)
+            owner.exchange.forget()
+            owner.rates.restart()
+            if owner.origin is not None:
+                owner.origin.reset()
+            owner.authority.rebooted(now)
+
+    def _tell(self, texts: list[StatusText]) -> None:
+        for one in texts:
+            self._owner.exchange.post_text(one)
+            self._owner.events.happen(EventKind.STATUS_TEXT, one.time, one.text, severity=one.severity)
+
+    def _note_damage(self, now: float) -> None:
+        owner = self._owner
+        assert owner.codec is not None
+        counters, telemetry = owner.codec.counters, owner.tracker.counters
+        figures = (
+            counters.corrupted + counters.malformed, telemetry.disordered, telemetry.invalid, counters.bad_signatures
+        )  # fmt: skip
+        kinds = (EventKind.CORRUPTED, EventKind.DISORDERED, EventKind.INVALID_DATA, EventKind.BAD_SIGNATURE)
+        if figures != self._noted:
+            for kind, figure, before in zip(kinds, figures, self._noted, strict=True):
+                if figure != before:
+                    owner.events.happen_at_most(_NOTE_PERIOD, kind, now, kind.value, count=figure)
+            self._noted = figures

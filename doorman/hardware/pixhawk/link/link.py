@@ -1,0 +1,283 @@
+"""The thread that talks to the autopilot: reads, keeps time, streams, watches; nobody else touches the line."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import threading
+import time
+from collections import deque
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.authority import Authority, AuthorityKeeper
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4, Dialect
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.link.exchange import Exchange
+from doorman.hardware.pixhawk.link.inbox import WANTED, Inbox
+from doorman.hardware.pixhawk.link.mocap import MocapOutlet
+from doorman.hardware.pixhawk.link.origin import CautiousOrigin, Origin
+from doorman.hardware.pixhawk.link.rates import RateKeeper
+from doorman.hardware.pixhawk.link.stream import SetpointStream, here
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.tracker import Tracker
+from doorman.hardware.pixhawk.link.watchdog import Watchdog
+from doorman.hardware.pixhawk.wire.codec import Codec
+from doorman.hardware.pixhawk.wire.connection import parse_connection
+from doorman.hardware.pixhawk.wire.messages import Message, mavlink
+from doorman.hardware.pixhawk.wire.signing import load_key
+from doorman.hardware.pixhawk.wire.transport import DeviceLost, Line, open_line
+
+_LONGEST_SLEEP = 0.003
+_WATCH_PERIOD = 0.01
+_REOPEN_PERIOD = 0.2
+_BUSY_RETRY = 0.001
+"""After which a setpoint that a busy line did not take is due again: it is made anew then [s]."""
+_FAST_SYNC_PERIOD = 0.02
+"""Between TIMESYNC requests until the clock is mapped [s]."""
+
+
+class _Timer:
+    """Says once a period that it is time; late ticks are not made up for."""
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self.next = 0.0
+
+    def due(self, now: float) -> bool:
+        if now < self.next:
+            return False
+        self.next = max(self.next + self.period, now + 0.5 * self.period)
+        return True
+
+
+class Link:
+    """Connection to one autopilot.
+
+    Args:
+        config: Settings.
+    """
+
+    def __init__(self, config: PixhawkConfig) -> None:
+        self.config = config
+        self.events = EventLog()
+        self.exchange = Exchange()
+        self.clock = ClockMap()
+        self.tracker = Tracker(self.clock, config.local_frame)
+        self.stream = SetpointStream(config, self.events)
+        self.authority = AuthorityKeeper(self.stream, self.events)
+        self.mocap = MocapOutlet(config.local_frame, config.rates.mocap, config.timeouts.mocap)
+        self.rates = RateKeeper(wanted_rates(config))
+        self._origins: dict[Dialect, Origin] = {}
+        if config.origin is not None and config.mocap:
+            self._origins = {ARDUPILOT: Origin(config.origin), PX4: CautiousOrigin(config.origin)}
+        self.inbox = Inbox(self)
+        self.codec: Codec | None = None
+        self._endpoint = parse_connection(config.connection)
+        self._watchdog = Watchdog(config, self.events)
+        self._queue: deque[Message] = deque()
+        self._line: Line | None = None
+        self._thread: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._reopen_at = 0.0
+        rates = config.rates
+        self._heartbeat, self._sync = _Timer(1.0 / rates.heartbeat), _Timer(1.0 / rates.timesync)
+        self._setpoint, self._look = _Timer(1.0 / rates.setpoint), _Timer(_WATCH_PERIOD)
+
+    # ------------------------------------------------------------ from any thread
+
+    @property
+    def open(self) -> bool:
+        """Whether the thread runs."""
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
+    def target(self) -> tuple[int, int]:
+        """System and component of the autopilot."""
+        if self.inbox.identity is None:
+            raise BackendError("no autopilot has been heard yet", allowed="open() first")
+        return self.inbox.identity
+
+    @property
+    def known_dialect(self) -> Dialect:
+        """Of the autopilot."""
+        if self.inbox.dialect is None:
+            raise BackendError("no autopilot has been heard yet", allowed="open() first")
+        return self.inbox.dialect
+
+    def send(self, message: Message) -> None:
+        """Queue a message; it goes out within milliseconds, in order, or never: nothing waits for a line that is gone."""
+        if self._line is not None:
+            self._queue.append(message)
+
+    def request_landing(self) -> bool:
+        """Hold here, without the controller, and ask to land until the heartbeat shows it; False if the vehicle is not ours."""
+        sample = self.tracker.sample
+        fresh = sample.age(time.monotonic()) <= self.config.timeouts.state
+        return self.authority.request_landing(here(sample) if fresh else None)
+
+    def start(self) -> None:
+        """Open the line and start the thread; once in the life of a link.
+
+        Raises:
+            BackendError: if the line cannot be opened or the key cannot be read.
+        """
+        config = self.config
+        key = None if config.signing_key is None else load_key(config.signing_key)
+        self.codec = Codec(config.system_id, config.component_id, key, WANTED)
+        self._line = open_line(self._endpoint, config.timeouts.open)
+        self._endpoint = self._line.endpoint
+        self._stop.clear()
+        self._thread = threading.Thread(target=self._run, name="pixhawk", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread and close the line; may be called twice."""
+        self._stop.set()
+        thread, self._thread = self._thread, None
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(2.0)
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+        self.exchange.wake()
+
+    # ------------------------------------------------------------ the thread
+
+    def _run(self) -> None:
+        try:
+            while not self._stop.is_set():
+                self._once()
+        except Exception as error:  # noqa: BLE001  # nothing may be raised out of the thread unseen
+            self.events.happen(EventKind.IO_FAILED, time.monotonic(), f"{type(error).__name__}: {error}")
+            self.authority.rebooted(time.monotonic())
+            self.events.condition(EventKind.LINK_LOST, True, time.monotonic(), "the thread of the link failed")
+        finally:
+            self.exchange.wake()
+
+    def _once(self) -> None:
+        line = self._line
+        if line is None:
+            self._reopen()
+            return
+        try:
+            select.select([line], [], [], self._sleep_time(time.monotonic()))
+            received = line.receive()
+            for data, address in received:
+                self.inbox.receive(data, address, line)
+            self._send_due(line, time.monotonic())
+        except (DeviceLost, OSError, ValueError) as error:  # ValueError: select on a descriptor that is gone
+            self._lose_device(error)
+            return
+        now = time.monotonic()
+        self._watch(now)
+        if received:
+            self.exchange.wake()
+
+    def _sleep_time(self, now: float) -> float:
+        until = min(self._heartbeat.next, self._sync.next, self._setpoint.next) - now
+        return 0.0 if self._queue else min(max(until, 0.0), _LONGEST_SLEEP)
+
+    @property
+    def origin(self) -> Origin | None:
+        """What gives this autopilot a place on earth; None where it needs none, or is not known yet."""
+        dialect = self.inbox.dialect
+        return None if dialect is None else self._origins.get(dialect)
+
+    def _send_due(self, line: Line, now: float) -> None:
+        while self._queue:
+            self._transmit(line, self._queue.popleft())
+        if self._heartbeat.due(now):
+            self._transmit(line, self._own_heartbeat())
+        identity, dialect = self.inbox.identity, self.inbox.dialect
+        if identity is None or dialect is None:
+            self._setpoint.next = self._sync.next = now + _LONGEST_SLEEP
+            return
+        origin, armed = self.origin, self.tracker.sample.armed
+        settled = origin is None or origin.settled(now, armed)
+        pose = self.mocap.message(now) if settled and not line.busy else None
+        if pose is not None:  # first: setpoints, of which there are more, would leave a slow line no room for them
+            self._transmit(line, pose)
+        if self._setpoint.next <= now and line.busy:
+            self._setpoint.next = now + _BUSY_RETRY
+        elif self._setpoint.due(now):
+            setpoint = self.stream.message(now, self.tracker.sample, identity)
+            if setpoint is not None:
+                self._transmit(line, setpoint)
+            elif self.stream.stranded and not dialect.needs_stream:
+                self.authority.request_landing(None)
+        if origin is not None:
+            for request in origin.messages(now, *identity, armed):
+                self._transmit(line, request)
+        if self._sync.due(now):
+            if not self.clock.synchronised:
+                self._sync.next = now + _FAST_SYNC_PERIOD
+            self._transmit(line, mavlink.MAVLink_timesync_message(0, self.clock.ask(time.monotonic_ns())))
+        for request in self.authority.requests(now, dialect, identity):
+            self._transmit(line, request)
+        for request in self.rates.requests(now, *identity):
+            self._transmit(line, request)
+
+    def _transmit(self, line: Line, message: Message) -> None:
+        assert self.codec is not None
+        if self.config.listen_only:
+            return
+        line.send(self.codec.encode(message))
+
+    def _own_heartbeat(self) -> Message:
+        kind = mavlink.MAV_TYPE_GCS if self.config.ground_station else mavlink.MAV_TYPE_ONBOARD_CONTROLLER
+        return mavlink.MAVLink_heartbeat_message(kind, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3)
+
+    def _watch(self, now: float) -> None:
+        if self.inbox.identity is None or not self._look.due(now):
+            return
+        mocap_time = None
+        if self.config.mocap and self.mocap.newest_time > float("-inf"):
+            mocap_time = self.mocap.newest_time
+        self._watchdog.check(now, self.inbox.last_message, self.tracker.sample, self.clock, mocap_time)
+        lost = EventKind.MOCAP_LOST in self.events.conditions
+        if lost and self.config.on_mocap_loss == "land" and self.authority.state is Authority.ENGAGED:
+            if self.tracker.sample.armed and not self.authority.landing_requested:
+                self.request_landing()
+
+    def _lose_device(self, error: Exception) -> None:
+        now = time.monotonic()
+        self.events.condition(EventKind.DEVICE_LOST, True, now, f"the line is gone: {error}")
+        if self._line is not None:
+            with contextlib.suppress(OSError):
+                self._line.close()
+        self._line = None
+        self._queue.clear()
+        self._reopen_at = now + _REOPEN_PERIOD
+
+    def _reopen(self) -> None:
+        now = time.monotonic()
+        self._watch(now)
+        if now < self._reopen_at:
+            self._stop.wait(min(self._reopen_at - now, 0.02))
+            return
+        self._reopen_at = now + _REOPEN_PERIOD
+        try:
+            line = open_line(self._endpoint, 0.2)
+        except BackendError:
+            return
+        if self._stop.is_set():  # nobody would close it
+            line.close()
+            return
+        line.peer = line.peer or self.inbox.peer.address
+        self._queue.clear()
+        self._line = line
+        self.rates.restart()
+        self.events.condition(EventKind.DEVICE_LOST, False, now, "the line is gone")
+
+
+def wanted_rates(config: PixhawkConfig) -> dict[int, float]:
+    """Telemetry that is asked for [1/s], by message identifier."""
+    return {
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: config.rates.attitude,
+        mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: config.rates.position,
+        mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: 20.0,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS: 5.0,
+        mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: 2.0,
+    }

@@ -1,0 +1,131 @@
+"""A place on earth for an autopilot without GPS: given until it has one, and poses only after that.
+
+ArduPilot has no position without, and calls the height at which it stands zero in the second after it got its origin
+(`AP_Baro::update_field_elevation`). A pose that came before makes that a step: from then on its heights are larger than
+mocap's by the height of the pose. An origin that comes while its filter begins is told of, and forgotten by the filter; without
+one it navigates, but does not arm in GUIDED ("waiting for home"). So it is asked as long as it stands.
+
+PX4 flies without, but has no home then: it neither returns to its pad nor holds when its pilot asks for that. It takes every
+origin that comes, and one that comes late moves its position: by the origin's altitude, and by 5200 km where it navigates
+already (development version of August 2026). So it gets one, of altitude zero, only while it has neither origin nor position.
+"""
+
+from __future__ import annotations
+
+from doorman.hardware.pixhawk.wire.messages import Message, command_message, mavlink
+
+_PERIOD = 1.0
+_SETTLING = 2.0
+"""Between the origin and the first pose [s]."""
+_PATIENCE = 20.0
+"""For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
+_CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
+"""The same for PX4 [s]."""
+_FORGOTTEN = 5.0
+"""After so long without an answer an autopilot that stands has no origin any more [s]."""
+_QUESTIONS = 3
+"""That PX4 is asked before it gets an origin: an answer may be lost."""
+_NAVIGATES = mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS | mavlink.ESTIMATOR_PRED_POS_HORIZ_REL
+
+
+class Origin:
+    """Gives the origin, and says when poses may follow; used by the thread of the link only. This one is ArduPilot's.
+
+    Args:
+        place: Latitude [°], longitude [°], altitude [m].
+    """
+
+    patience = _PATIENCE
+    period = _PERIOD
+    settling = _SETTLING
+    forgetful = True
+    """Whether it may lose an origin that it had, without a reboot."""
+
+    def __init__(self, place: tuple[float, float, float]) -> None:
+        self._place = round(place[0] * 1e7), round(place[1] * 1e7), round(place[2] * 1e3)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew, as after a reboot."""
+        self._next, self._began, self._heard, self._confirmed = 0.0, float("inf"), float("inf"), float("-inf")
+
+    @property
+    def known(self) -> bool:
+        """Whether the autopilot has said that it has an origin."""
+        return self._heard < float("inf")
+
+    def heard(self, now: float) -> None:
+        """The autopilot says that it has an origin."""
+        self._heard, self._confirmed = min(self._heard, now), now
+
+    def estimator(self, flags: int) -> None:
+        """The autopilot says how its estimator is (ESTIMATOR_STATUS_FLAGS)."""
+
+    def settled(self, now: float, armed: bool) -> bool:
+        """Whether poses may be sent; the height's zero of an armed vehicle stays."""
+        if armed:
+            return True
+        return now > (self._heard + self.settling if self._heard <= now else self._began + self.patience)
+
+    def messages(self, now: float, system: int, component: int, armed: bool) -> list[Message]:
+        """What is due: the origin, and the question whether it has one, which right after boot it has not."""
+        self._began = min(self._began, now)
+        if self.known and (armed or not self.forgetful):
+            self._confirmed = now
+            return []
+        if now < self._next:
+            return []
+        if self.known and now - self._confirmed > _FORGOTTEN:
+            self.reset()
+            self._began = now
+        self._next = now + self.period
+        gives = not self.known and self._may_give(armed)
+        given = [mavlink.MAVLink_set_gps_global_origin_message(system, *self._place)] if gives else []
+        return [*given, *(_question(system, component, identifier) for identifier in self._questions())]
+
+    def _may_give(self, armed: bool) -> bool:
+        """Whether an origin does no harm now: ArduPilot keeps the one that it has."""
+        return True
+
+    def _questions(self) -> tuple[int, ...]:
+        return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN,)
+
+
+class CautiousOrigin(Origin):
+    """PX4's: asks first, and gives none once poses may have gone out, or to an estimator that may have a position."""
+
+    patience = _CAUTIOUS_PATIENCE
+    period = _CAUTIOUS_PERIOD
+    settling = 0.0
+    forgetful = False
+
+    def __init__(self, place: tuple[float, float, float]) -> None:
+        super().__init__((place[0], place[1], 0.0))
+
+    def reset(self) -> None:
+        """Begin anew, as after a reboot."""
+        super().reset()
+        self._asked, self._lost, self._released = 0, False, False
+
+    def estimator(self, flags: int) -> None:
+        """Only its word since the last question counts. On the ground it is in ESTIMATOR_CONST_POS_MODE with a position, too."""
+        self._lost = not flags & _NAVIGATES
+        if not self._lost:
+            self._began = float("-inf")  # there is nothing to wait for
+
+    def settled(self, now: float, armed: bool) -> bool:
+        """Whether poses may be sent."""
+        self._released = self._released or super().settled(now, armed)
+        return self._released
+
+    def _may_give(self, armed: bool) -> bool:
+        lost, self._lost = self._lost, False
+        self._asked += 1
+        return self._asked > _QUESTIONS and lost and not (armed or self._released)
+
+    def _questions(self) -> tuple[int, ...]:
+        return (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS)
+
+
+def _question(system: int, component: int, identifier: int) -> Message:
+    return command_message((system, component), mavlink.MAV_CMD_REQUEST_MESSAGE, float(identifier))

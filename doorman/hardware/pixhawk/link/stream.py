@@ -1,0 +1,216 @@
+"""The stream of setpoints: what to tell the autopilot at each of its ticks, and what to do when the controller falls silent."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+from threading import Lock
+
+import numpy as np
+
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.sample import VehicleSample
+from doorman.hardware.pixhawk.setpoints import (
+    AttitudeSetpoint,
+    PositionSetpoint,
+    Setpoint,
+    attitude_message,
+    position_message,
+)
+from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
+from doorman.hardware.pixhawk.wire.messages import Message
+from doorman.hardware.pixhawk.wire.units import seconds_to_boot_ms
+
+LONGEST_BLIND_HOLD = 1.0
+"""A position older than this [s] is no place to hold: the stream ends. PX4's own failsafe acts then; ArduPilot, which would
+level and drift as long as heartbeats come, is told to land."""
+
+
+LEVELLING = 0.25
+"""A hold that follows attitude setpoints begins level for so long [s], where the autopilot would keep the tilt: ArduPilot's
+position control takes it for what wind asks for, and a vehicle that leant on a door would go on towards it; PX4's brakes at
+once."""
+
+
+class Source(Enum):
+    """Who says where to fly."""
+
+    OFF = "nobody"
+    HOLD = "a fixed point"
+    CLIMB = "take-off"
+    CONTROLLER = "the controller"
+
+
+@dataclass(frozen=True)
+class _Climb:
+    start: PositionSetpoint
+    height: float
+    rate: float
+    since: float
+
+    def at(self, now: float) -> PositionSetpoint:
+        climbed = min(self.height, self.rate * (now - self.since))
+        return PositionSetpoint(self.start.position + np.array([0.0, 0.0, climbed]), self.start.yaw)
+
+
+class SetpointStream:
+    """Latest-sample exchange with the controller, and the message of each tick.
+
+    Args:
+        config: Settings.
+        events: Where silence is noted.
+    """
+
+    def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
+        self.curve: ThrustCurve | None = config.thrust_curve
+        self.angle_boost = False
+        """Whether the autopilot divides thrust by the cosine of the commanded tilt."""
+        self.keeps_tilt = True
+        """Whether the autopilot's position control begins with the tilt that it finds."""
+        self.longest_gap = 0.0
+        """Between two messages of the stream [s]."""
+        self._config = config
+        self._events = events
+        self._lock = Lock()
+        self._source = Source.OFF
+        self._latched = False
+        self._hold: PositionSetpoint | None = None
+        self._climb: _Climb | None = None
+        self._latest: tuple[Setpoint, float] | None = None
+        self._last_sent: float | None = None
+        self._leans, self._yaw = False, 0.0
+        self._level_since: float | None = None
+        self._nowhere = False
+
+    @property
+    def source(self) -> Source:
+        """Who says where to fly."""
+        return self._source
+
+    @property
+    def latched(self) -> bool:
+        """Whether the controller is kept out until `release`."""
+        return self._latched
+
+    def offer(self, setpoint: Setpoint, now: float) -> bool:
+        """Take the controller's newest setpoint; refused while the stream is off, climbing or latched."""
+        with self._lock:
+            if self._latched or self._source in (Source.OFF, Source.CLIMB):
+                return False
+            self._latest = (setpoint, now)
+            self._source = Source.CONTROLLER
+        return True
+
+    def hold(self, setpoint: PositionSetpoint, *, latch: bool = False) -> None:
+        """Hold a point; latched, it keeps the controller out."""
+        with self._lock:
+            self._hold, self._source, self._latched = setpoint, Source.HOLD, latch
+
+    def climb(self, start: PositionSetpoint, height: float, now: float) -> None:
+        """Climb from a point at the configured rate."""
+        with self._lock:
+            self._climb = _Climb(start, height, self._config.climb_rate, now)
+            self._source, self._latched = Source.CLIMB, False
+
+    @property
+    def stranded(self) -> bool:
+        """Whether the controller is silent, and there is no place to hold."""
+        return self._source is Source.CONTROLLER and self._nowhere
+
+    def release(self) -> None:
+        """Let the controller in again."""
+        with self._lock:
+            self._latched = False
+
+    def stop(self) -> None:
+        """Stop commanding."""
+        with self._lock:
+            self._source, self._latched, self._latest = Source.OFF, False, None
+            self._last_sent = None
+
+    def message(self, now: float, sample: VehicleSample, target: tuple[int, int]) -> Message | None:
+        """What to send at this tick; None if nothing may be commanded."""
+        with self._lock:
+            setpoint, hold = self._current(now, sample)
+            setpoint = self._levelled(setpoint, hold, now)
+        if setpoint is None:
+            self._last_sent = None
+            return None
+        if self._last_sent is not None:
+            self.longest_gap = max(self.longest_gap, now - self._last_sent)
+        self._last_sent = now
+        boot_ms, frame = seconds_to_boot_ms(now), self._config.local_frame
+        if isinstance(setpoint, PositionSetpoint):
+            return position_message(setpoint, frame, boot_ms, *target, hold=hold)
+        thrust = self._normalised(setpoint, sample)
+        side = self._to_the_side(setpoint, thrust, sample)
+        return attitude_message(setpoint, thrust, frame, boot_ms, *target, side=side)
+
+    def _current(self, now: float, sample: VehicleSample) -> tuple[Setpoint | None, bool]:
+        if self._source is Source.HOLD:
+            return self._hold, True
+        if self._source is Source.CLIMB and self._climb is not None:
+            return self._climb.at(now), True
+        if self._source is not Source.CONTROLLER or self._latest is None:
+            return None, False
+        setpoint, given = self._latest
+        silent = now - given
+        stale = silent > self._config.timeouts.setpoint
+        changed = self._events.condition(
+            EventKind.SETPOINT_STALE, stale, now, "the controller sends no setpoints", silent=silent
+        )
+        if not stale:
+            self._nowhere = False
+            return setpoint, False
+        if changed:
+            self._hold = here(sample) if now - sample.position_time < LONGEST_BLIND_HOLD else None
+            self._nowhere = self._hold is None
+        return self._hold, True
+
+    def _levelled(self, setpoint: Setpoint | None, hold: bool, now: float) -> Setpoint | None:
+        """The setpoint, or a level attitude where a hold, or nothing, begins to replace attitude setpoints."""
+        if not hold:
+            self._leans, self._level_since = isinstance(setpoint, AttitudeSetpoint), None
+            if isinstance(setpoint, AttitudeSetpoint):
+                self._yaw = float(setpoint.attitude[2])
+            return setpoint
+        if not self._leans or self.curve is None or (setpoint is not None and not self.keeps_tilt):
+            return setpoint
+        if self._level_since is None:
+            self._level_since = now
+        if now - self._level_since < LEVELLING:
+            yaw = setpoint.yaw if isinstance(setpoint, PositionSetpoint) else self._yaw
+            return AttitudeSetpoint(self.curve.hover_force, np.array([0.0, 0.0, yaw]))
+        self._leans = False
+        return setpoint
+
+    def _normalised(self, setpoint: AttitudeSetpoint, sample: VehicleSample) -> float:
+        assert self.curve is not None, "attitude setpoints are refused without a thrust curve"
+        force = setpoint.thrust
+        if self.angle_boost:
+            tilt_cosine = math.cos(float(setpoint.attitude[0])) * math.cos(float(setpoint.attitude[1]))
+            force *= max(0.1, tilt_cosine)
+        return self.curve.normalised(force, sample.battery.voltage)
+
+    def _to_the_side(
+        self, setpoint: AttitudeSetpoint, thrust: float, sample: VehicleSample
+    ) -> tuple[float, float] | None:
+        rotors = self._config.rotors
+        if rotors is None:
+            return None
+        assert self.curve is not None, "attitude setpoints are refused without a thrust curve"
+        x, y = (
+            scale * self.curve.beside(force, thrust, sample.battery.voltage)
+            for scale, force in zip(rotors.side_scale, setpoint.side_force, strict=True)
+        )
+        return x, y
+
+
+def here(sample: VehicleSample) -> PositionSetpoint | None:
+    """Setpoint to stay where the vehicle is; None while that is unknown."""
+    yaw = float(sample.attitude[2])
+    if not (np.isfinite(sample.position).all() and math.isfinite(yaw)):
+        return None
+    return PositionSetpoint(sample.position.copy(), yaw)

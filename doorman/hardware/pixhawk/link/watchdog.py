@@ -1,0 +1,75 @@
+"""Watchdogs: what has been silent for too long, or is too low."""
+
+from __future__ import annotations
+
+import math
+
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.events import EventKind, EventLog
+from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.sample import VehicleSample
+
+_BATTERY_MARGIN = 0.02
+"""A low battery is no longer low only this much above the threshold, as a share."""
+
+
+class Watchdog:
+    """Turns silence into conditions.
+
+    Args:
+        config: Time-outs and thresholds.
+        events: Where conditions are noted.
+    """
+
+    def __init__(self, config: PixhawkConfig, events: EventLog) -> None:
+        self._config = config
+        self._events = events
+        self._battery, self._charge_told = math.inf, math.inf
+
+    def check(
+        self, now: float, last_message: float, sample: VehicleSample, clock: ClockMap, mocap_time: float | None
+    ) -> None:
+        """Look at everything once.
+
+        Args:
+            now: [s].
+            last_message: When the autopilot was last heard [s].
+            sample: Newest state.
+            clock: The autopilot's clock.
+            mocap_time: When the newest pose was true [s]; None while no poses are expected.
+        """
+        timeouts, note = self._config.timeouts, self._events.condition
+        silent = now - last_message
+        note(EventKind.LINK_LOST, silent > timeouts.link, now, "nothing from the autopilot", silent=silent)
+        silent = now - sample.heartbeat_time
+        note(EventKind.HEARTBEAT_LOST, silent > timeouts.heartbeat, now, "no heartbeat", silent=silent)
+        age = sample.age(now)
+        note(EventKind.STATE_STALE, age > timeouts.state, now, "attitude or position is old", age=age)
+        silent = now - clock.last_update
+        unsynchronised = not clock.synchronised or silent > timeouts.clock
+        note(EventKind.CLOCK_UNSYNCHRONISED, unsynchronised, now, "the clock is not synchronised", silent=silent)
+        if mocap_time is not None:
+            silent = now - mocap_time
+            note(EventKind.MOCAP_LOST, silent > timeouts.mocap, now, "no fresh pose", silent=silent)
+        self._check_battery(now, sample, heard=now - last_message <= timeouts.link)
+
+    def _check_battery(self, now: float, sample: VehicleSample, heard: bool) -> None:
+        battery, low_already = sample.battery, EventKind.BATTERY_LOW in self._events.conditions
+        if battery.time == -math.inf:
+            return
+        margin = 1.0 + _BATTERY_MARGIN if low_already else 1.0
+        low = battery.alarm or battery.remaining < self._config.min_battery * margin
+        if self._config.min_voltage is not None:
+            low = low or 1.0 < battery.voltage < self._config.min_voltage * margin
+        self._events.condition(
+            EventKind.BATTERY_LOW, low, now, "battery low", voltage=battery.voltage, remaining=battery.remaining
+        )
+        if battery.id is not None:
+            if battery.id < self._battery:  # the first one, that was not heard before, or for a while
+                self._charge_told = math.inf
+            self._battery = battery.id
+        if math.isfinite(battery.remaining):
+            self._charge_told = battery.time
+        silent = now - self._charge_told
+        mute = heard and silent > self._config.timeouts.battery
+        self._events.condition(EventKind.BATTERY_SILENT, mute, now, "no charge is told any more", silent=silent)

@@ -1,0 +1,1 @@
+"""The autopilot's parameters: protocol, rules and files."""

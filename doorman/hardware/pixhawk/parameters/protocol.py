@@ -1,0 +1,175 @@
+"""Parameter protocol, and the check of the autopilot's parameters; nothing is written unless asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from doorman.exceptions import BackendError
+from doorman.hardware.pixhawk.dialect import Dialect
+from doorman.hardware.pixhawk.link.exchange import Exchange
+from doorman.hardware.pixhawk.parameters.rule import Rule, Severity
+from doorman.hardware.pixhawk.wire.messages import Message, mavlink
+
+_TRIES = 8
+_FEWER_TRIES = 3
+"""For what firmware may not have."""
+_WAIT = 0.25
+"""For answers to a batch of requests [s]."""
+_BATCH = 8
+_MAX_NAME = 16
+
+
+class Sender(Protocol):
+    """What parameters need of the link."""
+
+    exchange: Exchange
+
+    def send(self, message: Message) -> None:
+        """Queue a message."""
+
+    @property
+    def target(self) -> tuple[int, int]:
+        """System and component of the autopilot."""
+
+    @property
+    def known_dialect(self) -> Dialect:
+        """Of the autopilot."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A parameter that is not as it should be."""
+
+    name: str
+    given: float | None
+    """None where the autopilot does not have it, or did not answer."""
+    wanted: str
+    severity: Severity
+    why: str
+
+    def __str__(self) -> str:
+        if self.given is None:
+            return f"{self.name} did not answer; it should be {self.wanted}: {self.why}"
+        must = "must be" if self.severity is Severity.ERROR else "should be"
+        return f"{self.name} is {self.given:g} and {must} {self.wanted}: {self.why}"
+
+
+def read_parameters(link: Sender, names: Iterable[str]) -> dict[str, float]:
+    """Read parameters by name, several at once, with repeats.
+
+    Args:
+        link: The link.
+        names: Of the parameters.
+
+    Returns:
+        Values by name; those that did not answer are not among them.
+    """
+    return _read_any(link, [(name,) for name in names])
+
+
+def _read_any(link: Sender, groups: Sequence[tuple[str, ...]], tries: int = _TRIES) -> dict[str, float]:
+    """Read at least one parameter of each group: firmware knows a parameter by its newer or its older name."""
+    start, missing = link.exchange.count, list(dict.fromkeys(groups))
+
+    def answered(group: tuple[str, ...]) -> bool:
+        return any(link.exchange.parameter(name, start) is not None for name in group)
+
+    for _ in range(tries):
+        for first in range(0, len(missing), _BATCH):
+            batch = missing[first : first + _BATCH]
+            for name in (name for group in batch for name in group):
+                _check_name(name)
+                link.send(mavlink.MAVLink_param_request_read_message(*link.target, name.encode(), -1))
+            link.exchange.wait(lambda batch=batch: True if all(map(answered, batch)) else None, _WAIT)  # type: ignore[misc]
+        missing = [group for group in missing if not answered(group)]
+        if not missing:
+            break
+    answers = {name: link.exchange.parameter(name, start) for group in groups for name in group}
+    return {name: answer.value for name, answer in answers.items() if answer is not None}
+
+
+def _read_for(link: Sender, rules: Sequence[Rule]) -> dict[str, float]:
+    """Read the parameters of rules."""
+    values = _read_any(link, [rule.names for rule in rules if not rule.optional])
+    return values | _read_any(link, [rule.names for rule in rules if rule.optional], _FEWER_TRIES)
+
+
+def write_parameter(link: Sender, name: str, value: float) -> bool:
+    """Write a parameter, and see it read back.
+
+    Args:
+        link: The link.
+        name: Of the parameter.
+        value: New value.
+
+    Returns:
+        Whether the autopilot confirmed the value.
+    """
+    before = link.exchange.count
+    if name not in read_parameters(link, [name]):
+        return False
+    known = link.exchange.parameter(name, before)
+    kind = mavlink.MAV_PARAM_TYPE_REAL32 if known is None else known.kind
+    for _ in range(_TRIES):
+        start = link.exchange.count
+        field = link.known_dialect.encode_parameter(value, kind)
+        link.send(mavlink.MAVLink_param_set_message(*link.target, name.encode(), field, kind))
+        answer = link.exchange.wait(lambda start=start: link.exchange.parameter(name, start), _WAIT)  # type: ignore[misc]
+        if answer is not None and math.isclose(answer.value, value, rel_tol=1e-5, abs_tol=1e-6):
+            return True  # otherwise it may be a late answer to the read
+    return False
+
+
+def check(link: Sender, rules: Iterable[Rule]) -> tuple[Finding, ...]:
+    """Hold the autopilot's parameters against rules.
+
+    Args:
+        link: The link.
+        rules: From `rules_for`.
+
+    Returns:
+        What is not as it should be.
+    """
+    rules = tuple(rules)
+    values = _read_for(link, [rule for rule in rules if rule.only_with is None])
+    counting = [rule for rule in rules if rule.counts(values)]
+    values |= _read_for(link, [rule for rule in counting if rule.only_with is not None])
+    findings = []
+    for rule in counting:
+        name = next((name for name in rule.names if name in values), rule.names[0])
+        given = values.get(name)
+        if given is None and not rule.optional:
+            findings.append(Finding(name, None, rule.wanted, Severity.WARNING, rule.why))
+        elif given is not None and not rule.accepts(given):
+            findings.append(Finding(name, given, rule.wanted, rule.severity, rule.why))
+    return tuple(findings)
+
+
+def fix(link: Sender, rules: Iterable[Rule], findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Write the wanted values of findings.
+
+    Args:
+        link: The link.
+        rules: That the findings came from.
+        findings: What to mend; those without a value are left.
+
+    Returns:
+        Names of the parameters that were written and confirmed.
+    """
+    by_name = {name: rule for rule in rules for name in rule.names}
+    written = []
+    for finding in findings:
+        rule = by_name.get(finding.name)
+        if rule is None or rule.value is None or finding.given is None:
+            continue
+        if write_parameter(link, finding.name, rule.value(finding.given)):
+            written.append(finding.name)
+    return tuple(written)
+
+
+def _check_name(name: str) -> None:
+    if not name.isascii() or not 0 < len(name) <= _MAX_NAME:
+        raise BackendError("not a parameter", field="name", given=name, allowed=f"1 to {_MAX_NAME} characters of ASCII")

@@ -1,0 +1,231 @@
+"""What the autopilot's parameters should be, why, and how to mend them: data, one row a parameter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from doorman.hardware.pixhawk.config import PixhawkConfig
+from doorman.hardware.pixhawk.dialect import PX4, Dialect
+from doorman.hardware.pixhawk.parameters.rule import Rule, Severity, When, bit, equal, one_of, where, within
+
+_E, _W = Severity.ERROR, Severity.WARNING
+_NO_CLIMB = "it must go back as high as it is: a climb from a doorway ends in its lintel"
+_KEEPS_HEADING = "a turn in the doorway takes the arm with it, and the thrust that it needs"
+_LANDS = "back on its pad it must land, by dead reckoning: soon"
+
+PX4_RULES = (
+    Rule(
+        ("COM_OBL_ACT",),
+        "absent",
+        lambda _: False,
+        None,
+        _E,
+        When.ALWAYS,
+        "PX4 1.13 or older, with other parameters than these; without a radio it flies offboard only with bit 2 (4) of "
+        "COM_RCL_EXCEPT; update to 1.14 or newer",
+        optional=True,
+    ),
+    within("COM_OF_LOSS_T", 0.1, 1.0, 0.2, _E, When.ALWAYS, "time without setpoints until the failsafe acts"),
+    one_of(
+        "COM_OBL_RC_ACT",
+        (4, 3),
+        _E,
+        When.ALWAYS,
+        "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot, or climbs to return",
+    ),
+    *where(
+        "COM_OBL_RC_ACT",
+        3,
+        within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
+        equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "as above; with a cone it sinks on the way"),
+        equal("RTL_TYPE", 0, _E, When.ALWAYS, "it must go to where it took off"),
+        within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "it lands once it is as near as that"),
+        within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
+        equal("MPC_YAW_MODE", 5, _W, When.ALWAYS, _KEEPS_HEADING),
+        within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
+    ),
+    one_of(
+        "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station it must land or go on, not climb to return"
+    ),
+    one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
+    one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery it must land or warn, not climb to return"),
+    equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already", optional=True),
+    equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
+    equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
+    equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
+    equal(
+        "EKF2_BARO_CTRL",
+        1,
+        _W,
+        When.MOCAP,
+        "height without cameras: with neither, it does not notice that it has landed, and its motors run on",
+    ),
+    equal("EKF2_RNG_CTRL", 0, _W, When.MOCAP, "no range finder over the door's sill"),
+    equal("EKF2_MAG_TYPE", 5, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
+    equal("EKF2_EVP_NOISE", 0.01, _W, When.MOCAP, "noise of the pose's position [m]"),
+    equal("EKF2_EVA_NOISE", 0.02, _W, When.MOCAP, "noise of the pose's attitude [rad]"),
+)
+"""Rules for PX4."""
+
+ARDUPILOT_RULES = (
+    bit("GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"),
+    within(
+        "GUID_TIMEOUT",
+        0.1,
+        1.0,
+        0.2,
+        _W,
+        When.ALWAYS,
+        "time without setpoints until it levels and stops; before 4.5.2 it turns to north, too",
+    ),
+    one_of(
+        "FS_GCS_ENABLE",
+        (5, 1),
+        _E,
+        When.ALWAYS,
+        "position setpoints are held for ever: without us it must land, in place (5) or on its pad (1)",
+    ),
+    *where(
+        "FS_GCS_ENABLE",
+        1,
+        replace(within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.ALWAYS, _NO_CLIMB), optional=True),
+        replace(within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.ALWAYS, _NO_CLIMB), optional=True),
+        equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.ALWAYS, _NO_CLIMB),
+        equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "it must land"),
+        one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.ALWAYS, _KEEPS_HEADING),
+        within(
+            "WPNAV_JERK WP_JERK",
+            3.0,
+            20.0,
+            5.0,
+            _W,
+            When.ALWAYS,
+            "it must be back before it gives dead reckoning up: soon",
+        ),
+        within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.ALWAYS, _LANDS),
+        within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "until it is over it drifts"),
+        bit("FS_OPTIONS", 3, _E, When.ALWAYS, "one that lands already must go on, not fly off to its pad"),
+    ),
+    one_of("FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio it must land or go on, not climb to return"),
+    one_of(
+        "BATT_FS_LOW_ACT",
+        (1, 0),
+        _W,
+        When.ALWAYS,
+        "on a low battery it must land or warn, not climb to return",
+        optional=True,
+    ),
+    one_of("BATT_FS_CRT_ACT", (1, 0), _W, When.ALWAYS, "as above", optional=True),
+    one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
+    equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),
+    equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),
+    equal("COMPASS_USE", 0, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
+    equal("COMPASS_USE2", 0, _E, When.MOCAP, "as above", optional=True),
+    equal("COMPASS_USE3", 0, _E, When.MOCAP, "as above", optional=True),
+    equal("EK3_SRC1_POSXY", 6, _E, When.MOCAP, "position comes from mocap"),
+    equal("EK3_SRC1_POSZ", 6, _E, When.MOCAP, "height comes from mocap"),
+    equal("EK3_SRC1_YAW", 6, _E, When.MOCAP, "yaw comes from mocap"),
+    equal("EK3_SRC1_VELXY", 0, _E, When.MOCAP, "mocap sends no velocity"),
+    equal("EK3_SRC1_VELZ", 0, _E, When.MOCAP, "mocap sends no velocity"),
+    equal("VISO_TYPE", 1, _E, When.MOCAP, "poses come by MAVLink"),
+    one_of(
+        "VISO_QUAL_MIN",
+        (0, -1),
+        _E,
+        When.MOCAP,
+        "poses come without a quality, and are dropped otherwise",
+        optional=True,
+    ),
+)
+"""Rules for ArduPilot; that of the ground station's id and those of delays depend on the set-up."""
+
+MOCAP_DELAY = {"PX4": ("EKF2_EV_DELAY", 20.0), "ArduPilot": ("VISO_DELAY_MS", 20.0)}
+"""Parameter of the pose's delay [ms], and by how much it may miss."""
+THRUST_MODEL = {"PX4": "THR_MDL_FAC", "ArduPilot": "MOT_THST_EXPO"}
+"""Parameter by which the autopilot bends thrust into the motors' signal: 0 not at all, 1 as the square root."""
+_LEAST_BENT = 0.2
+"""Of that, together with the curve's own shape: what measured motors have at least."""
+_EARLIER = 0.2
+"""By which the mission is given up before, for the sag of a manoeuvre [V]."""
+
+
+def rules_for(dialect: Dialect, config: PixhawkConfig, mocap_delay: float | None = None) -> tuple[Rule, ...]:
+    """Rules that hold for a set-up.
+
+    Args:
+        dialect: Of the autopilot.
+        config: The set-up.
+        mocap_delay: From capture to sending, as measured [s]; None if not measured yet.
+
+    Returns:
+        The rules in the order of the tables.
+    """
+    thrust = thrust_model_rule(dialect, 0.0 if config.thrust_curve is None else config.thrust_curve.shape)
+    if dialect is PX4:
+        rules = [*PX4_RULES, thrust, delay_rule(dialect, 0.0)]  # stamps carry the delay, once TIMESYNC has converged
+    else:
+        rules = [*ARDUPILOT_RULES, thrust, *voltage_rules(config.min_voltage), station_rule(config.system_id)]
+        if mocap_delay is not None:  # it removes a constant lag from the stamps, and must be told what that was
+            rules.append(delay_rule(dialect, mocap_delay))
+    return tuple(rule for rule in rules if rule.applies(config))
+
+
+def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
+    """Thrust that is bent by the autopilot, by the curve here, or by both a little, but not by neither or by both wholly.
+
+    Args:
+        dialect: Of the autopilot.
+        shape: k of the thrust curve.
+    """
+    low, high = max(0.0, _LEAST_BENT - shape), min(1.0, 1.0 + _LEAST_BENT - shape)
+    return Rule(
+        (THRUST_MODEL[dialect.name],),
+        f"{low:g} to {high:g}",
+        lambda given: low - 1e-4 <= given <= high + 1e-4,
+        None,
+        _W,
+        When.ATTITUDE,
+        "the thrust of real motors grows with the square of their signal; hover measures it, but the autopilot's own loops "
+        "are steeper than they were tuned for",
+    )
+
+
+def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
+    """ArduPilot's own look at the voltage must not land the vehicle in the doorway before the mission is given up.
+
+    Args:
+        min_voltage: At which it is given up [V]; None: by the charge alone.
+    """
+    most = 0.0 if min_voltage is None else min_voltage - _EARLIER
+
+    def rule(name: str, action: str) -> Rule:
+        return Rule(
+            (name,),
+            "0, or below pixhawk.min_voltage",
+            lambda given: given <= max(most, 0.0),
+            None,
+            _W,
+            When.ALWAYS,
+            "it lands where it is, in the doorway: the mission must be given up at a higher voltage",
+            optional=True,
+            only_with=(action, 1),
+        )
+
+    return rule("BATT_LOW_VOLT", "BATT_FS_LOW_ACT"), rule("BATT_CRT_VOLT", "BATT_FS_CRT_ACT")
+
+
+def station_rule(system_id: int) -> Rule:
+    """ArduPilot acts on the loss of one station's heartbeat only."""
+    return equal(
+        "MAV_GCS_SYSID SYSID_MYGCS",
+        system_id,
+        _E,
+        When.ALWAYS,
+        "otherwise our loss is not noticed: it is our system id",
+    )
+
+
+def delay_rule(dialect: Dialect, delay: float) -> Rule:
+    """Delay that the estimator reckons with [s]."""
+    name, near = MOCAP_DELAY[dialect.name]
+    return equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)

@@ -1,0 +1,1 @@
+"""From newtons to the autopilot's normalised thrust."""

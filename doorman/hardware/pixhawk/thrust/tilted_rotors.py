@@ -1,0 +1,108 @@
+r"""Force to the side over MAVLink: `thrust_body` of SET_ATTITUDE_TARGET, of an autopilot that knows its rotors to be tilted.
+
+PX4 takes it with the bit THRUST_BODY_SET since 1.12 (`mavlink_receiver.cpp`). Since 1.14 its control allocation makes it, by
+the rotors of the parameters CA_ROTORi. Each axis is normalised by the mean of what its rotors do
+(`ControlAllocationPseudoInverse.cpp`), so that rotors i with the columns s, l of `RotorLayout` answer to
+
+.. math::
+    u_x = \frac{f_x}{f_{max}}\,\frac{\mathrm{mean}_{s_{ix} \ne 0} |s_{ix}|}{\mathrm{mean}_i\, l_i}
+
+ArduPilot reads thrust along the body's z axis alone (`GCS_MAVLink_Copter.cpp`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.hardware.pixhawk.dialect import PX4, Dialect
+from doorman.hardware.pixhawk.wire.frames import flu_to_frd
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout
+
+Array = NDArray[np.float64]
+
+COUNT, OLD_SWITCH = "CA_ROTOR_COUNT", "SYS_CTRL_ALLOC"
+"""Number of rotors, and the switch that PX4 1.13 allocates by or not."""
+_MOST_ROTORS = 12
+"""That PX4 has parameters of."""
+_NO_MATTER = 1e-6
+"""Share of a rotor's thrust below which it takes no part in a force to the side."""
+_SAME_AXIS, _SAME_PLACE = 0.05, 0.2
+"""Difference of unit vectors, and of positions as a share of the farthest rotor's distance, that is no other rotor."""
+
+
+@dataclass(frozen=True)
+class TiltedRotors:
+    """Rotors as the autopilot must know them, and what it makes of a force to the side."""
+
+    positions: tuple[tuple[float, float, float], ...]
+    """In the body, x forward, y left, z up [m]."""
+    axes: tuple[tuple[float, float, float], ...]
+    """Unit vectors of the thrusts, in the body."""
+    side_scale: tuple[float, float]
+    """Normalised thrust along the body's x and y axis, by that along z for the same force."""
+
+    @classmethod
+    def of(cls, layout: RotorLayout) -> TiltedRotors:
+        """Rotors of a fully actuated vehicle, all alike.
+
+        Args:
+            layout: Where they are and how they are tilted.
+        """
+        lift, side = float(layout.inverse[:, 0].mean()), np.abs(layout.side_inverse)
+        x, y = (float(each[each > _NO_MATTER].mean()) / lift for each in side.T)
+        return cls(_rows(layout.positions), _rows(layout.thrust_axes), (x, y))
+
+    def missing(self, dialect: Dialect, values: Mapping[str, float]) -> str:
+        """Why the autopilot does not make forces to the side; nothing if it does.
+
+        Args:
+            dialect: Of the autopilot.
+            values: Its parameters `names`, as far as it has them.
+        """
+        if dialect is not PX4:
+            return f"{dialect.name} takes thrust along the body's z axis alone"
+        if COUNT not in values or not round(values.get(OLD_SWITCH, 1.0)):
+            return "PX4 before 1.14 makes thrust along the body's z axis alone"
+        known, farthest = allocated(values), float(np.linalg.norm(self.positions, axis=1).max())
+        for position, axis in zip(self.positions, self.axes, strict=True):
+            near = [
+                one for place, one in known if np.linalg.norm(np.subtract(place, position)) < _SAME_PLACE * farthest
+            ]
+            if not any(np.linalg.norm(np.subtract(one, axis)) < _SAME_AXIS for one in near):
+                x, y, z = flu_to_frd(axis)
+                a, b, _ = flu_to_frd(position)
+                return f"no CA_ROTOR at PX {a:.2f}, PY {b:.2f} with AX {x:.2f}, AY {y:.2f}, AZ {z:.2f}"
+        return ""
+
+
+def names(count: int = _MOST_ROTORS) -> list[str]:
+    """Parameters of PX4 that say where its rotors are.
+
+    Args:
+        count: Of the rotors.
+    """
+    parts = ("PX", "PY", "PZ", "AX", "AY", "AZ")
+    return [f"CA_ROTOR{i}_{part}" for i in range(min(count, _MOST_ROTORS)) for part in parts]
+
+
+def allocated(values: Mapping[str, float]) -> list[tuple[Array, Array]]:
+    """Position [m] and unit vector of the thrust of every rotor that PX4 knows, in the body, x forward, y left, z up.
+
+    Args:
+        values: Its parameters.
+    """
+    rotors = []
+    for i in range(round(values.get(COUNT, 0.0))):
+        place, axis = (
+            flu_to_frd([values.get(f"CA_ROTOR{i}_{kind}{letter}", 0.0) for letter in "XYZ"]) for kind in "PA"
+        )
+        rotors.append((place, axis / max(float(np.linalg.norm(axis)), 1e-9)))
+    return rotors
+
+
+def _rows(values: Array) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in values)

@@ -1,0 +1,172 @@
+"""MAVLink frames in and out of bytes, by pymavlink's messages; whatever arrives, nothing is raised and nothing hangs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from doorman.hardware.pixhawk.wire.messages import Message, mavlink
+from doorman.hardware.pixhawk.wire.signing import SignatureCheck, signing_time
+
+_STARTS = _START_V1, _START_V2 = 0xFE, 0xFD
+_SIGNED = 0x01
+_SIGNATURE_BYTES = 13
+
+
+@dataclass
+class Counters:
+    """What came in, since the link was opened."""
+
+    messages: int = 0
+    corrupted: int = 0
+    """Frames of a kind that is read whose checksum is wrong: of others an autopilot may have another definition than we."""
+    skipped_bytes: int = 0
+    """Bytes that belong to no valid frame."""
+    bad_signatures: int = 0
+    malformed: int = 0
+    """Frames with a right checksum that cannot be decoded."""
+
+
+class FrameSplitter:
+    """Cuts a stream of bytes into frames with a right checksum.
+
+    After a wrong one it looks on at the next byte, so that a damaged length swallows no good frame. One of a kind that is not
+    read may be right by another definition than ours: it is passed over where the next frame begins at its end.
+
+    Args:
+        counters: Gets what was wrong.
+        read: Identifiers of the messages that are read.
+    """
+
+    def __init__(self, counters: Counters, read: frozenset[int]) -> None:
+        self._buffer = bytearray()
+        self._counters = counters
+        self._read = read
+
+    def push(self, data: bytes) -> Iterator[bytearray]:
+        """Take bytes and yield the frames that they complete."""
+        buffer = self._buffer
+        buffer += data
+        start = 0
+        while start < len(buffer):
+            if buffer[start] not in _STARTS:
+                start += 1
+                self._counters.skipped_bytes += 1
+                continue
+            length = _frame_length(buffer, start)
+            if length == 0 or start + length > len(buffer):
+                break  # the rest is still to come
+            frame = buffer[start : start + length]
+            if self._valid(frame):
+                start += length
+                yield frame
+            else:
+                end = start + length
+                unread = not self._is_read(frame)
+                if unread and end == len(buffer):
+                    break  # what follows will tell
+                whole = unread and buffer[end] in _STARTS
+                self._counters.skipped_bytes += length if whole else 1
+                start += length if whole else 1
+        del buffer[:start]
+
+    def _is_read(self, frame: bytearray) -> bool:
+        return _identifier(frame) in self._read
+
+    def _valid(self, frame: bytearray) -> bool:
+        second = frame[0] == _START_V2
+        identifier = _identifier(frame)
+        if second and frame[2] & ~_SIGNED:
+            return False
+        kind = mavlink.mavlink_map.get(identifier)
+        if kind is None:
+            return False
+        end = 2 + (_SIGNATURE_BYTES if second and frame[2] & _SIGNED else 0)
+        body = frame[1:-end]
+        body.append(kind.crc_extra)
+        right = bool(mavlink.x25crc(body).crc == int.from_bytes(frame[-end:][:2], "little"))
+        self._counters.corrupted += not right and self._is_read(frame)
+        return right
+
+
+def _frame_length(buffer: bytearray, start: int) -> int:
+    """Length of the frame that begins at `start`; 0 while its header is incomplete."""
+    if len(buffer) - start < 3:
+        return 0
+    payload = buffer[start + 1]
+    if buffer[start] == _START_V1:
+        return payload + 8
+    return payload + 12 + (_SIGNATURE_BYTES if buffer[start + 2] & _SIGNED else 0)
+
+
+def _identifier(frame: bytearray) -> int:
+    return int.from_bytes(frame[7:10], "little") if frame[0] == _START_V2 else frame[5]
+
+
+class Codec:
+    """Encodes our messages and decodes those of interest.
+
+    Args:
+        system_id: Ours.
+        component_id: Ours.
+        key: Signs and checks if given; unsigned messages are then rejected.
+        wanted: Identifiers of the messages to decode; others are dropped unread.
+    """
+
+    def __init__(self, system_id: int, component_id: int, key: bytes | None, wanted: frozenset[int]) -> None:
+        self.counters = Counters()
+        self.outdated = False
+        """Whether somebody with the key has sent old stamps only: a newer one of ours sets its clock."""
+        self._wanted = wanted
+        self._mav = mavlink.MAVLink(None, system_id, component_id)
+        self._check = None if key is None else SignatureCheck(key)
+        self._splitters: dict[object, FrameSplitter] = {}
+        if key is not None:
+            signing = self._mav.signing
+            signing.secret_key, signing.sign_outgoing, signing.link_id = key, True, 0
+            signing.timestamp = signing_time()
+            self._mav.check_signature = lambda packet, system, component: True  # checked before decoding
+
+    def encode(self, message: Message) -> bytes:
+        """Bytes of a message, with the next sequence number."""
+        if self._check is not None:
+            self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time(), self._check.newest)
+        data: bytes = message.pack(self._mav)
+        self._mav.seq = (self._mav.seq + 1) % 256
+        return data
+
+    def decode(self, data: bytes, source: object) -> list[Message]:
+        """Messages of interest that some bytes complete; every source has its own stream.
+
+        Args:
+            data: Bytes as they came.
+            source: Who sent them.
+
+        Returns:
+            Messages in order.
+        """
+        if source not in self._splitters:
+            if len(self._splitters) >= 16:  # strangers must not fill the memory
+                self._splitters.clear()
+            self._splitters[source] = FrameSplitter(self.counters, self._wanted)
+        messages = (self._message(frame) for frame in self._splitters[source].push(data))
+        return [message for message in messages if message is not None]
+
+    def _message(self, frame: bytearray) -> Message | None:
+        second = frame[0] == _START_V2
+        identifier = _identifier(frame)
+        if self._check is not None:
+            system, component = (frame[5], frame[6]) if second else (frame[3], frame[4])
+            signed = second and bool(frame[2] & _SIGNED)
+            if not signed or not self._check.accepts(frame, system, component):
+                self.counters.bad_signatures += 1
+                self.outdated = self.outdated or (signed and self._check.outdated)
+                return None
+        self.counters.messages += 1
+        if identifier not in self._wanted:
+            return None
+        try:
+            return self._mav.decode(frame)
+        except Exception:  # noqa: BLE001  # whatever pymavlink stumbles over, the frame is worth nothing
+            self.counters.malformed += 1
+            return None

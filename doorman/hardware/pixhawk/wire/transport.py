@@ -1,0 +1,269 @@
+"""Bytes in and out by UDP, TCP or serial line: nothing here ever blocks, but opening, which has a time-out."""
+
+from __future__ import annotations
+
+import array
+import contextlib
+import errno
+import fcntl
+import importlib
+import os
+import select
+import socket
+import termios
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import Any
+
+from doorman.exceptions import BackendError, how_to_install
+from doorman.hardware.pixhawk.wire.connection import Endpoint, Transport
+
+Address = tuple[str, int] | None
+"""Who sent it; None where there is only one."""
+
+_CHUNK = 65536
+_BATCH = 64
+"""Datagrams taken at once, so that a flood cannot keep the thread from its other work."""
+_BACKLOG = 8192
+"""Unsent bytes after which a stream counts as lost: the other side does not read."""
+_BUSY = 256
+"""Unsent bytes from which on it is busy: the device has been given what it takes, and that is not sent yet."""
+_NOT_SENT = 0x894B
+"""Linux' SIOCOUTQNSD: bytes in a socket's queue that have not been sent once."""
+
+
+class DeviceLost(Exception):
+    """The port or connection is gone; it may come back."""
+
+
+class Line(ABC):
+    """An open line of bytes."""
+
+    peer: Address = None
+    """Where to send on a line with several senders; set once the autopilot is known."""
+    endpoint: Endpoint
+    """To be opened where this line is lost: the same host without asking for its address again, from the same port."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether what is sent now would wait: better send something newer later."""
+        return False
+
+    @abstractmethod
+    def fileno(self) -> int:
+        """Descriptor to wait on."""
+
+    @abstractmethod
+    def receive(self) -> list[tuple[bytes, Address]]:
+        """What has arrived, and from whom.
+
+        Raises:
+            DeviceLost: if the line is gone.
+        """
+
+    @abstractmethod
+    def send(self, data: bytes) -> bool:
+        """Send without waiting; returns whether it was taken.
+
+        Raises:
+            DeviceLost: if the line is gone.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Let go of the device; may be called twice."""
+
+
+class _UdpLine(Line):
+    """Datagrams; only `peer` is answered."""
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        self.endpoint = endpoint
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.setblocking(False)
+            if endpoint.transport is Transport.UDP_LISTEN:
+                self._socket.bind((endpoint.host, endpoint.port))
+            else:
+                found = socket.getaddrinfo(endpoint.host, endpoint.port, socket.AF_INET, socket.SOCK_DGRAM)
+                host, port = found[0][4][:2]
+                self.peer = (str(host), int(port))
+                self._socket.bind(("127.0.0.1" if str(host).startswith("127.") else "0.0.0.0", endpoint.own_port))
+                self.endpoint = replace(endpoint, host=str(host), own_port=self._socket.getsockname()[1])
+        except BaseException:
+            self._socket.close()
+            raise
+
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
+    def receive(self) -> list[tuple[bytes, Address]]:
+        datagrams: list[tuple[bytes, Address]] = []
+        for _ in range(_BATCH):
+            try:
+                data, address = self._socket.recvfrom(_CHUNK)
+            except (BlockingIOError, InterruptedError):
+                break
+            except ConnectionError:
+                continue  # an answer to something we sent: nobody listens there yet
+            except OSError as error:
+                raise DeviceLost(str(error)) from error
+            datagrams.append((data, (address[0], address[1])))
+        return datagrams
+
+    def send(self, data: bytes) -> bool:
+        if self.peer is None:
+            return False
+        try:
+            self._socket.sendto(data, self.peer)
+        except (BlockingIOError, InterruptedError, ConnectionError):
+            return False
+        except OSError as error:
+            if error.errno in (errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENOBUFS, errno.ENETDOWN):
+                return False
+            raise DeviceLost(str(error)) from error
+        return True
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _StreamLine(Line):
+    """A stream of bytes; what the device does not take at once waits here."""
+
+    _queue_request: int
+
+    def __init__(self) -> None:
+        self._waiting = bytearray()
+
+    @property
+    def busy(self) -> bool:
+        """Whether the device has more than it takes."""
+        return len(self._waiting) + self._queued() > _BUSY
+
+    def _queued(self) -> int:
+        """Bytes that the system has, and has not sent; 0 where it does not say."""
+        count = array.array("i", [0])
+        try:
+            fcntl.ioctl(self.fileno(), self._queue_request, count)
+        except OSError:
+            return 0
+        return count[0]
+
+    def send(self, data: bytes) -> bool:
+        if len(self._waiting) + len(data) > _BACKLOG:
+            raise DeviceLost("the other end does not read")
+        self._waiting += data
+        self._flush()
+        return True
+
+    def _flush(self) -> None:
+        try:
+            while self._waiting:
+                taken = self._write(bytes(self._waiting))
+                if taken <= 0:
+                    return
+                del self._waiting[:taken]
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError as error:
+            raise DeviceLost(str(error)) from error
+
+    def receive(self) -> list[tuple[bytes, Address]]:
+        self._flush()
+        try:
+            data = self._read()
+        except (BlockingIOError, InterruptedError):
+            return []
+        except OSError as error:
+            raise DeviceLost(str(error)) from error
+        return [(data, None)] if data else []
+
+    @abstractmethod
+    def _write(self, data: bytes) -> int: ...
+
+    @abstractmethod
+    def _read(self) -> bytes: ...
+
+
+class _TcpLine(_StreamLine):
+    _queue_request = _NOT_SENT
+
+    def __init__(self, endpoint: Endpoint, timeout: float) -> None:
+        super().__init__()
+        self._socket = socket.create_connection((endpoint.host, endpoint.port), timeout)
+        self.endpoint = replace(endpoint, host=str(self._socket.getpeername()[0]))
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.setblocking(False)
+
+    def fileno(self) -> int:
+        return self._socket.fileno()
+
+    def _read(self) -> bytes:
+        data = self._socket.recv(_CHUNK)
+        if not data:
+            raise DeviceLost("the other end closed the connection")
+        return data
+
+    def _write(self, data: bytes) -> int:
+        return self._socket.send(data)
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class _SerialLine(_StreamLine):
+    """A serial port; set up by pyserial, then read and written as a file."""
+
+    _queue_request = termios.TIOCOUTQ
+
+    def __init__(self, endpoint: Endpoint) -> None:
+        super().__init__()
+        self.endpoint = endpoint
+        serial = importlib.import_module("serial")  # needs the extra `hardware`
+        self._port: Any = serial.Serial(endpoint.device, endpoint.baud, timeout=0, write_timeout=0, exclusive=True)
+        os.set_blocking(self._port.fileno(), False)
+
+    def fileno(self) -> int:
+        return int(self._port.fileno())
+
+    def _read(self) -> bytes:
+        ready, _, _ = select.select([self], [], [], 0.0)
+        if not ready:
+            return b""
+        data = os.read(self.fileno(), _CHUNK)
+        if not data:
+            raise DeviceLost("the port returns nothing though it is ready: unplugged?")
+        return data
+
+    def _write(self, data: bytes) -> int:
+        return os.write(self.fileno(), data)
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._port.close()
+
+
+def open_line(endpoint: Endpoint, timeout: float) -> Line:
+    """Open the endpoint.
+
+    Args:
+        endpoint: From `parse_connection`.
+        timeout: For a connection to be made [s].
+
+    Returns:
+        The open line.
+
+    Raises:
+        BackendError: if it cannot be opened in time.
+    """
+    try:
+        if endpoint.transport is Transport.SERIAL:
+            return _SerialLine(endpoint)
+        if endpoint.transport is Transport.TCP:
+            return _TcpLine(endpoint, timeout)
+        return _UdpLine(endpoint)
+    except ImportError as error:
+        raise BackendError("serial ports need pyserial", allowed=how_to_install("hardware")) from error
+    except (OSError, ValueError, termios.error) as error:  # a device that goes again while it is opened: the last
+        raise BackendError(f"cannot be opened: {error}", field="connection", given=str(endpoint)) from error

@@ -1,0 +1,1 @@
+"""Doors: how a leaf moves, and what a URDF says of it."""

@@ -1,0 +1,399 @@
+"""Door: how its leaf moves, its size and the torques in its joint, all from its URDF and the scenario."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.copying import PerThread
+from doorman.exceptions import UrdfError
+from doorman.kinematics.doors.convention import standing_joints
+from doorman.kinematics.doors.leaf_motion import LeafMotion, Sliding, Turning
+from doorman.kinematics.doors.leaf_on_joint import LEANS, LeafOnJoint
+from doorman.kinematics.doors.leaf_on_slide import LeafOnSlide, read_leaf
+from doorman.kinematics.doors.variant import write_door_variant
+from doorman.kinematics.urdf.elements import read_joints
+from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
+from doorman.kinematics.vehicles.vehicle import GRAVITY
+from doorman.scenario import DoorSection
+
+Side = Literal["push", "pull"]
+Array = NDArray[np.float64]
+
+_ACROSS = math.cos(math.radians(5.0))
+"""Least cosine between the leaf's normal and the contact frame's x axis."""
+
+
+class Door:
+    r"""Leaf on one joint, a hinge of any direction or a slide, anywhere in the world. Threads may share it.
+
+    Its angle α is π/2 where it is closed and grows as the leaf moves towards the vehicle, whatever the URDF's joint says there:
+    it falls as a door is pushed open, and grows as one is pulled open. With the unit vectors `into` (from the vehicle through
+    the closed leaf), `along` (from hinge to latch along it) and `up` (along the hinge), leaf and normal are
+
+    .. math:: c = \cos\alpha\,i + \sin\alpha\,a, \qquad n_D = \sin\alpha\,i - \cos\alpha\,a .
+
+    n_D points away from the vehicle. A slide keeps both; its α is its way in units of `leaf_motion.SLIDE_RADIUS`.
+
+    Args:
+        urdf: Path of the URDF; `self.urdf` is another file where the section changes the leaf.
+        section: Names of leaf and joint, where the joint is closed, the torques in it, and the leaf's width and mass if other
+            than the URDF's.
+        side: Of the leaf that the vehicle is on: where the door is pushed open, `push`, or pulled open, `pull`.
+        frame: Name of the URDF's frame where the tip touches; by default it touches the face, anywhere.
+
+    Raises:
+        UrdfError: if leaf or joint is missing, a slide is too steep, the leaf has no mass or no box, or something on the leaf
+            moves.
+    """
+
+    placement: Array = frozen(np.eye(4))
+    """Of the whole door in the world against where its URDF has it, homogeneous, shape (4, 4)."""
+    yaw: float = 0.0
+    """By which that turns it about the vertical [rad]."""
+
+    def __init__(
+        self, urdf: Path, section: DoorSection | None = None, side: Side = "push", frame: str | None = None
+    ) -> None:
+        self.section, self.side = section or DoorSection(), side
+        self._turns = -1.0 if side == "push" else 1.0  # of α, as the door opens
+        if self.section.width is not None or self.section.mass is not None:
+            urdf = _variant(urdf, self.section)
+        self.urdf = urdf
+        full = load_pinocchio(urdf, endless=False)
+        leaf = link_index(full, self.section.leaf, urdf, "door.leaf")
+        self._hinge = self._hinge_joint(full)
+        self.standing_joints = standing_joints(urdf, full, self._hinge)
+        """Joints that could move, and neither carry the leaf nor hang on it; they stand at zero."""
+        locked = [i for i in range(1, full.njoints) if i != self._hinge]
+        self.model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        self._own: PerThread[pinocchio.Data] = PerThread()
+        if full.frames[leaf].parentJoint != self._hinge:
+            raise UrdfError(
+                "the hinge does not move the leaf", file=urdf, field="door.leaf", given=self.section.leaf,
+                allowed=f"a link moved by joint '{self.section.hinge}'",
+            )  # fmt: skip
+        leaf_on_joint = read_leaf(urdf, self.model, self.section)
+        self.slides = isinstance(leaf_on_joint, LeafOnSlide)
+        """Whether the joint is a slide."""
+        self.endless = leaf_on_joint.endless
+        """Whether the joint is continuous, and nothing stops it at the ends of its range."""
+        self._motion: LeafMotion = Sliding() if self.slides else Turning()
+        self.per_angle = self._motion.per_angle
+        """Change of the joint's value for one of α: 1, or metres."""
+        self.unit = leaf_on_joint.unit
+        """Of the joint's value: `rad` or `m`."""
+        lower, upper = leaf_on_joint.limits
+        self.closed, self._sense = leaf_on_joint.closed()
+        """Value of the URDF's joint where the door is closed [rad or m]."""
+        along, opens = leaf_on_joint.directions(self.closed, self._sense)
+        into = -self._turns * opens
+        self._take_axes(into, along, leaf_on_joint.up(into, along))
+        self.vertical = bool(self.up[2] == 1.0) and not self.slides
+        """Whether it is a hinge on a plumb axis, on which no weight acts."""
+        self.lies = bool(abs(self.up[2]) < LEANS) and not self.slides
+        """Whether it is a hinge that lies rather than stands, as a hatch's: the doorway has no jamb beside the latch."""
+        self.along_in_leaf = frozen(leaf_on_joint.rotation(self.closed).T @ self.along)
+        """`along` in the axes of the link that the joint carries, shape (3,)."""
+        self.upright = not (self.slides or self.lies)
+        """Whether it is a hinge that stands, with a jamb on either side of the doorway."""
+        self.hand = float(np.sign(np.cross(self.into, self.along) @ self.up))
+        """1 where the hinge is on the right of somebody who looks along `into`, else −1."""
+        self.azimuth = math.atan2(self.into[1], self.into[0])
+        """Of `into`, about z from the world's x axis [rad]."""
+        self.lower_limit, self.upper_limit = sorted(self.angle_of_joint(end) for end in (lower, upper))
+        """Of α [rad]."""
+        self.mass, inertia = leaf_on_joint.mass_and_inertia()
+        self.inertia = inertia * self.per_angle**2
+        leaf_size = leaf_on_joint.size(self.axes, self.closed)
+        self.width, self.height, self.thickness, self.surface_offset = leaf_size.sides
+        """`surface_offset`: how far the leaf's face to the vehicle lies before the hinge axis [m]."""
+        self.hinge_position = frozen(leaf_size.corner)
+        """P_h, on the hinge's axis at the height of the leaf's lower edge, or a slide's lower corner, shape (3,), world [m]."""
+        self.weight = frozen(self._weight(leaf_on_joint.center_of_mass(self.closed)))
+        """Of the leaf, times the place of its centre of mass along leaf and normal, or times `per_angle`, shape (2,) [N m]."""
+        self._center = self.in_doorway(leaf_on_joint.center_of_mass(self.closed) - self.hinge_position)
+        self.wind_lever = self._motion.wind_lever(self.width)
+        """Torque in the joint for each newton that a wind presses on the face with [m]."""
+        self.handle = None if frame is None else self._handle(leaf_on_joint, frame)
+        """Of the contact frame: D_V, D_H, and how far it lies before the hinge axis [m]."""
+        self.contact_offset = self.surface_offset if self.handle is None else self.handle[2]
+        """o, how far the contact point lies before the hinge axis, towards the vehicle [m]."""
+        self.panel = self._panel(leaf_on_joint)
+        """Plane beside the way of a slide's contact: normal in the doorway, and distance from P_h along it [m]; None without."""
+        self.frame_depth, self.frame_back = leaf_on_joint.frame_depth(self.axes, leaf_size)
+        """How far the jambs' boxes reach before the hinge axis, towards the vehicle, and how far behind it [m]."""
+        hinge, arm = read_joints(urdf)[self.section.hinge], self.per_angle
+        self.damping = arm**2 * float(hinge.damping if self.section.damping is None else self.section.damping)
+        self.friction = arm * float(hinge.friction if self.section.friction is None else self.section.friction)
+        self.stiffness = arm**2 * self.section.stiffness
+        self.rest_angle = self.section.rest_angle
+        self.friction_rate = self.section.friction_rate
+        self.closing_torque = self.torque_of_closer(arm * self.section.preload)
+        """Of the closer's preload, in the sense of damping [N m]."""
+        self.stiction = arm * self.section.stiction
+
+    def _take_axes(self, into: Array, along: Array, up: Array) -> None:
+        """Stand with these axes of the doorway, unit vectors in the world."""
+        self.into, self.along, self.up = (frozen(axis + 0.0) for axis in (into, along, up))
+        self._level: tuple[list[float], list[float]] = self.into.tolist(), self.along.tolist()
+        self.axes = frozen(np.vstack([self.into, self.along, self.up]))
+        """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
+
+    def leaf_direction(self, door_angle: float) -> Array:
+        """Unit vector along the leaf from hinge to latch, world frame."""
+        return self._in_world(self._motion.leaf(door_angle))
+
+    def normal(self, door_angle: float) -> Array:
+        """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
+        return self._in_world(self._motion.normal(door_angle))
+
+    def normals(self, door_angles: Array) -> Array:
+        """`normal` at many angles, shape (m, 3) from (m,)."""
+        components = np.array([self._motion.normal(angle) for angle in door_angles.tolist()]).reshape(-1, 2)
+        return np.asarray(components @ self.axes[:2])
+
+    def bend(self, door_angle: float) -> Array:
+        """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
+        return self._in_world(self._motion.bend(door_angle))
+
+    def _in_world(self, components: tuple[float, float]) -> Array:
+        """A level vector from its components along `into` and `along`; by hand, for it is asked for at every step."""
+        into, along = components
+        (ix, iy, iz), (ax, ay, az) = self._level
+        return np.array((into * ix + along * ax, into * iy + along * ay, into * iz + along * az))
+
+    def face(self, door_angle: float) -> tuple[Array, Array]:
+        """Two directions in the face, the more level one first: along leaf and hinge, or hinge and leaf, world frame."""
+        leaf = self.leaf_direction(door_angle)
+        return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
+
+    def heading(self, door_angle: float) -> float:
+        """Yaw of a vehicle that looks along the leaf's normal [rad]."""
+        if self.vertical:
+            return self.azimuth + self.hand * (door_angle - 0.5 * math.pi)
+        normal = self.normal(door_angle)
+        return self.azimuth + math.remainder(math.atan2(normal[1], normal[0]) - self.azimuth, 2.0 * math.pi)
+
+    def angle_of(self, offset: Array) -> float:
+        """α at which a point of the leaf's surface has an offset from P_h, shape (3,), world frame [rad]."""
+        middle = 0.5 * (self.lower_limit + self.upper_limit)
+        return self._motion.angle_of(float(offset @ self.into), float(offset @ self.along), self.contact_offset, middle)
+
+    def in_doorway(self, vector: Array) -> Array:
+        """A vector's components along `into`, along the closed leaf, and along `up`, (…, 3) from (…, 3) in the world frame."""
+        return np.asarray(vector @ self.axes.T)
+
+    def from_doorway(self, components: Array) -> Array:
+        """The inverse of `in_doorway`."""
+        return np.asarray(components @ self.axes)
+
+    def joint_value(self, door_angle: float) -> float:
+        """Value of the URDF's joint at α [rad or m]."""
+        return self.closed + self._sense * self.opening_of(float(door_angle))
+
+    def joint_rate(self, door_rate: float) -> float:
+        """Rate of the URDF's joint [rad/s or m/s]."""
+        return self._sense * self._turns * self.per_angle * door_rate
+
+    def joint_torque(self, torque: float) -> float:
+        """Torque, or force, in the URDF's joint that a torque in the sense of α is [N m or N]."""
+        return self._sense * self._turns * torque / self.per_angle
+
+    def angle_of_joint(self, value: float) -> float:
+        """α at a value of the URDF's joint [rad]."""
+        return self.angle_of_opening(self._sense * (float(value) - self.closed))
+
+    def opening_of(self, door_angle: float) -> float:
+        """How far the door is open at α [rad or m]."""
+        return self._turns * self.per_angle * (door_angle - 0.5 * math.pi)
+
+    def torque_of_closer(self, preload: float) -> float:
+        """Torque in the sense of damping of a closer that shuts the door with so much at any opening [N m]."""
+        return self._turns * preload
+
+    def angle_of_opening(self, opening: float) -> float:
+        """α of a door that is so far open [rad].
+
+        Args:
+            opening: From closed [rad or m].
+        """
+        return 0.5 * math.pi + self._turns * opening / self.per_angle
+
+    def in_words(self, door_angle: float, digits: int = 1) -> str:
+        """α as people say it: in degrees with so many digits, or a slide's opening in metres."""
+        return (
+            f"{round(self.opening_of(door_angle), 3) + 0.0:.3f} m"
+            if self.slides
+            else f"{math.degrees(door_angle):.{digits}f}°"
+        )
+
+    def torque_in_words(self, torque: float) -> str:
+        """A torque in the hinge, or a slide's force."""
+        return f"{torque / self.per_angle:.2f} {'N' if self.slides else 'N m'}"
+
+    def rate_in_words(self, rate: float) -> str:
+        """A rate of α, or a slide's speed."""
+        return f"{self.per_angle * rate:.3f} {self.unit}/s"
+
+    def way_in_words(self, way: float) -> str:
+        """A difference of α as people say it: in degrees, or a slide's in centimetres."""
+        return f"{1e2 * self.per_angle * way:.1f} cm" if self.slides else f"{math.degrees(way):.1f}°"
+
+    @property
+    def largest_opening(self) -> float:
+        """That the joint's limits leave [rad or m]."""
+        return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
+
+    def link_placements(self, door_angle: float) -> dict[str, Array]:
+        """Placement of every link in the world.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Homogeneous matrices of shape (4, 4) by link name.
+        """
+        data = self._own.get(self.model.createData)
+        pinocchio.framesForwardKinematics(self.model, data, np.array([self.joint_value(door_angle)]))
+        return {
+            frame.name: np.array(placement.homogeneous)
+            for frame, placement in zip(self.model.frames, data.oMf, strict=True)
+            if frame.type == pinocchio.FrameType.BODY
+        }
+
+    def contact_point(self, door_angle: float, distance_from_hinge: float, height: float) -> Array:
+        r"""Point of the leaf's surface, :math:`P_h + D_V c(\alpha) - o\,n_D(\alpha) + D_H u`, and the way of a slide.
+
+        Args:
+            door_angle: α [rad].
+            distance_from_hinge: D_V [m].
+            height: D_H above the lower end of the hinge line [m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
+        before = self.contact_offset + self._motion.way(door_angle)
+        beside = distance_from_hinge * self.leaf_direction(door_angle) - before * self.normal(door_angle)
+        return np.asarray(self.hinge_position + beside + height * self.up)
+
+    def center_of_mass(self, door_angle: float) -> Array:
+        """Of the leaf at α, shape (3,), world frame [m]."""
+        into, along, up = self._center
+        before = self.way(door_angle) - into
+        beside = along * self.leaf_direction(door_angle) - before * self.normal(door_angle)
+        return np.asarray(self.hinge_position + beside + up * self.up)
+
+    def way(self, door_angle: float) -> float:
+        """Of a slide's face towards the vehicle, from closed; 0 of a hinge's [m]."""
+        return self._motion.way(door_angle)
+
+    def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
+        r"""How α moves that point, :math:`J = -D_V n_D - o\,c`, shape (3,), world frame [m]."""
+        return self._in_world(self._motion.lever(door_angle, distance_from_hinge, self.contact_offset))
+
+    def lever_length(self, distance_from_hinge: float) -> float:
+        """Speed along the normal of that point for a unit rate of α: D_V, or `per_angle` [m]."""
+        return self._motion.lever_length(distance_from_hinge)
+
+    def angle_of_face(self, before: float, distance_from_hinge: float) -> float:
+        """By how much α of a tip on the face is less if that stands so far before its place, for its D_V [rad]."""
+        return self._motion.angle_of_face(before, distance_from_hinge)
+
+    def onto_face(self, point: Array, door_angle: float) -> Array:
+        r"""A point moved along the leaf's normal to where it is touched, :math:`q + (n_D^T(P_h - q) - o)\,n_D`.
+
+        Args:
+            point: q, shape (3,), world frame [m].
+            door_angle: α [rad]; o is the `contact_offset`.
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
+        normal = self.normal(door_angle)
+        before = self.contact_offset + self._motion.way(door_angle)
+        return np.asarray(point + (normal @ (self.hinge_position - point) - before) * normal)
+
+    def weight_torque(self, door_angle: float) -> float:
+        """G(α) of the leaf's own weight, in the sense of damping [N m]."""
+        if self.vertical:
+            return 0.0
+        leaf, normal = self.leaf_direction(door_angle), self.normal(door_angle)
+        return self._motion.weight_torque(self.weight, float(leaf[2]), float(normal[2]))
+
+    def hinge_torque(self, door_angle: float, door_rate: float) -> float:
+        r"""Torque against the motion, :math:`b\dot\alpha + \tau_c\tanh(\dot\alpha/\epsilon) + k(\alpha-\alpha_0) \pm \tau_p + G`.
+
+        Args:
+            door_angle: α [rad].
+            door_rate: α̇ [rad/s].
+
+        Returns:
+            [N m]; α̈ = −torque/I_D when nothing else acts.
+        """
+        friction = self.friction * np.tanh(door_rate / self.friction_rate)
+        spring = self.stiffness * (door_angle - self.rest_angle)
+        return float(self.damping * door_rate + friction + spring + self.closing_torque) + self.weight_torque(
+            door_angle
+        )
+
+    def _weight(self, center_of_mass: Array) -> Array:
+        if self.slides:
+            return np.array([self.mass * GRAVITY * self.per_angle, 0.0])
+        away = center_of_mass - self.hinge_position
+        return self.mass * GRAVITY * np.array([away @ self.along, away @ self.into])
+
+    def _panel(self, leaf_on_joint: LeafOnJoint) -> tuple[Array, float] | None:
+        if self.handle is None or not isinstance(leaf_on_joint, LeafOnSlide):
+            return None
+        place = self.hinge_position + self.from_doorway(np.array([-self.handle[2], *self.handle[:2]]))
+        plane = leaf_on_joint.beside(self.axes, self.closed, place)
+        if plane is None:
+            return None
+        normal, distance = plane
+        return self.in_doorway(normal), distance - float(normal @ self.hinge_position)
+
+    def _handle(self, leaf_on_joint: LeafOnJoint, frame: str) -> tuple[float, float, float]:
+        point, outward = leaf_on_joint.frame(frame, self.closed)
+        if outward @ -self.normal(0.5 * math.pi) < _ACROSS:
+            raise UrdfError(
+                "the contact frame does not look away from the leaf", file=self.urdf, field=f"frame {frame}",
+                given=f"x axis along {outward.round(3).tolist()} where the door is closed",
+                allowed=f"{(-self.normal(0.5 * math.pi)).round(3).tolist()}, within {math.degrees(math.acos(_ACROSS)):.0f}°",
+            )  # fmt: skip
+        into, along, up = self.in_doorway(point - self.hinge_position)
+        return float(along), float(up), -float(into)
+
+    def _hinge_joint(self, full: pinocchio.Model) -> int:
+        name = self.section.hinge
+        if not full.existJointName(name):
+            joints = ", ".join(list(full.names)[1:]) or "none that moves"
+            raise UrdfError(
+                f"the URDF has no moving joint '{name}'", file=self.urdf, field="door.hinge", given=name, allowed=joints
+            )
+        index = int(full.getJointId(name))
+        if full.joints[index].nq != 1:
+            raise UrdfError(
+                "the door's joint is no hinge with a range, and no slide", file=self.urdf, field=f"joint {name}",
+                given=full.joints[index].shortname().removeprefix("JointModel"), allowed="revolute, continuous or prismatic",
+            )  # fmt: skip
+        return index
+
+
+def _variant(urdf: Path, section: DoorSection) -> Path:
+    """URDF of the door with the section's width and mass of the leaf."""
+    written = Door(urdf, section.model_copy(update={"width": None, "mass": None}))
+    if written.slides and section.width is not None:
+        raise UrdfError(
+            "only a leaf on a hinge can be made wider", file=urdf, field="door.width", given=section.width,
+            allowed="the URDF's, by leaving door.width out",
+        )  # fmt: skip
+    return write_door_variant(
+        urdf, section.leaf, written.hinge_position, written.along_in_leaf, written.along, written.width,
+        section.width, section.mass,
+    )  # fmt: skip

@@ -1,0 +1,115 @@
+"""The door of a scenario: which side of it the vehicle is on, and where it begins and ends."""
+
+from __future__ import annotations
+
+import math
+
+from doorman.exceptions import ScenarioError
+from doorman.kinematics.doors.door import Door, Side
+from doorman.kinematics.doors.leaf_on_slide import read_leaf
+from doorman.kinematics.doors.travel import Travel
+from doorman.scenario import GoalSection, Scenario, StartSection
+
+_BEYOND = math.radians(1.5)
+"""A start or goal that is so far beyond the closed door, on the vehicle's side, means a door that is pulled [rad]."""
+_DEFAULT_GOAL = math.pi / 9
+"""α of a door that is pushed open by 70° [rad]."""
+_DEFAULT_WAY = 0.3
+"""Goal of a slide, from closed [m]."""
+_ENDS = ("opening", "joint_value", "door_angle")
+"""Keys of an end, of which one is given."""
+_OF_HINGES = {
+    "door": ("rest_angle",),
+    "simulation": ("door_rest_angle", "door_width", "door_face_offset"),
+}
+"""Keys by section that mean nothing on a slide."""
+
+
+def read_door(scenario: Scenario) -> Door:
+    """Door of a scenario, as its URDF describes it.
+
+    Args:
+        scenario: The scenario.
+
+    Raises:
+        UrdfError: see `Door`.
+        ScenarioError: if contact frame and side contradict each other, or a slide is given what only a hinge has.
+    """
+    contact, urdf = scenario.contact, scenario.door_urdf
+    plain = Door(urdf, scenario.door)
+    if plain.slides:
+        _check_slide(scenario)
+    if contact.frame is None:
+        side = contact.side or (_side_of_slide(scenario, plain) if plain.slides else _side_of_ends(scenario))
+        return plain if side == plain.side else Door(urdf, scenario.door, side)
+    _, outward = read_leaf(plain.urdf, plain.model, plain.section).frame(contact.frame, plain.closed)
+    side = "push" if float(outward @ plain.normal(0.5 * math.pi)) < 0.0 else "pull"
+    if contact.side not in (None, side):
+        raise ScenarioError(
+            "the contact frame is on the other side of the leaf", file=scenario.source, field="contact.side",
+            given=contact.side, allowed=f"{side}, or another contact.frame than '{contact.frame}'",
+        )  # fmt: skip
+    return Door(urdf, scenario.door, side, contact.frame)
+
+
+def read_travel(scenario: Scenario, door: Door) -> Travel:
+    """Door angles at which a scenario begins and ends.
+
+    Args:
+        scenario: The scenario.
+        door: Its door.
+
+    Raises:
+        ScenarioError: if an end is given twice.
+    """
+    start = _end(scenario, door, "start", scenario.start)
+    goal = _end(scenario, door, "goal", scenario.goal)
+    if start is None:
+        start = door.angle_of_opening(0.0)
+    if goal is None and door.slides:
+        goal = door.angle_of_opening(min(_DEFAULT_WAY, door.largest_opening))
+    if goal is None:
+        opening = min(0.5 * math.pi - _DEFAULT_GOAL, door.largest_opening)
+        goal = max(_DEFAULT_GOAL, door.lower_limit) if door.side == "push" else door.angle_of_opening(opening)
+    return Travel(start, goal)
+
+
+def _end(scenario: Scenario, door: Door, name: str, end: StartSection | GoalSection) -> float | None:
+    given = [key for key in _ENDS if getattr(end, key) is not None]
+    if len(given) > 1:
+        raise ScenarioError(
+            f"{name} is given twice", file=scenario.source, field=f"{name}.{given[0]}", given=getattr(end, given[0]),
+            allowed=f"one of {', '.join(f'{name}.{key}' for key in _ENDS)}",
+        )  # fmt: skip
+    if end.joint_value is not None:
+        return door.angle_of_joint(end.joint_value)
+    return end.door_angle if end.opening is None else door.angle_of_opening(end.opening)
+
+
+def _check_slide(scenario: Scenario) -> None:
+    for name, end in (("start", scenario.start), ("goal", scenario.goal)):
+        if end.door_angle is not None:
+            raise ScenarioError(
+                "a slide takes no angle", file=scenario.source, field=f"{name}.door_angle", given=end.door_angle,
+                allowed=f"{name}.opening, in metres from closed",
+            )  # fmt: skip
+    for section, keys in _OF_HINGES.items():
+        given = getattr(scenario, section)
+        for key in keys:
+            if getattr(given, key) != getattr(type(given)(), key):
+                raise ScenarioError(
+                    "a slide takes no such key", file=scenario.source, field=f"{section}.{key}", given=getattr(given, key),
+                    allowed="none, as the door's joint is a slide",
+                )  # fmt: skip
+
+
+def _side_of_slide(scenario: Scenario, plain: Door) -> Side:
+    """A drawer is before the vehicle; a tip that can only push opens one that goes away from it."""
+    travel = read_travel(scenario, plain)
+    opens = plain.opening_of(travel.goal) > plain.opening_of(travel.start)
+    return "push" if scenario.contact.kind == "push" and opens else "pull"
+
+
+def _side_of_ends(scenario: Scenario) -> Side:
+    ends = (scenario.start.door_angle, scenario.goal.door_angle)
+    return "pull" if any(end is not None and end > 0.5 * math.pi + _BEYOND for end in ends) else "push"

@@ -1,0 +1,1 @@
+"""Reading a URDF: within bounds, checked, with its shapes and meshes."""

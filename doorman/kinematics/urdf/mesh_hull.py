@@ -1,0 +1,107 @@
+"""Convex hull of a mesh: one reader and one shape for FCL, coal and MuJoCo."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.mesh_checks import LARGEST_EXTENT, MOST_VERTICES
+from doorman.kinematics.urdf.mesh_paths import mesh_path
+from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.urdf.shapes import UrdfShape
+
+Array = NDArray[np.float64]
+
+_THINNEST = 1e-5
+"""Least thickness of a hull, as a share of its size: the hull of a thinner one is lost in rounding."""
+_SMALLEST = 1e-5
+"""Least size of a mesh [m]."""
+
+
+@dataclass(frozen=True)
+class Hull:
+    """Convex hull of a mesh, in the frame of its shape."""
+
+    vertices: Array
+    """Shape (m, 3) [m]."""
+    triangles: NDArray[np.int64]
+    """Indices of the vertices, counter-clockwise seen from outside, shape (k, 3)."""
+
+
+def mesh_vertices(urdf: Path, shape: UrdfShape) -> Array:
+    """Vertices of a mesh, its scale applied.
+
+    Args:
+        urdf: URDF that names it.
+        shape: Its shape of kind `mesh`.
+
+    Returns:
+        Shape (m, 3), in the shape's frame [m].
+
+    Raises:
+        UrdfError: that names link and mesh, if the file is missing or cannot be read, or a vertex is not finite or too far.
+    """
+    file = mesh_path(urdf, shape.file, shape.field)
+    if not file.is_file():
+        raise UrdfError("no such mesh", file=urdf, field=shape.field, given=shape.file, allowed="an existing file")
+    try:
+        vertices = _load(str(file), file.stat().st_mtime_ns, shape.size)
+    except (ValueError, RuntimeError, OSError) as error:
+        raise _unreadable(urdf, shape, " ".join(str(error).split()).rpartition("message: ")[2]) from error
+    if not 0 < len(vertices) <= MOST_VERTICES:
+        raise _unreadable(urdf, shape, f"{len(vertices)} vertices, of up to {MOST_VERTICES}")
+    if not np.isfinite(vertices).all() or np.abs(vertices).max() > LARGEST_EXTENT:
+        raise _unreadable(urdf, shape, f"a vertex that is not within {LARGEST_EXTENT:g} m of its origin")
+    return vertices
+
+
+def convex_hull(urdf: Path, shape: UrdfShape) -> Hull:
+    """Convex hull of a mesh.
+
+    Args:
+        urdf: URDF that names it.
+        shape: Its shape of kind `mesh`.
+
+    Returns:
+        The hull.
+
+    Raises:
+        UrdfError: that names link and mesh, if the mesh cannot be read or has no volume.
+    """
+    vertices = mesh_vertices(urdf, shape)
+    extents = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False) / np.sqrt(len(vertices))
+    if len(extents) < 3 or extents[0] < _SMALLEST or extents[2] < _THINNEST * extents[0]:
+        raise _unreadable(urdf, shape, "it has no volume")  # Qhull would end the process
+    try:
+        return _hull(vertices.tobytes())
+    except (ValueError, RuntimeError) as error:
+        raise _unreadable(urdf, shape, " ".join(str(error).split())) from error
+
+
+@lru_cache(maxsize=64)
+def _load(file: str, modified: int, scale: tuple[float, ...]) -> Array:  # noqa: ARG001  # a changed file is another one
+    return frozen(coal.MeshLoader().load(file, np.array(scale)).vertices())
+
+
+@lru_cache(maxsize=64)
+def _hull(vertices: bytes) -> Hull:
+    points = coal.StdVec_Vec3s()
+    for vertex in np.frombuffer(vertices).reshape(-1, 3):
+        points.append(vertex)
+    hull = coal.Convex.convexHull(points, True, "Qt")
+    triangles = np.array([[hull.polygons(k)[i] for i in range(3)] for k in range(hull.num_polygons)], dtype=np.int64)
+    triangles.flags.writeable = False
+    return Hull(frozen([hull.point(i) for i in range(hull.num_points)]), triangles)
+
+
+def _unreadable(urdf: Path, shape: UrdfShape, why: str) -> UrdfError:
+    return UrdfError(
+        "a mesh cannot be read", file=urdf, field=shape.field, given=f"{shape.file}: {why}",
+        allowed="a mesh with volume, in a format that assimp reads",
+    )  # fmt: skip

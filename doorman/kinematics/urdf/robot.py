@@ -1,0 +1,129 @@
+"""Reading a URDF: one place where a broken file becomes a clear error."""
+
+from __future__ import annotations
+
+import logging
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.mesh_checks import check_meshes
+from doorman.kinematics.urdf.structure import check_structure
+
+
+def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
+    """Kinematic tree of a URDF whose root link is fixed in the world.
+
+    Args:
+        path: URDF file.
+        endless: Whether a continuous joint has two coordinates, cosine and sine, as Pinocchio has it; else one, its angle.
+
+    Returns:
+        Pinocchio's model.
+
+    Raises:
+        UrdfError: if the file is missing, is not XML, is not a URDF, or it or a collision mesh holds a value that is not a
+            finite number or out of bounds.
+    """
+    root = check_structure(path)
+    check_meshes(path, root)
+    try:
+        turning = () if endless else _make_revolute(root)
+        model = pinocchio.buildModelFromXML(_text(root)) if turning else pinocchio.buildModelFromUrdf(str(path))
+    except (ValueError, RuntimeError) as error:
+        raise UrdfError(
+            "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that Pinocchio reads"
+        ) from error
+    written = {element.get("name") for element in root}
+    for frame in model.frames[1:]:  # a line break in an attribute is a space by XML's rules, and not by urdfdom's
+        if frame.name not in written:
+            raise UrdfError(
+                "a name contains a line break or a tab", file=path, field="/robot", given=repr(frame.name),
+                allowed="names without",
+            )  # fmt: skip
+    return model
+
+
+def load_description(path: Path) -> Any:
+    """Links, joints and primitive shapes of a URDF as written, without meshes.
+
+    The first call imports yourdfpy, which takes half a second: `elements` reads joints and boxes without it.
+
+    Args:
+        path: URDF file.
+
+    Returns:
+        yourdfpy's model (`yourdfpy.URDF`), without a scene.
+
+    Raises:
+        UrdfError: if the file is missing, is not XML, or is not a URDF.
+    """
+    check_structure(path)
+    import yourdfpy
+
+    logging.getLogger("yourdfpy").setLevel(logging.ERROR)
+    try:
+        return yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
+    except Exception as error:  # yourdfpy raises whatever its parser stumbles over
+        raise UrdfError(
+            "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that yourdfpy reads"
+        ) from error
+
+
+def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:
+    """Index of a frame that must exist.
+
+    Raises:
+        UrdfError: if the URDF has no link or joint of that name; the error lists the ones it has.
+    """
+    if not model.existFrame(name):
+        names = ", ".join(dict.fromkeys(frame.name for frame in model.frames if frame.name != "universe"))
+        raise UrdfError(f"the URDF has no link or joint '{name}'", file=path, field=field, given=name, allowed=names)
+    body = pinocchio.FrameType.BODY  # a joint may carry the same name as its link
+    return int(model.getFrameId(name, body) if model.existFrame(name, body) else model.getFrameId(name))
+
+
+def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:
+    """Index of the frame of a link that must exist, and must not be a joint.
+
+    Raises:
+        UrdfError: if the URDF has no link of that name; the error lists the ones it has.
+    """
+    body = pinocchio.FrameType.BODY
+    if not model.existFrame(name, body):
+        names = ", ".join(frame.name for frame in model.frames if frame.type == body)
+        raise UrdfError(f"the URDF has no link '{name}'", file=path, field=field, given=name, allowed=names)
+    return int(model.getFrameId(name, body))
+
+
+def frozen(values: object) -> NDArray[np.float64]:
+    """Read-only float array with the values of `values`."""
+    array = np.array(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def _make_revolute(root: ElementTree.Element) -> list[ElementTree.Element]:
+    """Give the continuous joints of a URDF, which are returned, one coordinate; one without `<limit>` cannot move."""
+    joints = [joint for joint in root.findall("joint") if joint.get("type") == "continuous"]
+    for joint in joints:
+        joint.set("type", "revolute")
+        limit = joint.find("limit")
+        if limit is None:
+            limit = ElementTree.SubElement(joint, "limit", effort="0", velocity="0")
+        limit.set("lower", "-1e6")
+        limit.set("upper", "1e6")
+    return joints
+
+
+def _text(root: ElementTree.Element) -> str:
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,151 @@
+"""Shapes of a URDF as written, and the tree of its links.
+
+Read from the XML itself, in a millisecond: yourdfpy, which reads the same, brings in trimesh and takes more than a second to
+import.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.robot import frozen
+from doorman.kinematics.urdf.structure import check_structure
+
+Array = NDArray[np.float64]
+
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+"""Attributes that hold a primitive's size, by its kind."""
+
+
+@dataclass(frozen=True)
+class UrdfShape:
+    """One shape, fixed to a link."""
+
+    link: str
+    name: str
+    """Link and collision element, for example `frame/jamb_latch`; the link alone where it has one unnamed shape."""
+    kind: str
+    """`box`, `cylinder`, `sphere` or `mesh`."""
+    size: tuple[float, ...]
+    """Edges (x, y, z), (radius, length) of a cylinder about z, or (radius,) [m]; the scale along x, y and z of a mesh."""
+    file: str
+    """Name of the mesh; empty for the others."""
+    placement: Array
+    """Of the shape in the link, homogeneous, shape (4, 4)."""
+
+    @property
+    def field(self) -> str:
+        """Where in the URDF it is, for an error."""
+        return f"link {self.link}/collision {self.name}"
+
+
+def read_collisions(path: Path) -> list[UrdfShape]:
+    """All collision shapes of a URDF.
+
+    Args:
+        path: URDF file.
+
+    Returns:
+        The shapes, in the order of the file.
+
+    Raises:
+        UrdfError: if the file is not a URDF, or a shape is of another kind.
+    """
+    return _read(path, "collision")
+
+
+def read_visuals(path: Path) -> list[UrdfShape]:
+    """All visual shapes of a URDF.
+
+    Args:
+        path: URDF file.
+
+    Returns:
+        The shapes, in the order of the file.
+
+    Raises:
+        UrdfError: if the file is not a URDF, or a shape is of another kind.
+    """
+    return _read(path, "visual")
+
+
+def read_parents(path: Path) -> dict[str, tuple[str, str]]:
+    """Links that hang on a joint.
+
+    Args:
+        path: URDF file.
+
+    Returns:
+        Joint and link above, by the name of the link below.
+
+    Raises:
+        UrdfError: if the file is not a URDF.
+    """
+    joints = check_structure(path).findall("joint")
+    return {_link(joint, "child"): (joint.get("name", ""), _link(joint, "parent")) for joint in joints}
+
+
+def link_name(path: Path, name: str) -> str:
+    """The link of that name, or the child link of the joint of that name.
+
+    Args:
+        path: URDF file.
+        name: Of a link or a joint that exists.
+
+    Raises:
+        UrdfError: if the file is not a URDF.
+    """
+    root = check_structure(path)
+    if any(link.get("name") == name for link in root.findall("link")):
+        return name
+    return next(_link(joint, "child") for joint in root.findall("joint") if joint.get("name") == name)
+
+
+def _read(path: Path, tag: str) -> list[UrdfShape]:
+    shapes = []
+    for link in check_structure(path).findall("link"):
+        elements, owner = link.findall(tag), link.get("name", "")
+        for index, element in enumerate(elements):
+            label = element.get("name") or (str(index) if len(elements) > 1 else "")
+            shapes.append(_shape(path, owner, f"{owner}/{label}" if label else owner, element))
+    return shapes
+
+
+def _shape(path: Path, link: str, name: str, element: ElementTree.Element) -> UrdfShape:
+    shape = element.find("geometry")[0]  # type: ignore[index]  # the structure's check has seen that there is one
+    file = ""
+    if shape.tag == "mesh":
+        file, size = shape.get("filename", ""), _numbers(shape.get("scale", "1 1 1"))
+    elif shape.tag in _SIZES:
+        size = [number for attribute in _SIZES[shape.tag] for number in _numbers(shape.get(attribute, ""))]
+    else:
+        raise UrdfError(
+            "not a valid URDF: no such shape", file=path, field=f"link {link}/collision {name}", given=shape.tag,
+            allowed="box, cylinder, sphere or mesh",
+        )  # fmt: skip
+    return UrdfShape(link, name, shape.tag, tuple(size), file, _placement(element))
+
+
+def _placement(element: ElementTree.Element) -> Array:
+    origin = element.find("origin")
+    if origin is None:
+        return frozen(np.eye(4))
+    rotation = pinocchio.rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
+    position = np.array(_numbers(origin.get("xyz", "0 0 0")))
+    return frozen(pinocchio.SE3(rotation, position).homogeneous)
+
+
+def _link(joint: ElementTree.Element, tag: str) -> str:
+    end = joint.find(tag)
+    return "" if end is None else end.get("link", "")
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(word) for word in text.split()]

@@ -1,0 +1,1 @@
+"""Vehicles: body, arm and rotors, from a URDF."""

@@ -1,0 +1,196 @@
+r"""How a vehicle makes a force: by tilting its thrust, or, where its rotors push to every side, with its body level.
+
+The force of a fully actuated vehicle lies in a polytope. Rotors i with the columns of `RotorLayout.inverse` make it where
+
+.. math:: 0 \le f_z\,l_i + s_i^T [f_x, f_y] \le f_{i,max},
+
+without torque; a share of every rotor is kept for that.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
+from doorman.kinematics.vehicles.vehicle import GRAVITY, Vehicle
+
+Array = NDArray[np.float64]
+
+LEVEL = 0.05
+"""Roll and pitch that a fully actuated vehicle may be commanded [rad]: what turns it beside its command is held against."""
+_KEPT = 0.08
+"""Share of a rotor's largest thrust that is kept at either end for torques."""
+_LIFTS = (0.8, 1.2)
+"""Lift of a plan, as shares of the weight."""
+
+
+class Actuation(ABC):
+    """What one kind of vehicle does to make a force."""
+
+    lift: tuple[float, float]
+    """Least and largest thrust along the body's z axis of a plan, beside the settings' [N]."""
+    side: float
+    """Largest force along each of the body's x and y axes of a plan [N]."""
+    push: float | None
+    """Force to every side beside a hover, of a vehicle whose body stays level; None of one that tilts [N]."""
+
+    @property
+    def fully(self) -> bool:
+        """Whether the body stays level."""
+        return self.push is not None
+
+    @abstractmethod
+    def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
+        """Nearest sensible force: height is kept first, then the horizontal part is cut.
+
+        Args:
+            force: Shape (3,), world frame [N].
+            yaw: ψ [rad].
+            max_tilt: Largest angle between force and vertical of a vehicle that tilts [rad].
+
+        Returns:
+            Shape (3,), world frame [N]; its vertical part is positive.
+        """
+
+    @abstractmethod
+    def attitude(self, force: Array, yaw: float) -> Array:
+        """Attitude with which a force is made.
+
+        Args:
+            force: Shape (3,), world frame, vertical part positive [N].
+            yaw: ψ [rad].
+
+        Returns:
+            Φ, shape (3,) [rad].
+        """
+
+    @abstractmethod
+    def body_force(self, force: Array, attitude: Array) -> Array:
+        """What the rotors are to make, shape (3,), body frame [N].
+
+        Args:
+            force: Shape (3,), world frame [N].
+            attitude: Φ that the vehicle has, shape (3,) [rad].
+        """
+
+
+class TiltedThrust(Actuation):
+    """Thrust along the body's z axis alone: the body tilts.
+
+    Args:
+        max_thrust: [N].
+    """
+
+    push, side = None, 0.0
+
+    def __init__(self, max_thrust: float) -> None:
+        self.max_thrust = max_thrust
+        self.lift = (0.0, max_thrust)
+
+    def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
+        """Cut to thrust and tilt, see `Actuation`."""
+        return saturate(force, self.max_thrust, max_tilt)
+
+    def attitude(self, force: Array, yaw: float) -> Array:
+        """The body's z axis along the force, see `Actuation`."""
+        return attitude_of_force(force, yaw)
+
+    def body_force(self, force: Array, attitude: Array) -> Array:
+        """All of it along z, see `Actuation`."""
+        return np.array([0.0, 0.0, float(np.linalg.norm(force))])
+
+
+class BodyForce(Actuation):
+    """Force to every side with a level body.
+
+    Args:
+        layout: Rotors that are fully actuated.
+        weight: m g [N].
+    """
+
+    def __init__(self, layout: RotorLayout, weight: float) -> None:
+        self._lift, self._side = layout.inverse[:, 0], layout.side_inverse
+        self._least, self._most = _KEPT * layout.max_thrusts, (1.0 - _KEPT) * layout.max_thrusts
+        self._lifts = float((self._least / self._lift).max()), float((self._most / self._lift).min())
+        self.lift = (max(_LIFTS[0] * weight, self._lifts[0]), min(_LIFTS[1] * weight, self._lifts[1]))
+        self.push = max(float((self._room(weight) / np.linalg.norm(self._side, axis=1)).min()), 0.0)
+        corner = np.abs(self._side).sum(axis=1)
+        self.side = max(min(float((self._room(lift) / corner).min()) for lift in self.lift), 0.0)
+
+    def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
+        """Cut to the polytope of a level body, see `Actuation`."""
+        lift = min(max(float(force[2]), self._lifts[0]), self._lifts[1])
+        c, s = math.cos(yaw), math.sin(yaw)
+        side = self._side @ np.array([c * force[0] + s * force[1], c * force[1] - s * force[0]])
+        room = np.where(side > 0.0, self._most - lift * self._lift, lift * self._lift - self._least)
+        moved = np.abs(side) > 1e-12
+        share = min(1.0, float((room[moved] / np.abs(side[moved])).min(initial=1.0)))
+        return np.array([max(share, 0.0) * force[0], max(share, 0.0) * force[1], lift])
+
+    def attitude(self, force: Array, yaw: float) -> Array:
+        """Level, see `Actuation`."""
+        return np.array([0.0, 0.0, yaw])
+
+    def body_force(self, force: Array, attitude: Array) -> Array:
+        """The force in body axes, see `Actuation`."""
+        return np.asarray(rotation_body_to_world(attitude).T @ force)
+
+    def _room(self, lift: float) -> Array:
+        return np.minimum(self._most - lift * self._lift, lift * self._lift - self._least)
+
+
+def actuation_of(vehicle: Vehicle, torque_per_thrust: float) -> Actuation:
+    """What a vehicle's rotors can do.
+
+    Args:
+        vehicle: The vehicle.
+        torque_per_thrust: κ [m].
+
+    Returns:
+        Of rotors that cannot steer, which the check refuses, a tilted thrust.
+    """
+    weight = vehicle.mass * GRAVITY
+    try:
+        layout = rotor_layout(vehicle, torque_per_thrust)
+    except BackendError:
+        return TiltedThrust(vehicle.max_thrust)
+    return BodyForce(layout, weight) if layout.fully_actuated else TiltedThrust(vehicle.max_thrust)
+
+
+def saturate(force: Array, max_thrust: float, max_tilt: float) -> Array:
+    """Nearest sensible force within thrust and tilt: height is kept first, then the horizontal part is cut.
+
+    Args:
+        force: Shape (3,), world frame [N].
+        max_thrust: [N].
+        max_tilt: Largest angle between force and vertical [rad].
+
+    Returns:
+        Shape (3,), world frame [N]; its vertical part is positive.
+    """
+    vertical = min(max(float(force[2]), 0.1 * max_thrust), max_thrust)
+    horizontal = math.hypot(force[0], force[1])
+    largest = min(vertical * math.tan(max_tilt), math.sqrt(max(max_thrust**2 - vertical**2, 0.0)))
+    scale = 1.0 if horizontal <= largest else largest / horizontal
+    return np.array([scale * force[0], scale * force[1], vertical])
+
+
+def attitude_of_force(force: Array, yaw: float) -> Array:
+    """Attitude whose body z axis points along a force.
+
+    Args:
+        force: Shape (3,), world frame, vertical part positive [N].
+        yaw: ψ [rad].
+
+    Returns:
+        Φ, shape (3,) [rad].
+    """
+    forward = math.cos(yaw) * force[0] + math.sin(yaw) * force[1]
+    left = -math.sin(yaw) * force[0] + math.cos(yaw) * force[1]
+    return np.array([math.atan2(-left, math.hypot(forward, force[2])), math.atan2(forward, force[2]), yaw])

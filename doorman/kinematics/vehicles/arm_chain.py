@@ -1,0 +1,93 @@
+"""Which joints of a vehicle's URDF are the arm's: the chain from the base link to the tip."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pinocchio
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import read_joints
+from doorman.kinematics.urdf.robot import frame_index, link_index
+from doorman.kinematics.vehicles.rotors import PREFIX, rotor_links
+
+_KINDS = ("revolute", "continuous", "prismatic")
+MOST_JOINTS = 7
+
+
+def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> list[int]:
+    """Joints from the base link to the tip; none where the tip is fixed to the base link.
+
+    Args:
+        full: Pinocchio's model of the whole URDF.
+        base_link: Name of the base link.
+        tip: Name of the tip's link or joint.
+        urdf: Path of the URDF.
+
+    Returns:
+        Their indices, in order from the base link.
+
+    Raises:
+        UrdfError: if a name is missing, the tip does not hang on the base link, or the arm has a joint of another kind or too
+            many.
+    """
+    base = full.frames[link_index(full, base_link, urdf, "vehicle.base_link")].parentJoint
+    end = frame_index(full, tip, urdf, "vehicle.tip")
+    joint, chain = full.frames[end].parentJoint, list[int]()
+    while joint not in (base, 0):
+        chain.insert(0, joint)
+        joint = full.parents[joint]
+    written = read_joints(urdf)
+    carried = all(written[full.names[index]].kind == "floating" for index in carriers(full, base))
+    rotor = tip.startswith(PREFIX) or tip in rotor_links(urdf)
+    if joint != base or tip == base_link or rotor or not carried:
+        raise UrdfError(
+            "no chain of joints leads from the base link to the tip", file=urdf, field="vehicle.tip", given=tip,
+            allowed=f"a link that hangs on '{base_link}' or is fixed to it, itself the root, fixed to it or floating",
+        )  # fmt: skip
+    for index in chain:
+        kind = written[full.names[index]].kind
+        if kind not in _KINDS:
+            raise UrdfError(
+                "a joint of the arm has an unknown type", file=urdf, field=f"joint {full.names[index]}", given=kind,
+                allowed=", ".join((*_KINDS, "fixed")),
+            )  # fmt: skip
+    if len(chain) > MOST_JOINTS:
+        raise UrdfError(
+            "the arm has too many joints", file=urdf, field="vehicle.tip", given=len(chain),
+            allowed=f"up to {MOST_JOINTS}; type=\"fixed\" for joints that stand",
+        )  # fmt: skip
+    return chain
+
+
+def carriers(full: pinocchio.Model, joint: int) -> list[int]:
+    """A joint and those above it, without the root.
+
+    Args:
+        full: Pinocchio's model.
+        joint: Index of the joint.
+
+    Returns:
+        Their indices.
+    """
+    found: list[int] = []
+    while joint:
+        found.append(joint)
+        joint = full.parents[joint]
+    return found
+
+
+def standing_joints(full: pinocchio.Model, base_link: str, arm: tuple[str, ...]) -> tuple[str, ...]:
+    """Joints that could move, are neither of the arm nor rotors, and stand at zero.
+
+    Args:
+        full: Pinocchio's model of the whole URDF.
+        base_link: Name of the base link; what carries it is the world that the vehicle flies in.
+        arm: Names of the arm's joints.
+
+    Returns:
+        Their names.
+    """
+    above = carriers(full, full.frames[full.getFrameId(base_link, pinocchio.FrameType.BODY)].parentJoint)
+    others = (str(full.names[i]) for i in range(1, full.njoints) if i not in above)
+    return tuple(name for name in others if name not in arm and not name.startswith(PREFIX))

@@ -1,0 +1,384 @@
+"""Vehicle: the arm's kinematics, masses, limits and rotors, all from its URDF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.checks import vector
+from doorman.copying import PerThread
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import read_joints
+from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio
+from doorman.kinematics.vehicles.arm_chain import arm_chain, standing_joints
+from doorman.kinematics.vehicles.bodies import Bodies
+from doorman.kinematics.vehicles.disc import disc_radius, propeller_reach
+from doorman.kinematics.vehicles.rotors import Rotor, read_rotors
+from doorman.scenario import VehicleSection
+
+__all__ = ["GRAVITY", "ArmGeometry", "Rotor", "Vehicle"]
+
+Array = NDArray[np.float64]
+
+_LEVEL = 1e-3
+"""Height above the rotors up to which an arm's root counts as level with them [m]."""
+
+GRAVITY = 9.81
+"""[m/s²]."""
+
+
+@dataclass(frozen=True)
+class ArmGeometry:
+    """The arm as constants of its zero configuration, in body axes; enough to compute every point without Pinocchio.
+
+    With R_0 = I and R_i = R_{i−1} Rot(axis_i, η_i): joint i+1 lies R_i link_{i+1} after joint i, and a point of parent i
+    lies R_i offset after joint i (parent −1: the body itself, offsets from O_B). A joint that slides does not turn what it
+    carries, R_i = R_{i−1}, and lies R_i axis_i η_i farther.
+    """
+
+    axes: Array
+    """Joint axes at H = 0, shape (n, 3)."""
+    links: Array
+    """Vector from joint i−1 (from O_B for the first) to joint i at H = 0, shape (n, 3) [m]."""
+    slides: NDArray[np.bool_]
+    """Whether a joint is prismatic, shape (n,)."""
+    point_parents: NDArray[np.int64]
+    """Index of the joint that carries each constrained point, shape (n_points,)."""
+    point_offsets: Array
+    """Vector from that joint to the point at H = 0, shape (n_points, 3) [m]."""
+    above: bool
+    """Whether the arm belongs above the rotors' plane, and not below it."""
+
+
+class Vehicle:
+    """Flying vehicle with an arm of n joints from `base_link` to `tip`: revolute, continuous or prismatic; none of a fixed stick.
+
+    Angles, rates and torques of a prismatic joint are lengths, speeds and forces [m, m/s, N]. All positions are in the body frame
+    of the base link: x forward, y left, z up. Threads may share it.
+
+    Args:
+        urdf: Path of the URDF.
+        names: Names of the base link, the tip and the servo frames, and overrides of radius and thrust.
+
+    Raises:
+        UrdfError: if a named frame is missing, the arm has a joint of another kind or one that cannot move or hold anything, a
+            rotor is tilted or has no thrust, or the mass is not positive.
+    """
+
+    def __init__(self, urdf: Path, names: VehicleSection | None = None) -> None:
+        self.urdf = urdf
+        self.names = names or VehicleSection()
+        self.standing_joints: tuple[str, ...] = ()
+        """Joints that could move, are neither of the arm nor rotors, and stand at zero."""
+        full = load_pinocchio(urdf, endless=False)
+        self.model, self.joint_names = self._arm_only(full)
+        self._own: PerThread[pinocchio.Data] = PerThread()
+        self._base_frame = link_index(self.model, self.names.base_link, urdf, "vehicle.base_link")
+        self._tip_frame = frame_index(self.model, self.names.tip, urdf, "vehicle.tip")
+        self._point_frames = [*self._servo_frames(), self._tip_frame]
+        self.point_names = tuple(self.model.frames[i].name for i in self._point_frames)
+        self.mass = self._positive_mass()
+        self._heavy = [(k, body.mass, np.array(body.lever)) for k, body in enumerate(self.model.inertias) if body.mass]
+        self.bodies = Bodies.of(self.model, self._data, self._base_placement())
+        self.slides = self._sliding()
+        self.lower_limits, self.upper_limits = self._position_limits()
+        self.rate_limits = self._positive_rates()
+        self.torque_limits = self._positive_torques()
+        self.rotors = read_rotors(urdf, self.model, self._base_placement())
+        self.radius = float(self.names.radius or disc_radius(urdf, self.model, self._base_placement()))
+        self.max_thrust = self._thrust_limit()
+        self.arm = self._arm_geometry()
+
+    @property
+    def _data(self) -> pinocchio.Data:
+        return self._own.get(self.model.createData)
+
+    @property
+    def propeller_reach(self) -> float:
+        """Largest distance of a propeller's tip from the body's z axis, as far as the URDF shows propellers; else zero [m]."""
+        return propeller_reach(self.urdf, self.model, self._base_placement())
+
+    @property
+    def angle_units(self) -> tuple[str, ...]:
+        """Unit of every joint's position, shape (n,)."""
+        return tuple("m" if slides else "rad" for slides in self.slides)
+
+    @property
+    def n_arm(self) -> int:
+        """Number of the arm's joints, n."""
+        return int(self.model.nq)
+
+    def inertia(self, arm_angles: ArrayLike) -> Array:
+        """Rotational inertia I_A of vehicle and arm about O_B for a given posture.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, 3), body axes [kg m²].
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        pinocchio.forwardKinematics(self.model, self._data, angles)
+        total = pinocchio.Inertia.Zero()
+        for inertia, placement in zip(self.model.inertias, self._data.oMi, strict=True):
+            total += placement.act(inertia)
+        total = self._base_placement().inverse().act(total)
+        return np.array(total.matrix()[3:, 3:])
+
+    def center_of_mass(self, arm_angles: ArrayLike) -> Array:
+        """Centre of mass c of vehicle and arm, in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3,) [m].
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        pinocchio.forwardKinematics(self.model, self._data, angles)
+        weighted = sum(mass * self._data.oMi[k].act(lever) for k, mass, lever in self._heavy)
+        return np.array(self._base_placement().actInv(weighted / self.mass))
+
+    def center_of_mass_jacobian(self, arm_angles: ArrayLike) -> Array:
+        r"""Jacobian :math:`\partial c/\partial H` of `center_of_mass`.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, n) [m/rad].
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        if not self.n_arm:  # Pinocchio would end the process
+            return np.zeros((3, 0))
+        pinocchio.computeJointJacobians(self.model, self._data, angles)
+        linear, angular = np.split(np.reshape(self._data.J, (6, self.n_arm)), 2)
+        columns = []
+        for k in range(self.n_arm):  # moved by joint k: every link from there on
+            carried = pinocchio.Inertia.Zero()
+            for inertia, placement in zip(
+                list(self.model.inertias)[k + 1 :], list(self._data.oMi)[k + 1 :], strict=True
+            ):
+                carried += placement.act(inertia)
+            columns.append(carried.mass * (linear[:, k] + np.cross(angular[:, k], carried.lever)))
+        return np.asarray(self._base_placement().rotation.T @ np.column_stack(columns) / self.mass)
+
+    def tip_position(self, arm_angles: ArrayLike) -> Array:
+        """Position d of the tip in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3,) [m].
+        """
+        tip: Array = self.point_positions(arm_angles)[-1]
+        return tip
+
+    def tip_jacobian(self, arm_angles: ArrayLike) -> Array:
+        r"""Jacobian :math:`J_d = \partial d/\partial H`.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (3, n) [m/rad].
+        """
+        jacobian: Array = self.point_jacobians(arm_angles)[-1]
+        return jacobian
+
+    def point_positions(self, arm_angles: ArrayLike) -> Array:
+        """Positions of S³ … Sⁿ and the tip in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (n_points, 3) [m]; the tip is the last.
+
+        Raises:
+            DimensionError: if H has another shape or is not finite.
+        """
+        pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
+        base = self._base_placement()
+        return np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
+
+    def point_jacobians(self, arm_angles: ArrayLike) -> Array:
+        """Jacobians of `point_positions` with respect to H.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Shape (n_points, 3, n) [m/rad].
+
+        Raises:
+            DimensionError: if H has another shape or is not finite.
+        """
+        angles = vector(arm_angles, self.n_arm, "arm_angles")
+        if not self.n_arm:  # Pinocchio would end the process
+            return np.zeros((len(self._point_frames), 3, 0))
+        pinocchio.computeJointJacobians(self.model, self._data, angles)
+        pinocchio.updateFramePlacements(self.model, self._data)
+        world_to_base = self._base_placement().rotation.T
+        world = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        jacobians = [pinocchio.getFrameJacobian(self.model, self._data, i, world) for i in self._point_frames]
+        shape = (6, self.n_arm)  # a single column arrives as a flat array
+        return np.array([world_to_base @ np.reshape(jacobian, shape)[:3] for jacobian in jacobians])
+
+    def link_placements(self, arm_angles: ArrayLike) -> dict[str, Array]:
+        """Placement of every link in the body frame.
+
+        Args:
+            arm_angles: H, shape (n,) [rad].
+
+        Returns:
+            Homogeneous matrices of shape (4, 4) by link name.
+        """
+        pinocchio.framesForwardKinematics(self.model, self._data, vector(arm_angles, self.n_arm, "arm_angles"))
+        base = self._base_placement().inverse()
+        return {
+            frame.name: np.array((base * placement).homogeneous)
+            for frame, placement in zip(self.model.frames, self._data.oMf, strict=True)
+            if frame.type == pinocchio.FrameType.BODY
+        }
+
+    def _base_placement(self) -> pinocchio.SE3:
+        return self.model.frames[self._base_frame].placement  # the base link is fixed to the tree's root
+
+    def _arm_only(self, full: pinocchio.Model) -> tuple[pinocchio.Model, tuple[str, ...]]:
+        """Lock every joint that is not on the chain from the base link to the tip."""
+        chain = arm_chain(full, self.names.base_link, self.names.tip, self.urdf)
+        names = tuple(full.names[i] for i in chain)
+        self._check_followers(set(names))
+        self.standing_joints = standing_joints(full, self.names.base_link, names)
+        locked = [i for i in range(1, full.njoints) if i not in chain]
+        try:
+            model = pinocchio.buildReducedModel(full, locked, pinocchio.neutral(full)) if locked else full
+        except ValueError as error:  # a locked joint becomes a frame, which needs a name of its own
+            raise UrdfError(
+                "the arm cannot be identified: names repeat", file=self.urdf, field="/robot", given=str(error),
+                allowed="links and joints of different names",
+            ) from error  # fmt: skip
+        return model, names
+
+    def _check_followers(self, chain: set[str]) -> None:
+        """No joint of the arm follows another, and nothing else follows the arm: both would stand still."""
+        for name, joint in read_joints(self.urdf).items():
+            if joint.leader is not None and (name in chain or joint.leader in chain):
+                what = "a joint of the arm follows another" if name in chain else "a joint follows the arm"
+                raise UrdfError(
+                    what, file=self.urdf, field=f"joint {name}/mimic", given=joint.leader,
+                    allowed="joints that move on their own",
+                )  # fmt: skip
+
+    def _servo_frames(self) -> list[int]:
+        """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
+        n = self.n_arm
+        if self.names.servos is not None:
+            if len(self.names.servos) != max(n - 2, 0):
+                raise UrdfError(
+                    "wrong number of servo frames",
+                    file=self.urdf,
+                    field="vehicle.servos",
+                    given=len(self.names.servos),
+                    allowed=f"{max(n - 2, 0)}: one for each of the joints 3 … {n}",
+                )
+            return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in self.names.servos]
+        names = [f"servo_{k}" for k in range(3, n + 1)]
+        known = [name if self.model.existFrame(name) else self.joint_names[k + 2] for k, name in enumerate(names)]
+        return [frame_index(self.model, name, self.urdf, "vehicle.servos") for name in known]
+
+    def _positive_mass(self) -> float:
+        mass = float(sum(inertia.mass for inertia in self.model.inertias))
+        if not mass > 0.0:
+            raise UrdfError(
+                "the vehicle has no mass",
+                file=self.urdf,
+                field=f"link {self.names.base_link}/inertial/mass",
+                given=mass,
+                allowed="> 0 kg",
+            )
+        inertia = self.inertia(np.zeros(self.n_arm))
+        if np.linalg.eigvalsh(inertia)[0] <= 0.0:
+            raise UrdfError(
+                "the vehicle's rotational inertia is not positive definite",
+                file=self.urdf,
+                field=f"link {self.names.base_link}/inertial/inertia",
+                given=np.diag(inertia).round(9).tolist(),
+                allowed="> 0 kg m² about every axis",
+            )
+        return mass
+
+    def _sliding(self) -> NDArray[np.bool_]:
+        joints = read_joints(self.urdf)
+        slides = np.array([joints[name].kind == "prismatic" for name in self.joint_names], dtype=np.bool_)
+        slides.flags.writeable = False
+        return slides
+
+    def _position_limits(self) -> tuple[Array, Array]:
+        """Of the joints; a continuous one has none, whatever its `<limit>` says."""
+        joints = read_joints(self.urdf)
+        endless = np.array([joints[name].kind == "continuous" for name in self.joint_names], dtype=np.bool_)
+        lower, upper = self.model.lowerPositionLimit, self.model.upperPositionLimit
+        return frozen(np.where(endless, -np.inf, lower)), frozen(np.where(endless, np.inf, upper))
+
+    def _positive_rates(self) -> Array:
+        for name, rate in zip(self.joint_names, self.model.velocityLimit, strict=True):
+            if not rate > 0.0:
+                raise UrdfError(
+                    "a joint of the arm cannot move", file=self.urdf, field=f"joint {name}/limit@velocity",
+                    given=float(rate), allowed="> 0 rad/s, or m/s of a prismatic joint",
+                )  # fmt: skip
+        return frozen(self.model.velocityLimit)
+
+    def _positive_torques(self) -> Array:
+        for name, torque, lower, upper in zip(
+            self.joint_names, self.model.effortLimit, self.lower_limits, self.upper_limits, strict=True
+        ):
+            if not torque > 0.0:
+                raise UrdfError(
+                    "a joint of the arm cannot hold anything", file=self.urdf, field=f"joint {name}/limit@effort",
+                    given=float(torque), allowed="> 0 N m, or N of a prismatic joint",
+                )  # fmt: skip
+            if not lower < upper:
+                raise UrdfError(
+                    "a joint of the arm has no range", file=self.urdf, field=f"joint {name}/limit@upper",
+                    given=float(upper), allowed=f"> {lower:g}, or type=\"fixed\"",
+                )  # fmt: skip
+        return frozen(self.model.effortLimit)
+
+    def _thrust_limit(self) -> float:
+        if self.names.max_thrust is not None:
+            return float(self.names.max_thrust)
+        if self.rotors:
+            return float(sum(rotor.max_thrust * rotor.axis[2] for rotor in self.rotors))
+        return 2.0 * self.mass * GRAVITY
+
+    def _arm_geometry(self) -> ArmGeometry:
+        pinocchio.framesForwardKinematics(self.model, self._data, np.zeros(self.n_arm))
+        pinocchio.computeJointJacobians(self.model, self._data, np.zeros(self.n_arm))
+        base = self._base_placement()
+        joints = np.array([base.actInv(self._data.oMi[i + 1].translation) for i in range(self.n_arm)]).reshape(-1, 3)
+        columns = np.reshape(self._data.J, (6, self.n_arm))  # a single column arrives as a flat array
+        axes = (base.rotation.T @ np.where(self.slides, columns[:3], columns[3:])).T
+        parents = np.array([self.model.frames[i].parentJoint - 1 for i in self._point_frames], dtype=np.int64)
+        points = np.array([base.actInv(self._data.oMf[i].translation) for i in self._point_frames])
+        origins = np.vstack([joints, np.zeros(3)])  # index −1: the body
+        parents.flags.writeable = False
+        return ArmGeometry(
+            axes=frozen(axes),
+            links=frozen(np.diff(np.vstack([np.zeros(3), joints]), axis=0)),
+            slides=self.slides,
+            point_parents=parents,
+            point_offsets=frozen(points - origins[parents]),
+            above=self._is_above((joints if self.n_arm else points)[0]),
+        )
+
+    def _is_above(self, root: Array) -> bool:
+        """Whether the arm's first joint, or the tip of a stick, lies above the rotors; the plane z = 0 without rotors."""
+        return bool(root[2] > max([0.0, *(float(rotor.position[2]) for rotor in self.rotors)]) + _LEVEL)

@@ -1,0 +1,39 @@
+"""Public names of a package that bring in their modules when they are first asked for: importing the package loads nothing."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+
+def lazy_names(
+    package: str, modules: Mapping[str, str], packages: Sequence[str] = ()
+) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of a package.
+
+    Args:
+        package: The package's `__name__`.
+        modules: Each name, and the module below `package` that has it.
+        packages: Modules below `package` that are attributes of it, too.
+
+    Returns:
+        What the package assigns to `__getattr__` and `__dir__`. A name that is in neither raises AttributeError.
+    """
+
+    def get(name: str) -> object:
+        if name in packages:
+            return importlib.import_module(f"{package}.{name}")  # which makes it an attribute of the package
+        if name not in modules:
+            raise AttributeError(f"module '{package}' has no attribute '{name}'", name=name)
+        value = getattr(importlib.import_module(f"{package}.{modules[name]}"), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    def names() -> list[str]:
+        return sorted({*vars(sys.modules[package]), *modules, *packages})
+
+    return get, names

@@ -1,0 +1,1 @@
+"""One plan from free flight to contact."""

@@ -1,0 +1,436 @@
+r"""One problem from free flight to contact: vehicle, arm and mechanism in symbols, the tip on the face by a compliant contact.
+
+States :math:`x = [P, \Phi, V, \dot\Phi, q, \dot q, H]`, inputs :math:`u = [f, \phi_c, \theta_c, \tau_z, \dot H]`.
+The tip is at :math:`p_t = P + R\,d(H)`. With the mechanism's p(q), n(q) and J (`mechanism`), the tip's depth in the face and the
+speed at which it closes are
+
+.. math:: \delta = -n^T(p_t - p(q)),\qquad v = \dot p_t - J(p_t)\,\dot q,\qquad \dot\delta = -n^T v .
+
+The contact is a spring and a damper that fade in over ε. In the plane of the face, along (1) and up (2), the tip gives by
+about :math:`e_0` before it slips, from where it sticks now, with e the way from there:
+
+.. math::
+    \sigma = \tfrac12\big(\delta + \sqrt{\delta^2 + 4\epsilon^2}\big),\quad
+    \lambda = k\,\sigma + c\,\frac{\sigma}{\sigma + \epsilon}\,\dot\delta,\quad
+    F = -\lambda n + \mu\lambda\,\frac{e}{\sqrt{e^2 + e_0^2}} + c_t\frac{\sigma}{\sigma + \epsilon}\,v_t
+
+is the tip's force on the mechanism. Then
+
+.. math::
+    m\,a &= f R e_3 - m g e_3 + F_w - F,\\
+    \ddot\phi &= \kappa_r\big(\kappa_a(\phi_c + M_x/s_x + b_x - \phi) - \dot\phi\big)\ \text{(and θ with y)},\\
+    I_z\ddot\psi &= \tau_z - e_3^T\big((p_t - P - R\,c)\times F\big),\\
+    I\ddot q &= J(p_t)^T F - b\dot q - \tau_c\tanh(\dot q/\epsilon_q) - k_q(q - q_r) - \tau - G(q) .
+
+with the acceleration a and the place c(H) of the centre of mass. An arm without mass has c = 0 and :math:`\dot V = a`; else
+:math:`\dot V = a - R\big(\dot\Omega\times c + \Omega\times(\Omega\times c)\big)`. The attitude loop holds the static moment
+:math:`c\times f e_3`, which `static_moment` bounds.
+
+Roll and pitch reach what is commanded with the lag of the vehicle's attitude loop, :math:`\kappa_a` and :math:`\kappa_r`. The
+moment :math:`M = -R^T\big((p_t - P - R\,c)\times F\big)` turns the vehicle beside it by the loop's stiffness s, and b is what
+else does (`control.tilt_observer`). Yaw has no such loop that can be relied on: rotors make little torque about the vertical, so
+:math:`\tau_z` is bounded, and the moment of the tip's force is in the equation.
+
+Friction that would stop the leaf within a step h is taken at the step's end instead: of the rate that the leaf would have without
+it, no more than :math:`h\tau_c/I` is lost, rounded by ε.
+
+A fully actuated vehicle has two inputs more, :math:`f_x` and :math:`f_y`, and :math:`R\,[f_x, f_y, f]^T` in place of
+:math:`f R e_3`; its numbers are `actuation.*`.
+
+There are no phases. `reference.*` and `weight.*` are numbers: approach, touch, swing, hold and letting go are other numbers of
+the same problem. A step is semi-implicit: rates change first, and places with the new rates.
+
+**A leaf that can be stopped.** Let the hinge resist by at least :math:`\hat\tau` while it opens, and let
+:math:`a = \eta\hat\tau/I`. In :math:`S = \{\tfrac12\dot q^2 \le a g\}`, with g the way to the goal, every force
+:math:`\lambda \le (1 - \eta)\hat\tau/\lvert J^Tn\rvert` keeps the leaf in S until it rests, and so does no contact at all.
+*Sketch:* the leaf's own equation gives
+:math:`I\,\mathrm{d}\lvert\dot q\rvert/\mathrm{d}t \le \lvert J^Tn\rvert\lambda - \hat\tau \le -\eta\hat\tau`, thus
+:math:`\tfrac12\dot q^2 - a g` does not grow. The vehicle's mass does not enter: a leaf that the tip does not follow leaves it
+behind. The force of the tip follows a command by the attitude's lag, so that a state on the border of S needs that much room.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import casadi as ca
+
+from doorman.collision.constraints import arm_off_the_rotors
+from doorman.collision.surroundings import Surroundings
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.symbols import arm_points, body_rates, rotation_body_to_world
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
+from doorman.kinematics.vehicles.vehicle import GRAVITY
+from doorman.ocp.problem.terms import Constraint, Residual
+from doorman.ocp.symbolic_model import SymbolicModel
+from doorman.planning.mechanism import Mechanism, mechanism_in_symbols
+from doorman.planning.static_moment import static_moment
+from doorman.planning.whole_body.planes import planes
+
+_LEAST_EXTENT = 1e-12
+"""Under the root: a disc parallel to a plane has a slope, too."""
+
+
+class WholeBodyTask:
+    """Named CasADi expressions of vehicle, arm, mechanism and contact, SI units, world frame unless the name says another.
+
+    Args:
+        pattern: Of the arm's constants.
+        point_names: Of the arm's points, the tip last.
+        numbers: Their names and sizes become symbols, see `whole_body_problem`.
+        surroundings: What stands beside the door.
+    """
+
+    def __init__(
+        self,
+        pattern: ArmPattern,
+        point_names: tuple[str, ...],
+        numbers: Numbers,
+        surroundings: Surroundings = "doorway",
+    ) -> None:
+        self._surroundings = surroundings
+        n = pattern.n_joints
+        symbol = ca.SX.sym
+        self.time = symbol("time")
+        self.position, self.velocity = symbol("position", 3), symbol("velocity", 3)
+        self.attitude, self.attitude_rates = symbol("attitude", 3), symbol("attitude_rate", 3)
+        self.joint, self.joint_rate = symbol("joint"), symbol("joint_rate")
+        self.arm_angles, self.arm_rates = symbol("arm_angle", n), symbol("arm_rate", n)
+        self.thrust, self.tilt_command, self.yaw_torque = (
+            symbol("thrust"),
+            symbol("tilt_command", 2),
+            symbol("yaw_torque"),
+        )
+        self.state = ca.vertcat(
+            self.position,
+            self.attitude,
+            self.velocity,
+            self.attitude_rates,
+            self.joint,
+            self.joint_rate,
+            self.arm_angles,
+        )
+        named = {name: symbol(name.replace(".", "_"), size) for name, size in numbers.sizes.items()}
+        self.parameters = ca.vertcat(*named.values())
+        self.of = {
+            group: SimpleNamespace(
+                **{name.partition(".")[2]: each for name, each in named.items() if name.startswith(f"{group}.")}
+            )
+            for group in {name.partition(".")[0] for name in named}
+        }
+        self.side_force = symbol("side_force", 2) if "actuation" in self.of else ca.SX(2, 1)
+        self.inputs = ca.vertcat(
+            self.thrust,
+            self.tilt_command,
+            self.yaw_torque,
+            self.arm_rates,
+            *([self.side_force] if "actuation" in self.of else []),
+        )
+        points = arm_points(pattern, named["arm.numbers"], self.arm_angles)
+        self.points_in_body = dict(zip(point_names, points, strict=True))
+        self.arm_side = 1 if pattern.above else -1
+        self.fixed_points = tuple(name for name, parent in zip(point_names, pattern.parents, strict=True) if parent < 0)
+        self.tip_in_body = points[-1]
+        self._bodies: SymbolicBodies | None = None
+        if "bodies" in self.of:
+            self._bodies = SymbolicBodies(pattern, named["arm.numbers"], self.arm_angles, self.of["bodies"])
+        self.balance = self.of.get("balance")
+        """Numbers of `Balance`; None of an arm without mass."""
+        self.mechanism: Mechanism = mechanism_in_symbols(self.of["mechanism"])
+
+    @cached_property
+    def rotation(self) -> Any:
+        """R, body to world, (3, 3)."""
+        return rotation_body_to_world(self.attitude)
+
+    @cached_property
+    def center_of_mass(self) -> Any:
+        """Of vehicle and arm, c in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        return ca.SX(3, 1) if self._bodies is None else self._bodies.center
+
+    @cached_property
+    def tip(self) -> Any:
+        """p_t, (3, 1) [m]."""
+        return self.position + self.rotation @ self.tip_in_body
+
+    @cached_property
+    def tip_velocity(self) -> Any:
+        """(3, 1) [m/s]."""
+        moved = ca.jtimes(self.tip_in_body, self.arm_angles, self.arm_rates)
+        turned = ca.cross(body_rates(self.attitude, self.attitude_rates), self.tip_in_body)
+        return self.velocity + self.rotation @ (turned + moved)
+
+    @cached_property
+    def normal(self) -> Any:
+        """n(q), outward, (3, 1)."""
+        return self.mechanism.carried(self.joint, self.of["mechanism"].normal)
+
+    @cached_property
+    def along(self) -> Any:
+        """A direction in the face, horizontal in a door, (3, 1)."""
+        return self.mechanism.carried(self.joint, self.of["mechanism"].along)
+
+    @cached_property
+    def off_place(self) -> Any:
+        """The tip relative to the contact point, (3, 1) [m]."""
+        return self.tip - self.mechanism.moved(self.joint, self.of["mechanism"].point)
+
+    @cached_property
+    def up_the_face(self) -> Any:
+        """The other direction in the face, whatever the hand, (3, 1)."""
+        return self.of["mechanism"].hand * ca.cross(self.along, self.normal)
+
+    @cached_property
+    def place(self) -> Any:
+        """Of the tip on the face relative to the contact point, along and up, (2, 1) [m]."""
+        return ca.vertcat(ca.dot(self.along, self.off_place), ca.dot(self.up_the_face, self.off_place))
+
+    @cached_property
+    def depth(self) -> Any:
+        """δ, positive where the tip is in the face [m]."""
+        return -ca.dot(self.normal, self.off_place)
+
+    @cached_property
+    def slip_velocity(self) -> Any:
+        """V of the tip relative to the face, (3, 1) [m/s]."""
+        return self.tip_velocity - self.mechanism.lever(self.tip) * self.joint_rate
+
+    @cached_property
+    def closing_speed(self) -> Any:
+        """δ̇ [m/s]."""
+        return -ca.dot(self.normal, self.slip_velocity)
+
+    @cached_property
+    def pressed(self) -> Any:
+        """σ [m]."""
+        return 0.5 * (self.depth + ca.sqrt(self.depth**2 + 4 * self.of["contact"].smoothing ** 2))
+
+    @cached_property
+    def touches(self) -> Any:
+        """0 in free air, 1 in firm contact."""
+        return self.pressed / (self.pressed + self.of["contact"].smoothing)
+
+    @cached_property
+    def spring_force(self) -> Any:
+        """λ at rest [N]."""
+        return self.of["contact"].stiffness * self.pressed
+
+    @cached_property
+    def normal_force(self) -> Any:
+        """λ [N]."""
+        return self.spring_force + self.of["contact"].damping * self.touches * self.closing_speed
+
+    @cached_property
+    def slipped(self) -> Any:
+        """e: the tip's place on the face less the one where it sticks, (2, 1) [m]."""
+        return self.place - self.of["contact"].stick
+
+    @cached_property
+    def force(self) -> Any:
+        """F of the tip on the mechanism, (3, 1) [N]."""
+        contact = self.of["contact"]
+        slipped, grip = self.slipped, contact.friction * self.normal_force
+        held = grip / ca.sqrt(ca.dot(slipped, slipped) + contact.give**2) * slipped
+        held += (
+            contact.slip_damping
+            * self.touches
+            * ca.vertcat(ca.dot(self.along, self.slip_velocity), ca.dot(self.up_the_face, self.slip_velocity))
+        )
+        return -self.normal_force * self.normal + held[0] * self.along + held[1] * self.up_the_face
+
+    @cached_property
+    def _contact_torque(self) -> Any:
+        """Of the mechanism on the vehicle about its centre of mass, world axes, (3, 1) [N m]."""
+        reach = self.tip - self.position
+        if self._bodies is not None:
+            reach -= self.rotation @ self.center_of_mass
+        return -ca.cross(reach, self.force)
+
+    @property
+    def contact_yaw_torque(self) -> Any:
+        """Of the mechanism on the vehicle about the vertical through its centre of mass [N m]."""
+        return self._contact_torque[2]
+
+    @property
+    def turned_by_contact(self) -> Any:
+        """Roll and pitch beside what is commanded, by the mechanism's torque on the vehicle, (2, 1) [rad]."""
+        return (self.rotation.T @ self._contact_torque)[:2] / self.of["vehicle"].tilt_stiffness
+
+    @cached_property
+    def rates_of_change(self) -> Any:
+        """[V̇, Φ̈, q̈], (7, 1)."""
+        vehicle, joint = self.of["vehicle"], self.of["mechanism"]
+        weight = ca.vertcat(0, 0, vehicle.mass * GRAVITY)
+        rotors = self.thrust * self.rotation[:, 2] + self.rotation[:, :2] @ self.side_force
+        acceleration = (rotors - weight + vehicle.wind - self.force) / vehicle.mass
+        wanted = vehicle.attitude_gain * (
+            self.tilt_command + self.turned_by_contact + vehicle.tilt_offset - self.attitude[:2]
+        )
+        tilting = vehicle.rate_gain * (wanted - self.attitude_rates[:2])
+        turning = (self.yaw_torque + self.contact_yaw_torque) / vehicle.yaw_inertia
+        pushed = ca.dot(self.mechanism.lever(self.tip), self.force)
+        resists = (
+            joint.damping * self.joint_rate + self._friction(pushed)
+            + joint.stiffness * (self.joint - joint.rest) + joint.torque + self.weight_torque
+        )  # fmt: skip
+        acceleration -= self._around_the_center(ca.vertcat(tilting, turning))
+        return ca.vertcat(acceleration, tilting, turning, (pushed - resists) / joint.inertia)
+
+    def _friction(self, pushed: Any) -> Any:
+        """Of the joint [N m, or N]: by its rate, or where that would oscillate in a step, by the rate at the step's end.
+
+        Args:
+            pushed: Torque, or force, of the tip [N m, or N].
+        """
+        joint = self.of["mechanism"]
+        per_rate = joint.inertia / self.of["plan"].time_step
+        drives = pushed - joint.stiffness * (self.joint - joint.rest) - joint.torque - self.weight_torque
+        free, stops, rounding = (
+            self.joint_rate + drives / per_rate,
+            joint.friction / per_rate,
+            0.5 * joint.friction_rate,
+        )
+        held = 0.5 * (ca.sqrt((free + stops) ** 2 + rounding**2) - ca.sqrt((free - stops) ** 2 + rounding**2))
+        slides = joint.friction * ca.tanh(self.joint_rate / joint.friction_rate)
+        return (1 - joint.sticks) * slides + joint.sticks * per_rate * held
+
+    @property
+    def weight_torque(self) -> Any:
+        """G of the leaf's weight, in the sense of damping; 0 about a vertical [N m, or N]."""
+        leaf = self.of["mechanism"]
+        return self.mechanism.weight_torque(self.joint, leaf.center, leaf.weight) if hasattr(leaf, "weight") else 0
+
+    def _around_the_center(self, bent: Any) -> Any:
+        """Acceleration of the centre of mass less that of O_B, for Φ̈, (3, 1), world frame [m/s²]."""
+        if self._bodies is None:
+            return ca.SX(3, 1)
+        center, rates = self.center_of_mass, body_rates(self.attitude, self.attitude_rates)
+        turning = body_rates(self.attitude, bent) + ca.jtimes(rates, self.attitude, self.attitude_rates)
+        return self.rotation @ (ca.cross(turning, center) + ca.cross(rates, ca.cross(rates, center)))
+
+    @property
+    def next_state(self) -> Any:
+        """x⁺ by a semi-implicit Euler step: rates first, then with them what they change, (nx, 1)."""
+        h, change = self.of["plan"].time_step, self.rates_of_change
+        velocity, attitude_rates = self.velocity + h * change[:3], self.attitude_rates + h * change[3:6]
+        joint_rate = self.joint_rate + h * change[6]
+        return ca.vertcat(
+            self.position + h * velocity, self.attitude + h * attitude_rates, velocity, attitude_rates,
+            self.joint + h * joint_rate, joint_rate, self.arm_angles + h * self.arm_rates,
+        )  # fmt: skip
+
+    @cached_property
+    def opening_rate(self) -> Any:
+        """q̇ towards the goal [rad/s or m/s]."""
+        return self.of["mechanism"].sense * self.joint_rate
+
+    @cached_property
+    def to_go(self) -> Any:
+        """From q to the goal, positive before it [rad or m]."""
+        return self.of["mechanism"].sense * (self.of["reference"].joint - self.joint)
+
+    @cached_property
+    def planes(self) -> dict[str, Any]:
+        """By how much the rotor disc is nearer to face, jambs or walls than the margin, by their names [m]."""
+        return planes(self, self._surroundings)
+
+    def clear_of(self, normal: Any, distance: Any) -> Any:
+        """How much nearer to a plane the rotor disc is than the margin; not positive where it is clear [m].
+
+        Args:
+            normal: Of the plane, towards the vehicle, (3, 1).
+            distance: Of O_B from the plane [m].
+        """
+        extent = ca.sqrt(1 - ca.dot(normal, self.rotation[:, 2]) ** 2 + _LEAST_EXTENT)
+        return self.of["vehicle"].radius * extent - distance + self.of["limits"].margin
+
+    def symbolic_model(self, timed: bool = False) -> SymbolicModel:
+        """No step leads through the poles of the Euler angles.
+
+        Args:
+            timed: Whether `time` is a parameter of every node.
+        """
+        return SymbolicModel(
+            self.state, self.inputs, self.next_state, parameters=self.parameters, integrator="discrete",
+            node_parameters=self.time if timed else None, domain=ca.cos(self.attitude[1]),
+        )  # fmt: skip
+
+    @property
+    def door_angle(self) -> Any:
+        """α, by its name in other door tasks [rad]."""
+        return self.joint
+
+    @property
+    def door_rate(self) -> Any:
+        """α̇, by its name in other door tasks [rad/s]."""
+        return self.joint_rate
+
+    def names(self) -> list[str]:
+        """Everything that an expression may use."""
+        every = {*vars(self), *vars(type(self))} - {
+            "names",
+            "symbolic_model",
+            "planes",
+            "parameters",
+            "state",
+            "inputs",
+        }
+        return sorted(each for each in every if not each.startswith("_"))
+
+
+def constraints(task: WholeBodyTask) -> list[Constraint]:
+    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`)."""
+    limits = task.of["limits"]
+    stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
+    rows = [
+        *static_moment(task),
+        *arm_off_the_rotors(task, limits.margin),
+        *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in task.planes.items()),
+        Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
+        Constraint("too fast", task.opening_rate - limits.speed, "rad/s"),
+        Constraint("can be stopped", stoppable - limits.creep, "rad²/s²", 0.1),
+    ]  # fmt: skip
+    widened: list[Constraint] = []
+    at = 0
+    for row in rows:
+        count = int(ca.SX(row.expression).numel())
+        wider = row.expression - row.scale * limits.widened[at : at + count]
+        widened.append(Constraint(row.name, wider, row.unit, row.scale))
+        at += count
+    return widened
+
+
+def residuals(task: WholeBodyTask) -> list[Residual]:
+    """What the plan is drawn to; with weight 0, not at all."""
+    goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
+    off_goal = task.joint - goes.joint
+    approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
+    opening = goes.opening_speed * ca.tanh(task.to_go / goes.opening_length)
+    level = [] if "actuation" not in task.of else [
+        Residual("side force", task.side_force - task.of["actuation"].side, task.of["actuation"].side_weight),
+        Residual("level", task.attitude[:2], task.of["actuation"].level_weight),
+    ]  # fmt: skip
+    return [
+        *level,
+        Residual("place on the face", task.place, weigh.place),
+        Residual("place in the world", task.position - goes.position, weigh.position),
+        Residual("heading", task.attitude[2] - goes.heading[0] - goes.heading[1] * off_goal, weigh.heading),
+        Residual("arm", task.arm_angles - goes.arm - goes.arm_slope * off_goal, weigh.arm),
+        Residual("approach", free * (task.closing_speed - approach), weigh.approach),
+        Residual("opening", task.opening_rate - opening, weigh.opening),
+        Residual("force", task.normal_force - goes.force, weigh.force),
+        Residual("least force", _positive(goes.least_force - task.normal_force, 0.2), weigh.least_force),
+        Residual("largest force", _positive(task.normal_force - goes.largest_force, 0.2), weigh.largest_force),
+        Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, 0.01), weigh.near),
+        Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
+        Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
+        Residual("turning", task.attitude_rates[2], weigh.turning),
+    ]  # fmt: skip
+
+
+def _positive(value: Any, rounding: Any) -> Any:
+    """max(0, ·), rounded."""
+    return 0.5 * (value + ca.sqrt(value**2 + rounding**2))

@@ -1,0 +1,136 @@
+"""The whole body as a model to plan with: a vehicle that flies freely, and meets the leaf by a compliant contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regular_state, rotation_body_to_world
+from doorman.model import Model
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.hinge import Hinge
+from doorman.planning.own_motion import force_left_to_the_door, stepped
+from doorman.planning.quasi_static_planning import resistance, too_stiff
+from doorman.planning.whole_body.problem import (
+    contact_forces,
+    depth_of,
+    scale_of,
+    turned_by,
+    whole_body_numbers,
+    whole_body_problem,
+    whole_body_state,
+)  # fmt: skip
+from doorman.planning.whole_body.references import at_the_leaf
+
+Array = NDArray[np.float64]
+
+_RESTING = 0.5
+"""Force of the tip in a state that is given by the door's angle, and not by the position, of the shipped vehicle [N]."""
+_TOLERANCE = 2e-3
+"""Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
+_REDUCED = (3, 4, 5, 12, 13)
+"""Places of [Φ, α, α̇] in the state; the arm's angles follow."""
+
+
+class WholeBodyPlanning:
+    """x = [P, Φ, V, Φ̇, α, α̇, H], u = [f_t, φ_c, θ_c, τ_z, Ḣ_d]; see `PlanningModel` and `whole_body`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        joints = model.vehicle.joint_names
+        self.state_names = (
+            "x", "y", "z", "roll", "pitch", "yaw", "velocity x", "velocity y", "velocity z",
+            "roll rate", "pitch rate", "yaw rate", "door angle", "door rate", *joints,
+        )  # fmt: skip
+        self.input_names = (
+            "thrust", "commanded roll", "commanded pitch", "yaw torque", *(f"rate of {j}" for j in joints),
+            *(("force ahead", "force to the left") if model.actuation.fully else ()),
+        )  # fmt: skip
+        self.numbers = whole_body_numbers(model)
+        self._resting = _RESTING * scale_of(model).force
+        self.start_state = self.state(model.start_state, np.zeros(3))
+        self.goal_state = self.state(model.goal_state, np.zeros(3))
+        self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
+        self.follows_start = True
+        self.tolerance = _TOLERANCE
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array, see `PlanningModel`."""
+        x = np.asarray(state)
+        checked = regular_state(np.roll(x, -3) if x.ndim == 1 else x, 14 + self.model.n_arm, field)
+        return np.roll(checked, 3)
+
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
+        """The whole-body problem, see `PlanningModel`."""
+        return whole_body_problem(self.model, self.numbers, extras)
+
+    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+        """References of a tip that opens the door, and the hinge as it is known, see `PlanningModel`."""
+        numbers, joint = self.numbers, float(start[12])
+        weight = self.model.travel.ahead(self.model.door.weight_torque(joint))
+        against = max(resistance(self.model, hinge, joint) - weight - hinge.damping * float(start[13]), 0.0)
+        force = float(contact_forces(numbers, self.model, start[None])[0])
+        touching = force > 0.5 * self._resting
+        pushes = force * self.model.door.normal(joint)
+        turned = turned_by(self.model, start[3:6], start[14:], pushes) if touching else np.zeros(2)
+        side = {}
+        if self.model.actuation.fully:
+            side = {"actuation.side": (rotation_body_to_world(start[3:6]).T @ pushes)[:2]}
+        rate = numbers.one("reference.opening_speed")
+        lever = self.model.coupling.lever_length
+        known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
+        return numbers.replaced(
+            {
+                **known,
+                "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
+                "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
+                "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
+                "reference.turned": turned,
+                **side,
+            }
+        )  # fmt: skip
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """Residuals draw to the goal; the quadratic cost, which only keeps the solver's equations regular, to the scenario's."""
+        return self.goal_state
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        return too_stiff(self.model, hinge, float(start[12]))
+
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
+        """Force of the contact's spring, see `PlanningModel`."""
+        return contact_forces(numbers, self.model, states[: len(inputs)])
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        """The tip at the contact point, resting on the leaf and moving with it, see `PlanningModel`."""
+        x, omega = np.asarray(reduced, dtype=np.float64), np.asarray(body_rates, dtype=np.float64)
+        motion = self.model.coupling.vehicle_motion(x, omega, np.zeros(self.model.n_arm))
+        pressed = depth_of(self._resting, self.numbers) * self.model.door.normal(float(x[3]))
+        rates = euler_rate_matrix(x[:3]) @ omega
+        return whole_body_state(motion.position + pressed, x[:3], motion.velocity, rates, x[3], x[4], x[5:])
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        r"""Attitude, door and arm, and :math:`\Omega = W^{-1}\dot\Phi` in place of what commands it, see `PlanningModel`."""
+        x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
+        u[:, 1:4] = body_rates_of(x[: len(u), 3:6], x[: len(u), 9:12])
+        reduced = x[:, [*_REDUCED, *range(14, x.shape[1])]]
+        return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
+
+    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
+        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`."""
+        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        """The problem's own dynamics, friction and contact included, see `PlanningModel`."""
+        numbers = self.numbers.replaced({"mechanism.torque": disturbance, "mechanism.friction": 0.0})
+        return stepped(whole_body_problem(self.model, numbers))

@@ -1,0 +1,1 @@
+"""The MuJoCo plant, and what runs on board at its rate."""

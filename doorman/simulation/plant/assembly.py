@@ -1,0 +1,220 @@
+"""Assembly: vehicle and door from their URDFs in one MuJoCo specification."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import BackendError, ScenarioError
+from doorman.kinematics.doors.door import Door
+from doorman.kinematics.urdf.shapes import link_name
+from doorman.model import GRAVITY, Model
+from doorman.simulation.plant.contact import FRICTION_IMPEDANCE_RATIO, add_contact
+from doorman.simulation.plant.hulls import read_spec
+from doorman.simulation.plant.rotors import RotorLayout
+from doorman.simulation.plant.servos import add_servos
+from doorman.simulation.reality.true_vehicle import make_true, scale_mass
+
+Array = NDArray[np.float64]
+
+VEHICLE = "vehicle/"
+DOOR = "door/"
+ROOT = "flight"
+"""Name of the free body and of its joint."""
+
+_SMALLEST_MASS = 1e-6
+_SMALLEST_INERTIA = 1e-10
+"""MuJoCo refuses moving bodies without mass; the arm's links may be massless in the URDF [kg], [kg m²]."""
+_LARGEST_ROUNDING = 1e-3
+"""Share of a principal moment by which a URDF's rounded inertia may fail to be a rigid body's."""
+_VEHICLE_BIT, _DOOR_BIT = 1, 2
+_TIP_RADIUS = 0.001
+"""Ball given to a tip without collision shape [m]."""
+_HARD = (0.999, 0.9999, 0.001, 0.5, 2.0)
+_HARD_TIME = 0.005
+"""Time constant of a hinge's friction: short, so that a door held by friction does not creep [s]."""
+_STOP_TIME = 0.02
+"""Time constant of a hinge's stop, critically damped: a leaf that shuts at 1 rad/s goes 0.4° into its seal [s]."""
+
+
+def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -> Any:
+    """Specification of the whole plant, ready to compile.
+
+    Args:
+        mujoco: The engine.
+        model: The model.
+        layout: The vehicle's rotors.
+        time_step: Of the physics [s].
+
+    Returns:
+        MjSpec.
+
+    Raises:
+        BackendError: if MuJoCo cannot read a URDF.
+        ScenarioError: if the flight begins at the leaf and the true one is not there.
+    """
+    _check_first_contact(model)
+    spec = mujoco.MjSpec()
+    _set_options(spec, mujoco, time_step)
+    door = _part(mujoco, model.true_door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
+    vehicle = _part(mujoco, model.vehicle.urdf, model.vehicle.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
+    make_true(vehicle, vehicle.body(link_name(model.vehicle.urdf, model.vehicle.names.base_link)), model)
+    root = spec.worldbody.add_body(name=ROOT, mass=_SMALLEST_MASS, inertia=[_SMALLEST_INERTIA] * 3)
+    root.explicitinertial = True
+    root.add_freejoint(name=ROOT)
+    spec.attach(vehicle, prefix=VEHICLE, frame=root.add_frame())  # first: its free joint leads qpos and qvel
+    spec.attach(door, prefix=DOOR, frame=_standing(spec, model.true_door))
+    base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
+    tip = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.tip))
+    leaf = spec.body(DOOR + link_name(model.true_door.urdf, model.true_door.section.leaf))
+    base.add_site(name="base")
+    tip.add_site(name="tip")
+    if not tip.geoms:
+        tip.add_geom(name="tip", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TIP_RADIUS, 0, 0],
+                     contype=_VEHICLE_BIT, conaffinity=_VEHICLE_BIT | _DOOR_BIT)  # fmt: skip
+    leaf.add_site(name="contact", pos=_contact_in_leaf(model))
+    _set_hinge(spec, model)
+    _add_rotors(spec, mujoco, base, layout, model.scenario.simulation.motor_time_constant)
+    add_servos(spec, mujoco, model.vehicle, VEHICLE)
+    add_contact(spec, mujoco, model, tip, leaf)
+    _count_contacts(spec, mujoco, tip, leaf)
+    return spec
+
+
+def _set_options(spec: Any, mujoco: Any, time_step: float) -> None:
+    spec.compiler.degree = False
+    spec.compiler.fusestatic = False
+    option = spec.option
+    option.timestep = time_step
+    option.gravity = [0.0, 0.0, -GRAVITY]
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = FRICTION_IMPEDANCE_RATIO
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a diverging state must stay to be seen
+
+
+def _count_contacts(spec: Any, mujoco: Any, tip: Any, leaf: Any) -> None:
+    """The only sensors: numbers of all contacts, and of those of tip and leaf."""
+    kind, body = mujoco.mjtSensor.mjSENS_CONTACT, mujoco.mjtObj.mjOBJ_BODY
+    number = [1 << int(mujoco.mjtConDataField.mjCONDATA_FOUND), 0, 1]
+    spec.add_sensor(name="contacts", type=kind, intprm=number)
+    spec.add_sensor(
+        name="tip on leaf", type=kind, objtype=body, objname=tip.name, reftype=body, refname=leaf.name, intprm=number
+    )
+
+
+def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> Any:
+    """One URDF as a specification: only the named joints move, every body has mass, every shape a name."""
+    part = read_spec(mujoco, urdf)
+    part.compiler.fusestatic = False  # would weld the root link into the world and lose its mass
+    part.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
+    part.compiler.boundmass, part.compiler.boundinertia = _SMALLEST_MASS, _SMALLEST_INERTIA
+    for joint in list(part.joints):
+        if joint.name not in moving:
+            part.delete(joint)
+    for body in part.bodies:
+        _round_inertia(body, urdf)
+        for index, shape in enumerate(body.geoms):
+            shape.name = shape.name or f"{body.name}_{index}"
+            shape.contype, shape.conaffinity = kind, meets
+    return part
+
+
+def _round_inertia(body: Any, urdf: Path) -> None:
+    """Lift the principal moments A ≤ B ≤ C of a thin body, whose A + B = C may miss by a rounding error."""
+    xx, yy, zz, xy, xz, yz = body.fullinertia
+    if not np.isfinite([xx, yy, zz, xy, xz, yz]).all():
+        return  # the URDF gives none
+    smallest, middle, largest = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    missing = largest - smallest - middle
+    if missing > _LARGEST_ROUNDING * largest:
+        raise BackendError(
+            "the inertia of a link is not that of a rigid body", file=urdf, field=f"link {body.name}/inertial/inertia",
+            given=[round(float(moment), 6) for moment in (smallest, middle, largest)],
+            allowed="principal moments A, B, C with A + B >= C",
+        )  # fmt: skip
+    lift = max(missing, 0.0) + 1e-9 * largest
+    body.fullinertia = [xx + lift, yy + lift, zz + lift, xy, xz, yz]
+
+
+def _standing(spec: Any, door: Door) -> Any:
+    """Frame in which a door stands, where its URDF's world is."""
+    return spec.worldbody.add_frame(
+        pos=door.placement[:3, 3], quat=[math.cos(door.yaw / 2), 0, 0, math.sin(door.yaw / 2)]
+    )
+
+
+def first_contact(model: Model) -> Array:
+    """Where the tip meets the true leaf at the start: the contact point, or what is before or behind it on the true face.
+
+    Args:
+        model: The model.
+
+    Returns:
+        Shape (3,), world frame [m].
+    """
+    angle = float(model.start_state[3])
+    return model.true_door.onto_face(model.coupling.contact_point(angle), angle)
+
+
+def _check_first_contact(model: Model) -> None:
+    """A flight that begins with the tip on the leaf needs a leaf there, where the true one stands elsewhere."""
+    door, angle = model.true_door, float(model.start_state[3])
+    if door is model.door or model.scenario.mission.start != "contact":
+        return
+    away = first_contact(model) - door.hinge_position
+    along, up = float(door.leaf_direction(angle) @ away), float(door.up @ away)
+    if not (0 <= along <= door.width and 0 <= up <= door.height):
+        raise ScenarioError(
+            "the tip would start beside the true leaf", file=model.scenario.source, field="simulation.door_offset",
+            given=f"contact {along:.3f} m from the hinge, {up:.3f} m high",
+            allowed=f"up to {door.width:g} m and {door.height:g} m, or mission.start = \"hover\"",
+        )  # fmt: skip
+
+
+def _contact_in_leaf(model: Model) -> list[float]:
+    """The first contact in the leaf's frame, shape (3,)."""
+    leaf = link_name(model.true_door.urdf, model.true_door.section.leaf)
+    placement = model.true_door.link_placements(float(model.start_state[3]))[leaf]
+    return [float(value) for value in placement[:3, :3].T @ (first_contact(model) - placement[:3, 3])]
+
+
+def _set_hinge(spec: Any, model: Model) -> None:
+    """The hinge's true torques and the leaf's true mass: the simulation's, else those that the planner is told."""
+    hinge, told, true = spec.joint(DOOR + model.true_door.section.hinge), model.true_door, model.scenario.simulation
+    arm = told.per_angle
+    hinge.damping[0] = told.damping / arm**2 if true.door_damping is None else true.door_damping
+    hinge.frictionloss = told.friction / arm if true.door_friction is None else true.door_friction
+    hinge.solref_friction, hinge.solimp_friction = [_HARD_TIME, 1.0], list(_HARD)
+    hinge.stiffness[0] = told.section.stiffness if true.door_stiffness is None else true.door_stiffness
+    hinge.springref = told.joint_value(told.rest_angle if true.door_rest_angle is None else true.door_rest_angle)
+    pressed_shut = (told.section.preload if true.door_preload is None else true.door_preload) > 0.0
+    hinge.limited = pressed_shut or (told.lower_limit < told.upper_limit and not told.endless)
+    if pressed_shut:
+        hinge.range = _closed_stop(told)
+    hinge.solref_limit, hinge.solimp_limit = [_STOP_TIME, 1.0], list(_HARD)
+    if true.door_mass is not None:
+        scale_mass((hinge.parent, *hinge.parent.find_all("body")), true.door_mass / told.mass)
+
+
+def _closed_stop(door: Door) -> list[float]:
+    """Range of the joint of a door that its closer presses into the frame: no farther than closed."""
+    return sorted(door.joint_value(door.angle_of_opening(opening)) for opening in (0.0, door.largest_opening))
+
+
+def _add_rotors(spec: Any, mujoco: Any, base: Any, layout: RotorLayout, time_constant: float) -> None:
+    """One actuator a rotor; its control is a thrust set point [N], its activation the thrust after the motor's lag."""
+    for index in range(layout.count):
+        name = f"rotor_{index + 1}"
+        base.add_site(name=name, pos=layout.positions[index], zaxis=layout.thrust_axes[index])
+        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_SITE)
+        actuator.gear = [0.0, 0.0, 1.0, 0.0, 0.0, -layout.directions[index] * layout.torque_per_thrust]
+        actuator.ctrllimited = True
+        actuator.ctrlrange = [0.0, layout.max_thrusts[index]]
+        if time_constant > 0.0:
+            actuator.dyntype = mujoco.mjtDyn.mjDYN_FILTEREXACT
+            actuator.dynprm[0] = time_constant

@@ -1,0 +1,69 @@
+"""Torques of the simulated hinge that MuJoCo's joint has no number for: preload, stiction, and what else holds a leaf."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from doorman.exceptions import ScenarioError
+from doorman.model import GRAVITY, Model
+from doorman.simulation.plant.plant import Plant
+from doorman.simulation.reality.door_catches import DoorCatches, has_catches
+
+
+class HingeTorques:
+    """Torque, friction and stiction of the hinge's joint, as the stepping kernel reads them.
+
+    Args:
+        model: The model.
+        plant: Its plant.
+
+    Attributes:
+        numbers: The three of them, shape (3,), in the joint's units.
+    """
+
+    def __init__(self, model: Model, plant: Plant) -> None:
+        told, true = model.true_door, model.scenario.simulation
+        preload = told.section.preload if true.door_preload is None else true.door_preload
+        stiction = told.section.stiction if true.door_stiction is None else true.door_stiction
+        self._preload = -told.joint_torque(told.torque_of_closer(told.per_angle * preload))
+        self._frictions, self._index = plant.engine_model.dof_frictionloss, plant.hinge_velocity
+        self._friction = float(self._frictions[self._index])
+        self._plant, self._told = plant, told
+        self._catches = self._plant_catches(model, plant) if has_catches(true) else None
+        self.numbers = np.array([self._preload, self._friction, stiction])
+
+    @property
+    def vary(self) -> bool:
+        """Whether something holds the leaf that depends on where it is."""
+        return self._catches is not None
+
+    def act(self, other: float = 0.0) -> None:
+        """Set this step's numbers.
+
+        Args:
+            other: Torque of whatever else moves the leaf, in the sense of the URDF's joint [N m or N].
+        """
+        self.numbers[0] = self._preload + other
+        if self._catches is None:
+            return
+        angle = self._plant.door_angle
+        self.numbers[1] = friction = self._friction + self._catches.friction(angle)
+        self.numbers[0] += self._told.joint_torque(self._catches.torque(angle))
+        self._frictions[self._index] = friction  # the kernel adds stiction, where there is some
+
+    def _plant_catches(self, model: Model, plant: Plant) -> DoorCatches:
+        """Seal, latch, lean and play; where there is play, the joint's own friction acts through it."""
+        engine_model, door = plant.engine_model, model.true_door
+        if any(model.scenario.simulation.door_lean) and not door.vertical:
+            raise ScenarioError(
+                "only a hinge on a plumb axis can lean", file=model.scenario.source, field="simulation.door_lean",
+                given=list(model.scenario.simulation.door_lean), allowed="[0.0, 0.0]",
+            )  # fmt: skip
+        leaf = int(engine_model.dof_bodyid[self._index])
+        center = plant.data.subtree_com[leaf] - door.hinge_position
+        lever = float(center @ door.leaf_direction(plant.door_angle))
+        weight = float(engine_model.body_subtreemass[leaf]) * GRAVITY
+        catches = DoorCatches(model.scenario.simulation, door, self._friction, weight * lever)
+        if catches.have_play:
+            self._friction = self._frictions[self._index] = 0.0
+        return catches

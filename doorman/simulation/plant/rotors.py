@@ -1,0 +1,109 @@
+r"""Mixer: where thrust and torque come from, and the mixer that shares a demand out among them.
+
+An upright rotor i at :math:`(x_i, y_i)` with thrust :math:`f_i` and sense :math:`s_i`, +1 counter-clockwise seen from above,
+makes
+
+.. math::
+    [f_t,\ \tau_x,\ \tau_y,\ \tau_z]^T = B f, \qquad B_i = [1,\ y_i,\ -x_i,\ -s_i\kappa]^T
+
+with κ the ratio of drag torque to thrust. The mixer is :math:`f = B^+ [f_t, \tau]` where that is possible. Where it is not,
+it gives up yaw first, then moves the thrust as little as roll and pitch need, and scales these only when no thrust is left
+that carries them. Tilted rotors have their own columns (`RotorLayout.wrench`). Force to the side comes last.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.kinematics.vehicles.rotor_layout import RING_RADIUS as RING_RADIUS
+from doorman.kinematics.vehicles.rotor_layout import RING_SIZE as RING_SIZE
+from doorman.kinematics.vehicles.rotor_layout import RotorLayout as RotorLayout
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout as rotor_layout
+
+Array = NDArray[np.float64]
+
+
+class MixerParameters(NamedTuple):
+    """Numbers of the mixer kernel."""
+
+    inverse: Array
+    """B⁺, shape (m, 4), see `RotorLayout.inverse`."""
+    side_inverse: Array
+    """Of a force to the side, shape (m, 2)."""
+    allocation: Array
+    """B, shape (4, m)."""
+    max_thrusts: Array
+    """Shape (m,) [N]."""
+    thrusts: Array
+    """Result: thrust set point of every rotor, shape (m,) [N]."""
+    achieved: Array
+    """Result: [f_t, τ] that these make, shape (4,)."""
+
+    @classmethod
+    def of(cls, layout: RotorLayout) -> MixerParameters:
+        """Parameters of a layout."""
+        m = layout.count
+        inverse, side = np.ascontiguousarray(layout.inverse), np.ascontiguousarray(layout.side_inverse)
+        allocation = np.ascontiguousarray(layout.allocation)
+        return cls(inverse, side, allocation, layout.max_thrusts.copy(), np.zeros(m), np.zeros(4))
+
+
+@kernel
+def tilt_scale(p: MixerParameters, roll_torque: float, pitch_torque: float) -> float:
+    """Largest share of a roll and pitch torque that some thrust can carry with every rotor inside its limits."""
+    scale = 1.0
+    for i in range(p.thrusts.shape[0]):
+        low = (p.inverse[i, 1] * roll_torque + p.inverse[i, 2] * pitch_torque) / p.inverse[i, 0]
+        for j in range(p.thrusts.shape[0]):
+            high = (p.inverse[j, 1] * roll_torque + p.inverse[j, 2] * pitch_torque) / p.inverse[j, 0]
+            room = p.max_thrusts[j] / p.inverse[j, 0]
+            if (high - low) * scale > room:
+                scale = room / (high - low)
+    return scale
+
+
+@kernel
+def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
+    """Share [f_t, τ] out among the rotors: fills `p.thrusts`, inside [0, max], and `p.achieved`."""
+    count = p.thrusts.shape[0]
+    scale = tilt_scale(p, torque[0], torque[1])
+    lowest, highest = -1e300, 1e300
+    for i in range(count):
+        tilt = scale * (p.inverse[i, 1] * torque[0] + p.inverse[i, 2] * torque[1])
+        p.thrusts[i] = tilt
+        lowest = max(lowest, -tilt / p.inverse[i, 0])
+        highest = min(highest, (p.max_thrusts[i] - tilt) / p.inverse[i, 0])
+    lift = max(min(thrust, highest), lowest)
+    share = 1.0
+    for i in range(count):
+        p.thrusts[i] += lift * p.inverse[i, 0]
+        turn = p.inverse[i, 3] * torque[2]
+        if turn > 1e-12:
+            share = min(share, max(p.max_thrusts[i] - p.thrusts[i], 0.0) / turn)
+        elif turn < -1e-12:
+            share = min(share, max(p.thrusts[i], 0.0) / -turn)
+    p.achieved[:] = 0.0
+    for i in range(count):
+        f = min(max(p.thrusts[i] + share * p.inverse[i, 3] * torque[2], 0.0), p.max_thrusts[i])
+        p.thrusts[i] = f
+        for k in range(4):
+            p.achieved[k] += p.allocation[k, i] * f
+
+
+@kernel
+def add_side(p: MixerParameters, ahead: float, left: float) -> None:
+    """Add the largest share of a force along the body's x and y that leaves every rotor inside [0, max] to `p.thrusts`."""
+    share = 1.0
+    for i in range(p.thrusts.shape[0]):
+        more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left
+        if more > 1e-12:
+            share = min(share, (p.max_thrusts[i] - p.thrusts[i]) / more)
+        elif more < -1e-12:
+            share = min(share, p.thrusts[i] / -more)
+    for i in range(p.thrusts.shape[0]):
+        more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left
+        p.thrusts[i] = min(max(p.thrusts[i] + share * more, 0.0), p.max_thrusts[i])

@@ -1,0 +1,126 @@
+r"""Servos: PI velocity control of the arm's joints, with limits of rate, torque and angle from the URDF.
+
+.. math::
+    \tau = \mathrm{sat}(K_v (r - \dot\eta) + z), \qquad \dot z = K_i (r - \dot\eta)
+
+r is the rate asked for, cut at the rate limit and before the joint's end. MuJoCo sees a damper of :math:`K_v` with a moving
+reference, which it integrates implicitly. The torque limit is put on the reference and not on the actuator: a servo that
+slips keeps its damper, without which the joint's small armature and the stiff contact would need a far smaller time step.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.kinematics.vehicles.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+ARMATURE = 0.01
+"""Inertia of a servo's motor seen through its gear [kg m²]."""
+RATE_GAIN = 100.0
+"""K_v [N m s/rad]."""
+INTEGRAL_GAIN = 2000.0
+"""K_i [N m/rad]: a lasting load of 5 N m turns a servo by 0.0025 rad, then no further."""
+BRAKING = 10.0
+"""Deceleration towards a joint's end [rad/s²]: half of what the torque limit allows with the default gains at 1 kHz."""
+LEVER = 0.25
+"""Of the turning servo that a sliding one is as stiff as: gains and inertia by its square, braking by itself [m]."""
+UNLIMITED = 1e6
+"""Stands for a limit that the URDF leaves out (zero or infinite)."""
+
+
+def limit_or_none(limit: float) -> float:
+    """A URDF's limit of effort or velocity, where zero and infinity mean that there is none."""
+    return float(limit) if 0.0 < limit < UNLIMITED else UNLIMITED
+
+
+def add_servos(spec: Any, mujoco: Any, vehicle: Vehicle, prefix: str) -> None:
+    """Give every arm joint a velocity servo; their controls are references [rad/s], in the order of the joints.
+
+    Args:
+        spec: MjSpec that holds the vehicle.
+        mujoco: The engine.
+        vehicle: The vehicle.
+        prefix: Of the vehicle's names in the spec.
+    """
+    for index, name in enumerate(vehicle.joint_names):
+        joint = spec.joint(prefix + name)
+        joint.armature = ARMATURE / lever(vehicle, index) ** 2
+        joint.actfrclimited = False
+        lower, upper = vehicle.lower_limits[index], vehicle.upper_limits[index]
+        joint.limited = bool(lower > -UNLIMITED and upper < UNLIMITED)
+        actuator = spec.add_actuator(name=f"servo_{name}", target=prefix + name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_velocity(kv=RATE_GAIN / lever(vehicle, index) ** 2)
+
+
+def lever(vehicle: Vehicle, index: int) -> float:
+    """Length that scales a joint's servo: that of a sliding joint, 1 of a turning one.
+
+    Args:
+        vehicle: The vehicle.
+        index: Of the joint.
+    """
+    return LEVER if vehicle.slides[index] else 1.0
+
+
+class ServoParameters(NamedTuple):
+    """Numbers and memory of the servo kernel."""
+
+    positions: NDArray[np.int64]
+    """Index of every joint in qpos, shape (n,)."""
+    velocities: NDArray[np.int64]
+    """Index of every joint in qvel, shape (n,)."""
+    limits: Array
+    """Rows lower [rad], upper [rad], largest rate [rad/s], largest torque [N m], or in m and N; shape (4, n)."""
+    gains: Array
+    """Rows K_v [N m s/rad], K_i [N m/rad], braking [rad/s²], in N and m where a joint slides; shape (3, n)."""
+    integral: Array
+    """Memory: z, shape (n,) [N m]."""
+    period: float
+    """Of the loop [s]."""
+
+    @classmethod
+    def of(
+        cls, vehicle: Vehicle, positions: NDArray[np.int64], velocities: NDArray[np.int64], period: float
+    ) -> ServoParameters:
+        """Parameters of a vehicle's arm, with cleared memory.
+
+        Args:
+            vehicle: The vehicle.
+            positions: Index of every joint in qpos, shape (n,).
+            velocities: Index of every joint in qvel, shape (n,).
+            period: Of the loop [s].
+        """
+        rates = [limit_or_none(limit) for limit in vehicle.rate_limits]
+        torques = [limit_or_none(limit) for limit in vehicle.torque_limits]
+        limits = np.array([vehicle.lower_limits, vehicle.upper_limits, rates, torques])
+        levers = np.array([lever(vehicle, index) for index in range(vehicle.n_arm)])
+        gains = np.array([RATE_GAIN / levers**2, INTEGRAL_GAIN / levers**2, BRAKING * levers])
+        return cls(positions, velocities, limits, gains, np.zeros(vehicle.n_arm), period)
+
+
+@kernel
+def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: float, braking: float) -> float:
+    """Rate that a servo follows: what is asked, inside its rate limit, and so that it can stop at its joint's end [rad/s]."""
+    rate = min(max(asked, -largest), largest)
+    rate = min(rate, math.sqrt(2.0 * braking * max(upper - angle, 0.0)))
+    return max(rate, -math.sqrt(2.0 * braking * max(angle - lower, 0.0)))
+
+
+@kernel
+def servo_references(p: ServoParameters, qpos: Array, qvel: Array, asked: Array, references: Array) -> None:
+    """Fill `references` (n,) of the velocity actuators from MuJoCo's state and the rates asked for (n,)."""
+    for j in range(p.integral.shape[0]):
+        angle, rate = qpos[p.positions[j]], qvel[p.velocities[j]]
+        wanted = servo_rate(asked[j], angle, p.limits[0, j], p.limits[1, j], p.limits[2, j], p.gains[2, j])
+        torque = p.gains[0, j] * (wanted - rate) + p.integral[j]
+        limited = min(max(torque, -p.limits[3, j]), p.limits[3, j])
+        if (torque - limited) * (wanted - rate) <= 0.0:
+            p.integral[j] += p.gains[1, j] * (wanted - rate) * p.period
+        references[j] = rate + limited / p.gains[0, j]
