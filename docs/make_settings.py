@@ -28,8 +28,9 @@ PAGE = ROOT / "docs" / "scenario.md"
 LINKS = ROOT / "docs" / "hardware" / "settings.md"
 LINKS_TOP = """# Settings of the links
 
-`docs/make_settings.py` writes this page from the docstrings of the adapters' settings. `doorman fly --link pixhawk.min_voltage=14.0`
-sets a key for one flight. A [vehicle file](../how-to/your_vehicle.md) keeps keys in its tables `[pixhawk]`, `[servos]` and `[mocap]`.
+`docs/make_settings.py` writes this page from the docstrings of the adapters' settings.
+`doorman fly --link pixhawk.min_voltage=14.0` sets a key for one flight.
+A [vehicle file](../how-to/your_vehicle.md) keeps keys in its tables `[pixhawk]`, `[servos]` and `[mocap]`.
 In Python they are the fields of the class that each table names.
 """
 LINK_TABLES = (
