@@ -63,8 +63,10 @@ def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
     for index, shape in enumerate(read_shapes(vehicle.urdf)):
         if moved[shape.link] != vehicle.n_arm:
             continue
-        link_in_tip = np.linalg.solve(placements[tip], placements[shape.link])
-        if shape.link == tip or _is_at(shape, np.linalg.inv(link_in_tip @ shape.placement)[:3, 3]):
+        link_in_tip = np.asarray(np.linalg.solve(placements[tip], placements[shape.link]), dtype=np.float64)
+        if shape.link == tip or _is_at(
+            shape, np.asarray(np.linalg.inv(link_in_tip @ shape.placement)[:3, 3], dtype=np.float64)
+        ):
             found[index] = link_in_tip
     return found
 
