@@ -22,17 +22,16 @@ def of_another_size(folder: Path, task: str, size: float) -> Scenario:
         "vehicle.urdf": str(write_scaled(folder / "vehicle.urdf", VEHICLE, size)),
         "door.urdf": str(write_scaled(folder / "door.urdf", DOOR, size)),
         "contact.distance_from_hinge": contact.distance_from_hinge * size, "contact.height": contact.height * size,
-        "planner.margin": plain.planner.margin * size,
         "simulation.door_friction": true.door_friction * size**4,
         "simulation.door_damping": true.door_damping * size**4.5,
     }  # fmt: skip
-    if "max_door_disturbance" in plain.control.model_fields_set:
-        keys["control.max_door_disturbance"] = plain.control.max_door_disturbance * size**4
+    if "margin" in plain.planner.model_fields_set:
+        keys["planner.margin"] = plain.planner.margin * size
     return Scenario.load(f"shipped:{task}", keys)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [0.75, 1.5])
+@pytest.mark.parametrize("size", [0.5, 0.75, 1.5])
 @pytest.mark.parametrize("task", ["paper", "push"])
 def test_a_mission_of_another_size_opens_its_door(task: str, size: float, tmp_path: Path) -> None:
     summary = simulate(Model(of_another_size(tmp_path, task, size)), seed=0).summary
