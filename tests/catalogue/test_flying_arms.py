@@ -1,0 +1,37 @@
+"""The flying arms of example-robot-data, by their own URDFs and meshes: one opens the paper's door, one cannot reach it."""
+
+from __future__ import annotations
+
+import pytest
+from urdf_variants import robot_data_vehicle
+
+from doorman import simulate
+from doorman.feasibility.geometry import geometry_findings
+from doorman.feasibility.rehearsal import DURATION
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+QUIETER = {"control.max_tilt": 0.35, "control.door_observer_rate": 1.2}
+"""An arm without a joint for the heading turns the whole vehicle with the leaf: the estimate of the hinge's torque is slower."""
+
+
+def task_of(name: str) -> Model:
+    """The paper's task for a vehicle of example-robot-data."""
+    _, names = robot_data_vehicle(name)
+    given = {f"vehicle.{key}": value for key, value in names.model_dump(exclude_none=True).items()}
+    return Model(Scenario.load("shipped:paper", {**given, **QUIETER}))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
+def test_borinot_opens_the_door_of_the_paper(seed: int) -> None:
+    summary = simulate(task_of("borinot_flying_arm_2"), seed=seed).summary
+    assert summary is not None and summary["outcome"] == "completed" and not summary["collisions"], summary
+    assert abs(summary["final_error"]) < 1.5 and summary["contact_fraction"] > 0.95
+
+
+@pytest.mark.slow
+def test_an_arm_that_ends_within_its_rotors_disc_is_refused() -> None:
+    """hextilt's arm is 0.30 m long, its disc 0.43 m: no upright leaf is within reach."""
+    found = {one.name for one in geometry_findings(task_of("hextilt_flying_arm_5"), DURATION) if not one.ok}
+    assert "reach" in found
