@@ -32,6 +32,6 @@ def test_borinot_opens_the_door_of_the_paper(seed: int) -> None:
 
 @pytest.mark.slow
 def test_an_arm_that_ends_within_its_rotors_disc_is_refused() -> None:
-    """hextilt's arm is 0.30 m long, its disc 0.43 m: no upright leaf is within reach."""
+    """Hextilt's arm is 0.30 m long, its disc 0.43 m: no upright leaf is within reach."""
     found = {one.name for one in geometry_findings(task_of("hextilt_flying_arm_5"), DURATION) if not one.ok}
     assert "reach" in found
