@@ -71,7 +71,7 @@ def sections(table: type[BaseModel], prefix: str = "") -> list[tuple[str, type[B
 
 
 def rows(table: str, section: type[BaseModel]) -> list[str]:
-    """A table's row of every key; † marks a default that grows with the vehicle.
+    """A table's row of every key; † marks a default that grows with vehicle and door.
 
     Raises:
         SystemExit: if a key's docstring is missing, or not of the form.
