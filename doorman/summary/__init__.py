@@ -2,7 +2,7 @@
 
 from doorman.summary.outcome import COMPLETED, FLOWN, GIVEN_UP, GOAL_MISSED, OPEN_TOLERANCE, time_to_open, verdict
 from doorman.summary.plans import cold_plans
-from doorman.summary.summarize import summarize
+from doorman.summary.figures import summarize
 
 __all__ = [
     "COMPLETED",
