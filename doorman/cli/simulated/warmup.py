@@ -58,13 +58,10 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehi
 
 
 def _model(model: Model) -> None:
-    state, inputs = model.start_state, model.hover_input
+    state = model.start_state
     model.constraints(state)
     model.constraint_jacobian(state)
     model.constraints_along(state[None])
-    model.derivative(state, inputs)
-    model.step(state, inputs)
-    model.step_jacobian(state, inputs)
 
 
 def _planner(model: Model) -> None:
@@ -87,7 +84,7 @@ def _rehearsal(model: Model) -> None:
 
 
 _STEPS: dict[str, Callable[[Model], None]] = {
-    "constraints and dynamics": _model,
+    "constraints": _model,
     "planner": _planner,
     "controller and simulator": _flight,
     "check": _rehearsal,
