@@ -29,7 +29,8 @@ _search: Any = BaseFunction.get_call_type
 
 def install() -> None:
     """Have numba look up what it has found, from now on and whatever it compiles."""
-    BaseFunction.get_call_type = _get_call_type
+    function_types: Any = BaseFunction
+    function_types.get_call_type = _get_call_type
 
 
 def _get_call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:
@@ -47,6 +48,7 @@ def _get_call_type(function: Any, context: Any, args: Any, kws: Any) -> Any:
 
 
 def _is_elsewhere(kind: Any) -> bool:
-    if isinstance(kind, types.BaseTuple):
-        return not all(isinstance(each, types.Integer | types.SliceType) for each in kind.types)  # an array's index
+    parts = getattr(kind, "types", ())
+    if isinstance(kind, types.BaseTuple) and parts:
+        return not all(isinstance(each, types.Integer | types.SliceType) for each in parts)  # an array's index
     return isinstance(kind, _ELSEWHERE)
