@@ -29,7 +29,7 @@ REAL_TIME := tests/hardware tests/recording/test_recording_signals.py
 CHOSEN := -m "not slow"
 
 test: lint
-	$(BIN)/doorman warmup paper & other=$$!; $(BIN)/doorman warmup push && wait $$other
+	$(BIN)/doorman warmup paper push
 	$(BIN)/python -m pytest -n 2 $(REAL_TIME) || $(BIN)/python -m pytest --last-failed $(REAL_TIME)
 	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(CHOSEN) $(REAL_TIME:%=--ignore=%) --ignore=tests/rig $(PYTEST_OPTIONS)
 

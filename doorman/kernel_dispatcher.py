@@ -14,6 +14,7 @@ from numba.core.runtime.nrt import rtsys
 from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import make_concrete_template
 
+from doorman import operator_types
 from doorman.machine_code import SelfContained
 
 _OPTIONS = {
@@ -25,6 +26,8 @@ _OPTIONS = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
+
+operator_types.install()
 
 
 class _Key:

@@ -119,9 +119,11 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         backend.command(self._command(action))  # refuses what is not finite
         fallen, touched = False, 0
         try:
-            for _ in range(self._ticks):
-                measured = backend.read()
+            for _ in range(self._ticks - 1):
+                backend.read()
                 touched = max(touched, backend.truth.collisions)
+            measured = backend.read()
+            touched = max(touched, backend.truth.collisions)
             self._observation = self._observe(measured, backend.truth)
         except BackendError:  # it has turned over, or the physics cannot follow: the last observation stays
             fallen = True

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 from io import StringIO
@@ -14,6 +15,7 @@ import pytest
 from command_line import ROOT, run
 from rich.console import Console
 
+from doorman.cli.simulated.planners_ahead import planners_ahead
 from doorman.cli.terminal.display import warmup_progress
 from doorman.compilation import KernelCounts, cache_content
 
@@ -55,6 +57,18 @@ def test_warmup_does_without_the_simulator(tmp_path):
     )  # fmt: skip
     assert (ran.returncode, ran.stderr) == (0, "")
     assert "The cache holds" in ran.stdout
+
+
+@pytest.mark.parametrize(("name", "status"), [("paper", 0), ("no_such_scenario", 1)])
+def test_a_second_process_makes_the_planners_that_it_is_told(name, status):
+    with planners_ahead([name], ["planner.margin=0.02"], None) as process:
+        assert process.wait(900) == status
+
+
+def test_a_second_process_ends_with_the_first_ones_work():
+    with planners_ahead(["paper", "push"], [], None) as process:
+        pass
+    assert process.returncode == -signal.SIGKILL
 
 
 def test_the_progress_bar_of_a_warmup_shows_the_step_and_the_kernels(monkeypatch):

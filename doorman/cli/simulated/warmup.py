@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import json
+import os
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 
 import typer
 
+from doorman.cli.simulated.planners_ahead import planners_ahead
 from doorman.cli.task import load_task
 from doorman.cli.terminal.display import warmup_progress
 from doorman.compilation import CacheContent, KernelCounts, cache_content, kernel_counts
+from doorman.control.estimation.estimator import Estimator
+from doorman.control.state_converter import StateConverter
 from doorman.exceptions import BackendError
 from doorman.feasibility.rehearsal import rehearse
 from doorman.mission import Mission
 from doorman.model import Model
+from doorman.ocp.solvers.order import last_first
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder
 from doorman.resources import scenario_directory, shipped
+from doorman.scenario import Scenario
 from doorman.simulation import SimulatedBackend
+
+_PERIODS = 2
+"""Controller periods to simulate: the start, and one that moves on."""
 
 _FLIGHT_PERIODS = 3
 """Planner periods to fly: a cold plan and warm ones."""
@@ -28,7 +38,8 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehi
     """Compile everything that planning, checking and flying some scenarios runs, and say what was done.
 
     Every kernel is run once the way it is used, so that it is compiled for the arguments that it will get. What the cache
-    holds already is only loaded.
+    holds already is only loaded. Where it holds nothing, a second process compiles the planners meanwhile; the two begin at
+    different ends and share what they compile by the cache.
 
     Args:
         sources: Names or paths of the scenarios; none: all that ship with doorman.
@@ -43,28 +54,48 @@ def warm_up(sources: Sequence[str], settings: Sequence[str], as_json: bool, vehi
         DoormanError: if the input cannot be used.
     """
     started, before = time.perf_counter(), kernel_counts()
-    names = sources or shipped(scenario_directory(), ".toml")
+    is_shared = cache_content().kernels == 0 and _cores() > 1
+    names = list(sources or shipped(scenario_directory(), ".toml"))
     scenarios = [load_task(source, settings, vehicle) for source in names]
-    models = [Model(scenario) for scenario in scenarios]
-    with warmup_progress(len(models) * len(_STEPS), kernel_counts, shown=not as_json) as on_step:
-        for model in models:
-            for name, step in _STEPS.items():
-                on_step(f"{model.scenario.name}: {name}")
-                step(model)
-    now = kernel_counts()
-    counts = KernelCounts(now.compiled - before.compiled, now.loaded - before.loaded)
-    _report(counts, cache_content(), time.perf_counter() - started, as_json)
+    with planners_ahead(names, settings, vehicle) if is_shared else nullcontext():
+        with last_first() if is_shared else nullcontext():
+            _run_steps(scenarios[::-1] if is_shared else scenarios, not as_json)
+    now, content = kernel_counts(), cache_content()
+    compiled, loaded = now.compiled - before.compiled, now.loaded - before.loaded
+    counts = KernelCounts(content.kernels if is_shared else compiled, loaded)
+    _report(counts, content, time.perf_counter() - started, as_json)
     return 0
 
 
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _run_steps(scenarios: Sequence[Scenario], shown: bool) -> None:
+    """Every step for every scenario; what the second process begins with comes late."""
+    models = [Model(scenario) for scenario in scenarios]
+    with warmup_progress(len(models) * len(_STEPS), kernel_counts, shown=shown) as on_step:
+        for name, step in _STEPS.items():
+            for model in models:
+                on_step(f"{model.scenario.name}: {name}")
+                step(model)
+
+
 def _model(model: Model) -> None:
-    state, inputs = model.start_state, model.hover_input
+    state = model.start_state
     model.constraints(state)
     model.constraint_jacobian(state)
     model.constraints_along(state[None])
-    model.derivative(state, inputs)
-    model.step(state, inputs)
-    model.step_jacobian(state, inputs)
+
+
+def _parts(model: Model) -> None:
+    Estimator(model, StateConverter(model))
+    try:
+        with SimulatedBackend(model) as backend:
+            for _ in range(_PERIODS):
+                backend.read()
+    except BackendError:
+        pass  # MuJoCo is not installed, or cannot simulate this vehicle: then no flight needs its kernels
 
 
 def _planner(model: Model) -> None:
@@ -79,7 +110,7 @@ def _flight(model: Model) -> None:
         backend = SimulatedBackend(model, recorder=recorder)
         mission.fly(backend, _FLIGHT_PERIODS / model.scenario.planner.rate)
     except BackendError:
-        pass  # MuJoCo is not installed, or cannot simulate this vehicle: then no flight needs its kernels
+        pass
 
 
 def _rehearsal(model: Model) -> None:
@@ -87,9 +118,10 @@ def _rehearsal(model: Model) -> None:
 
 
 _STEPS: dict[str, Callable[[Model], None]] = {
-    "constraints and dynamics": _model,
+    "constraints": _model,
+    "estimator and simulator": _parts,
     "planner": _planner,
-    "controller and simulator": _flight,
+    "flight": _flight,
     "check": _rehearsal,
 }
 

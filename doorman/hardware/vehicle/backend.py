@@ -121,14 +121,14 @@ class VehicleBackend(Backend):
             self._require_permission()
             try:
                 measured = self._compose(now)
-                break
             except BackendError:
                 if now >= deadline:
                     raise
-        if self._measured is None:
-            self.began_at = now
-        self._measured, self.measured_at = measured, now
-        return measured
+                continue
+            if self._measured is None:
+                self.began_at = now
+            self._measured, self.measured_at = measured, now
+            return measured
 
     def command(self, command: Command) -> None:
         """Send thrust and attitude to the autopilot and joint rates to the servos.

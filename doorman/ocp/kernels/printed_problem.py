@@ -60,6 +60,9 @@ def kept_text(key: str, make: Callable[[], str]) -> str:
     """
     try:
         path = cache_directory() / "problems" / f"{_digest(key + _code())[:16]}.txt"
+    except OSError:
+        return make()  # and again next time
+    try:
         first, _, text = path.read_text(encoding="utf-8").partition("\n")
         if first == _digest(text):
             return text

@@ -14,6 +14,7 @@ from doorman.ocp.solvers.interior.searcher import Kept, Searcher
 from doorman.ocp.solvers.iterations import augmented_lagrangian as kernels
 from doorman.ocp.solvers.iterations import cold_start, guess, nominal, rollout
 from doorman.ocp.solvers.iterations.careful import FIRST_PENALTY
+from doorman.ocp.solvers.order import is_last_first
 from doorman.ocp.solvers.replanning import Replanner
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.solution import PlanStatus
@@ -281,6 +282,11 @@ class Hybrid(Replanner):
 
     def _compile(self) -> None:
         self._searcher = Searcher(self._work) if self._is_curved else None
+        if is_last_first():
+            self._forget_last()
+            self._set_guess(self._problem.cost.state_goal.copy(), None, "held", None)
+            self._compile_follow()
+            self._compile_descent()
         super()._compile()
         if self._searcher is not None:
             self._searcher.search(self._model, self._memory, 1, 0.0)

@@ -295,9 +295,13 @@ class Replanner(Cddp):
         self._work.result[RESULT.COST] = nominal.nominal_cost(self._model, self._memory)
 
     def _compile(self) -> None:
+        self._forget_last()
+        super()._compile()
+
+    def _forget_last(self) -> None:
+        """There is no trajectory to follow."""
         self._started, self._last_cost = False, math.inf
         self._last_inputs, self._last_state = self._work.nominal.inputs.copy(), self._work.nominal.states[0].copy()
-        super()._compile()
 
     def _compile_follow(self) -> None:
         follow(self._model, self._memory, self._problem.cost.state_goal.copy(), -1.0, 2, 1, 0, 0.0, True)
