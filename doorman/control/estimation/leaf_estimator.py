@@ -96,14 +96,14 @@ class LeafEstimator:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings, door = model.scenario.estimation, model.door
+        settings, door, size = model.scenario.estimation, model.door, model.scale
         self._model, self._converter = model, converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
         self._monitor.declare(model.scenario.mission.start == "contact")
-        self._wind = WindFilter()
+        self._wind = WindFilter(size.force, model.hinge_scale)
         most = largest_push(model, model.scenario.control.max_tilt) * self._lever
         """Torque of the largest push [N m]."""
         goal, start = float(model.goal_state[3]), float(model.start_state[3])
@@ -111,6 +111,7 @@ class LeafEstimator:
         numbers = [
             self._mass, self._lever, settings.vehicle_observer_rate, goal, door.rest_angle, start, most,
             self._lever * settings.angle_deviation, levers, door.closing_torque, model.travel.ahead(1.0), *door.up,
+            size.force, size.torque, size.time, model.hinge_scale,
         ]  # fmt: skip
         memory = np.zeros(MEMORY)
         memory[FACE_VARIANCE], memory[CLOSED], memory[MET] = FACE_DEVIATION**2, 1.0, math.nan

@@ -30,15 +30,21 @@ Array = NDArray[np.float64]
 _FIRST, _FIRST_TURN = 0.5, 0.1
 """Deviations at first of each part of the wind [N], and of its turning [rad/s]."""
 _HINGE = (1.0, 1.5)
-"""τ at first with its deviation [N m]."""
+"""τ of a room door at first with its deviation [N m]."""
 
 
 class WindFilter:
-    """Of one flight."""
+    """Of one flight.
 
-    def __init__(self) -> None:
-        covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2, _HINGE[1] ** 2])
-        self.memory = WindMemory(np.array([0.0, 0.0, 0.0, 0.0, _HINGE[0]]), covariance, np.zeros(1))
+    Args:
+        force: Scale of the vehicle's forces.
+        hinge: Scale of the hinge's torques.
+    """
+
+    def __init__(self, force: float = 1.0, hinge: float = 1.0) -> None:
+        state = np.array([0.0, 0.0, 0.0, 0.0, hinge * _HINGE[0]])
+        covariance = np.diag([_FIRST**2] * 3 + [_FIRST_TURN**2, (hinge * _HINGE[1]) ** 2])
+        self.memory = WindMemory(state, covariance, np.zeros(1), np.array([force, hinge], dtype=np.float64))
         """What the kernels of `wind_step` read and write."""
 
     @cached_property

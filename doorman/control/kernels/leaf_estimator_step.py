@@ -43,11 +43,13 @@ from doorman.kinematics.vehicles.arm import ArmParameters
 Array = NDArray[np.float64]
 
 (
-    MASS, LEVER, VEHICLE_RATE, GOAL, REST, START, MOST_RESISTANCE, ANGLE_DEVIATION, LEVERS, CLOSER, AHEAD, UP, NUMBERS,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14  # fmt: skip
+    MASS, LEVER, VEHICLE_RATE, GOAL, REST, START, MOST_RESISTANCE, ANGLE_DEVIATION, LEVERS, CLOSER, AHEAD, UP,
+    FORCE_SCALE, TORQUE_SCALE, TIME_SCALE, HINGE_SCALE, NUMBERS,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 14, 15, 16, 17, 18  # fmt: skip
 """Places in the numbers: m_A, D_V, ω of the vehicle's observer, α of goal, spring at rest and start, torque of the largest push,
 deviation of the tip's way at the start, levers of the wind on vehicle and leaf together, the closer's torque, sense of α towards
-the goal, and the door's axis."""
+the goal, the door's axis,
+and the scales of the vehicle's forces, torques and times, and of the hinge's torques."""
 (
     TOUCHED_AT, STOOD, SOUGHT, DEEPEST, GHOST, RESISTS, HAS_MOVED, MORE, FACE, FACE_VARIANCE, CLOSED, MET, MEASURED, YAW,
     SLID, MEMORY,
@@ -75,7 +77,7 @@ _AJAR = 0.04
 _TIP_NOISE, _TIP_TIME = 0.003, 0.05
 """Noise of the tip's place, which is a new one after the latter [m], [s]."""
 _LEAST = 0.2
-"""Force of a tip that touches [N]."""
+"""Force of the shipped vehicle's tip that touches [N]."""
 _CARRIED = 0.5
 """Share of the normal force that friction is believed to carry."""
 _MOVES = 0.02
@@ -83,10 +85,10 @@ _MOVES = 0.02
 _LEARNT = 0.3
 """in this time [s]."""
 _NUDGE, _QUICKENS, _NUDGE_FADES = 0.6, 2.5, 0.5
-"""Growth of the resistance that a plan is told of while a door sticks [N m/s], twice as quick at the second [N m], and its end
-when the door moves [s]. Its bound is the torque of the largest push."""
+"""Growth of the resistance that a plan is told of while a door sticks [N m/s], twice as quick at the second [N m], of the shipped
+vehicle, and its end when the door moves [s]. Its bound is the torque of the largest push."""
 _GIVES_WAY = 0.8
-"""A seal or a latch gives way at once: a quick observer that finds so much less resistance is believed [N m]."""
+"""A seal or a latch gives way at once: a quick observer that finds so much less resistance of a room door is believed [N m]."""
 _BREAKS_LOOSE = 0.05
 """A leaf that has gone no farther may still be held by a seal or a latch: it tells nothing of the wind [rad]."""
 _NUDGED_WITHIN = 0.07
@@ -98,13 +100,14 @@ _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
 what shuts a leaf whose closer is stronger than its friction, does not touch; nor does one that draws back by more than the second
 [rad],"""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
-"""nor one that moves on, faster than this [rad/s] and for longer [s], as if the leaf opened by itself with more [N m],"""
+"""nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with
+more [N m],"""
 _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
 """A tip that is farther than it last was in contact has met the leaf again [rad]."""
 LEAST_RESISTANCE, FIRST_RESISTANCE = 0.05, 0.3
-"""Of a hinge, and what is believed at first [N m]."""
+"""Of a room door's hinge, and what is believed at first [N m]."""
 
 
 class LeafMemory(NamedTuple):
@@ -228,6 +231,12 @@ def angle_of_face(e: LeafMemory) -> float:
 
 
 @kernel
+def least_force(e: LeafMemory) -> float:
+    """Of a tip that touches [N]."""
+    return float(_LEAST * e.numbers[FORCE_SCALE])
+
+
+@kernel
 def weight_ahead(e: LeafMemory) -> float:
     """Torque of the leaf's weight against opening [N m]."""
     return float(e.numbers[AHEAD] * leaf_weight(e.door.leaf, e.door.state[ANGLE]))
@@ -238,7 +247,7 @@ def friction_share(e: LeafMemory) -> float:
     """Share of friction in what the hinge resists with, beside the leaf's weight."""
     z = e.door.state
     closer = max(z[STIFFNESS] * (e.numbers[REST] - z[ANGLE]), 0.0) + abs(e.numbers[CLOSER])
-    slides = z[FRICTION] + 0.05
+    slides = z[FRICTION] + LEAST_RESISTANCE * e.numbers[HINGE_SCALE]
     return float(slides / (slides + closer))
 
 
@@ -253,7 +262,7 @@ def begin_leaf(e: LeafMemory) -> None:
     memory[STOOD] = -math.inf
     memory[DEEPEST], memory[GHOST] = math.inf, 0.0
     driven = max(-weight_ahead(e), 0.0)  # its friction is more, as it stands
-    memory[RESISTS], memory[HAS_MOVED], memory[MORE] = FIRST_RESISTANCE + driven, 0.0, 0.0
+    memory[RESISTS], memory[HAS_MOVED], memory[MORE] = FIRST_RESISTANCE * e.numbers[HINGE_SCALE] + driven, 0.0, 0.0
 
 
 @kernel
@@ -285,7 +294,7 @@ def find_contact(
     if near and not touching and tip_angle < memory[DEEPEST] - _PAST and math.isfinite(memory[DEEPEST]):
         touching, memory[TOUCHED_AT] = True, now
         declare_contact(e.contact, True)
-        expected = max((memory[RESISTS] + memory[MORE] + weight_ahead(e)) / lever, _LEAST)
+        expected = max((memory[RESISTS] + memory[MORE] + weight_ahead(e)) / lever, least_force(e))
         meet_contact(e.wind, normal[0], normal[1], normal[2], expected - force)
         force = expected
     if touching and is_no_contact(e, tip_angle, tip_rate, push + along(normal, felt), force, now, time_step):
@@ -303,7 +312,9 @@ def is_no_contact(
     memory, lever = e.memory, e.numbers[LEVER]
     memory[DEEPEST] = min(memory[DEEPEST], tip_angle)
     gains = moves / e.numbers[MASS] / lever
-    opens_itself = tip_rate < -_GHOST_RATE and lever * force - e.door.state[INERTIA] * gains < -_GHOST
+    opens_itself = (
+        tip_rate < -_GHOST_RATE and lever * force - e.door.state[INERTIA] * gains < -_GHOST * e.numbers[HINGE_SCALE]
+    )
     memory[GHOST] = memory[GHOST] + time_step if opens_itself else max(0.0, memory[GHOST] - time_step)
     bears = max(memory[RESISTS] + memory[MORE] + weight_ahead(e), 0.0)
     friction = friction_share(e) * (memory[RESISTS] + memory[MORE])
@@ -371,24 +382,26 @@ def resists_with(e: LeafMemory, touching: bool, wanted: float, time_step: float)
     if touching and opening > _MOVES:
         learn_resistance(e, time_step)
     if touching and opening < min(0.3 * wanted, _MOVES) and left > _STANDS_AT_GOAL:
-        memory[MORE] += _NUDGE * (1.0 + memory[MORE] / _QUICKENS) * min(left / _NUDGED_WITHIN, 1.0) * time_step
+        torque = e.numbers[TORQUE_SCALE]
+        nudge, quickens = _NUDGE * torque / e.numbers[TIME_SCALE], _QUICKENS * torque
+        memory[MORE] += nudge * (1.0 + memory[MORE] / quickens) * min(left / _NUDGED_WITHIN, 1.0) * time_step
         memory[MORE] = min(memory[MORE], max(most - memory[RESISTS], 0.0))
     else:
         memory[MORE] *= math.exp(-time_step / _NUDGE_FADES)
-    return float(min(max(memory[RESISTS] + memory[MORE], LEAST_RESISTANCE), most))
+    return float(min(max(memory[RESISTS] + memory[MORE], LEAST_RESISTANCE * e.numbers[HINGE_SCALE]), most))
 
 
 @kernel
 def learn_resistance(e: LeafMemory, time_step: float) -> None:
     """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
-    memory, least = e.memory, -e.quick[ESTIMATE] + _GIVES_WAY
+    memory, least = e.memory, -e.quick[ESTIMATE] + _GIVES_WAY * e.numbers[HINGE_SCALE]
     if e.torque_numbers[BANDWIDTH] > 0.0 and -e.torque[ESTIMATE] > least:
         restart_hinge(e.torque_numbers, e.torque, -least)
     before, share = memory[RESISTS], 1.0
     if memory[HAS_MOVED] != 0.0:
         share = min(time_step / _LEARNT, 1.0)
     learnt = before + share * (-e.torque[ESTIMATE] - before)
-    memory[RESISTS], memory[HAS_MOVED] = min(learnt, max(least, LEAST_RESISTANCE)), 1.0
+    memory[RESISTS], memory[HAS_MOVED] = min(learnt, max(least, LEAST_RESISTANCE * e.numbers[HINGE_SCALE])), 1.0
     memory[MORE] = max(min(memory[MORE], memory[MORE] + before - memory[RESISTS], least), 0.0)
 
 
@@ -401,7 +414,7 @@ def contact_force(
     leaf, vehicle = z[INERTIA], e.numbers[MASS] * lever
     reaction = resistance if -z[RATE] > _MOVES else max(-e.torque[ESTIMATE], 0.0)
     reaction += weight_ahead(e)
-    force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * lever), _LEAST)
+    force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * lever), least_force(e))
     aside = leaf_direction(e.door.leaf, z[ANGLE])
     up = (e.numbers[UP], e.numbers[UP + 1], e.numbers[UP + 2])
     pressed, along_leaf, upwards = pull(normal, wind, felt), pull(aside, wind, felt), pull(up, wind, felt)
@@ -410,7 +423,7 @@ def contact_force(
     memory[SLID], memory[SLID + 1] = share * along_leaf, share * upwards
     take_unexplained(e.wind, aside[0], aside[1], aside[2], along_leaf - memory[SLID], time_step)
     take_unexplained(e.wind, up[0], up[1], up[2], upwards - memory[SLID + 1], time_step)
-    take_unexplained(e.wind, normal[0], normal[1], normal[2], min(pressed - _LEAST, 0.0), time_step)
+    take_unexplained(e.wind, normal[0], normal[1], normal[2], min(pressed - least_force(e), 0.0), time_step)
     return float(force)
 
 

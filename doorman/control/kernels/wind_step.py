@@ -20,18 +20,18 @@ GUSTS, TURNS = 0.06, 0.01
 STEADY = 0.15
 """Weaker wind has no direction that turns [N]."""
 _FELT, _FELT_TIME = 0.12, 0.25
-"""Noise of what is felt, and the time after which it is another one [N], [s]."""
+"""Noise of what the shipped vehicle feels, and the time after which it is another one [N], [s]."""
 _NEAR_NOISE = 3.0
 """By so much less is believed what is felt near the leaf: it may be a touch."""
 _BOUND, _BOUND_TIME = 0.3, 0.5
-"""Noise of what contact can explain, and the time after which it is another one [N], [s]."""
+"""Noise of what contact can explain there, and the time after which it is another one [N], [s]."""
 _SUDDEN = 0.5
-"""Noise of the wind where contact is found to be lost, or to be there [N]."""
+"""Noise of the wind where contact is found to be lost, or to be there, of the shipped vehicle [N]."""
 _HINGE_CHANGES = 0.7
-"""Change of τ with the square root of the way [N m/rad^0.5]."""
+"""Change of τ of a room door with the square root of the way [N m/rad^0.5]."""
 _MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012
-"""Noise of the torque that moves a leaf, the time after which it is another one, and the rate of a leaf that moves [N m], [s],
-[rad/s]."""
+"""Noise of the torque that moves such a leaf, the time after which it is another one, and the rate of a leaf that moves [N m],
+[s], [rad/s]."""
 _SETTLES = 0.6
 """For so long the observer of the outer force settles after take-off [s]."""
 
@@ -45,6 +45,8 @@ class WindMemory(NamedTuple):
     """Shape (5, 5)."""
     flown: Array
     """Time in the air, shape (1,) [s]."""
+    scales: Array
+    """Of the vehicle's forces, and of the hinge's torques, shape (2,)."""
 
 
 @kernel
@@ -130,19 +132,20 @@ def feel_wind(wind: WindMemory, felt: Array, near: bool, time_step: float) -> No
         time_step: Since the last call [s].
     """
     if wind.flown[0] >= _SETTLES and time_step > 0.0:
-        take_for_wind(wind, felt, _FELT**2 * (_NEAR_NOISE**2 if near else 1.0) * max(_FELT_TIME / time_step, 1.0))
+        noise = (wind.scales[0] * _FELT) ** 2 * (_NEAR_NOISE**2 if near else 1.0)
+        take_for_wind(wind, felt, noise * max(_FELT_TIME / time_step, 1.0))
 
 
 @kernel
 def lose_contact(wind: WindMemory, felt: Array) -> None:
     """Take in that there is no contact: what is felt is wind."""
-    take_for_wind(wind, felt, _SUDDEN**2)
+    take_for_wind(wind, felt, (wind.scales[0] * _SUDDEN) ** 2)
 
 
 @kernel
 def meet_contact(wind: WindMemory, x: float, y: float, up: float, more: float) -> None:
     """Take in that the tip presses harder along a direction than the wind seemed to say [N]."""
-    correct_wind(wind.state, wind.covariance, x, y, up, 0.0, more, _SUDDEN**2)
+    correct_wind(wind.state, wind.covariance, x, y, up, 0.0, more, (wind.scales[0] * _SUDDEN) ** 2)
 
 
 @kernel
@@ -158,7 +161,7 @@ def take_unexplained(wind: WindMemory, x: float, y: float, up: float, force: flo
         time_step: Since the last call [s].
     """
     if force != 0.0 and time_step > 0.0:
-        noise = _BOUND**2 * max(_BOUND_TIME / time_step, 1.0)
+        noise = (wind.scales[0] * _BOUND) ** 2 * max(_BOUND_TIME / time_step, 1.0)
         correct_wind(wind.state, wind.covariance, x, y, up, 0.0, -force, noise)
 
 
@@ -179,8 +182,8 @@ def take_push(
     if time_step <= 0.0:
         return
     z, (x, y, up) = wind.state, normal
-    wind.covariance[HINGE, HINGE] += _HINGE_CHANGES**2 * abs(opening) * time_step
+    wind.covariance[HINGE, HINGE] += (wind.scales[1] * _HINGE_CHANGES) ** 2 * abs(opening) * time_step
     off = torque - (-levers * (x * z[0] + y * z[1] + up * z[2]) + z[HINGE])
     if opening > _MOVES or off > 0.0:
-        noise = _MOVED**2 * max(_MOVED_TIME / time_step, 1.0)
+        noise = (wind.scales[1] * _MOVED) ** 2 * max(_MOVED_TIME / time_step, 1.0)
         correct_wind(z, wind.covariance, -levers * x, -levers * y, -levers * up, 1.0, off, noise)
