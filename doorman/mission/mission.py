@@ -199,7 +199,7 @@ class Mission(Uncopied):
         if self._opened_at is None:
             self._opened_at = now
         reach = self._engagement.lead(now - self._opened_at)
-        return np.array([attitude[0], pitch + np.clip(attitude[1] - pitch, -reach, reach), attitude[2]])
+        return np.array([attitude[0], pitch + min(max(float(attitude[1]) - pitch, -reach), reach), attitude[2]])
 
     def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
         self._write_phase(now, phase.value, reason)
@@ -229,8 +229,8 @@ class Mission(Uncopied):
                 "normal_force": estimate.normal_force,
                 "touching": estimate.touching,
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
-                "door_place": [*door.offset, door.yaw],
-                "door_place_deviation": [*door.offset_deviation, door.yaw_deviation],
+                "door_place": door.found,
+                "door_place_deviation": door.deviations,
                 "torque_deviation": hinge.torque_deviation,
                 "hinge_deviation": [
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation

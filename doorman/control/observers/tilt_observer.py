@@ -59,7 +59,7 @@ class TiltObserver:
         bent += (3.0 * p**2 - k * p - k * first) * error
         self._tilt = self._tilt + time_step * (self._rates + first * error)
         self._rates = self._rates + time_step * bent
-        self.offset = np.clip(self.offset + time_step * p**2 / k * error, -self._most, self._most)
+        self.offset = np.minimum(np.maximum(self.offset + time_step * p**2 / k * error, -self._most), self._most)
 
     def tell(self, commanded: Array) -> None:
         """Take in what is commanded from now on.

@@ -295,7 +295,7 @@ def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) ->
 
 def tilt_stiffness(model: Model) -> Array:
     """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
-    return np.asarray(model.attitude_loop.stiffness * np.diag(model.vehicle_inertia)[:2])
+    return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])
 
 
 def tip_on_face(
