@@ -148,10 +148,10 @@ class Mission(Uncopied):
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
-        setpoint = action.setpoint
+        setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         planned = None
         if self._whole_body is not None:
-            planned = self._whole_body.command(measurement, self._sequence.at_the_leaf, elapsed)
+            planned = self._whole_body.command(measurement, at_the_leaf, elapsed)
         if planned is None:
             if self._flew_plan:
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
@@ -165,9 +165,9 @@ class Mission(Uncopied):
             made = rotation_body_to_world(planned.attitude) @ planned.body_force
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
-        if self._sequence.at_the_leaf:
+        if at_the_leaf:
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
-        elif self._sequence.tie is Tie.FREE:
+        elif tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
         self._rotors = command.body_force
         command = self._lift.scaled(command)
@@ -175,8 +175,7 @@ class Mission(Uncopied):
         backend.command(told)
         self._estimator.tell(command.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
-        touches = self._sequence.at_the_leaf and estimate.touching
-        self._locator.update(measured, touches, self._sequence.tie is Tie.GRIPPED, elapsed)
+        self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:

@@ -269,7 +269,7 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
         δ, shape (m,) [m].
     """
     door = model.door
-    ways = np.array([door.way(angle) for angle in door_angles.tolist()])
+    ways = np.array([door.way(angle) for angle in door_angles.tolist()]) if door.slides else 0.0
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
     return np.asarray((door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + ways)
 
