@@ -1,8 +1,8 @@
 """Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
 
+from doorman.summary.figures import summarize
 from doorman.summary.outcome import COMPLETED, FLOWN, GIVEN_UP, GOAL_MISSED, OPEN_TOLERANCE, time_to_open, verdict
 from doorman.summary.plans import cold_plans
-from doorman.summary.summarize import summarize
 
 __all__ = [
     "COMPLETED",

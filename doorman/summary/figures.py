@@ -1,4 +1,4 @@
-"""Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
+"""Figures of a run: the keys of `summary.json`."""
 
 from __future__ import annotations
 
