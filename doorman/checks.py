@@ -33,7 +33,8 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
             sum(values.tolist())
         ):  # what nearly every call is given; a sum may overflow, and is looked at below
             return values.copy()
-    array = numbers(values, field, f"shape ({size},)")
+    plain = isinstance(values, tuple) and set(map(type, values)) == {float}
+    array = np.array(values) if plain else numbers(values, field, f"shape ({size},)")
     if array.shape != (size,):
         raise DimensionError("wrong shape", field=field, given=array.shape, allowed=f"({size},)")
     if not all(map(math.isfinite, array.tolist())):  # faster than numpy's for short vectors

@@ -13,6 +13,7 @@ Choi and Kim, IEEE TCST 2018.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -127,7 +128,7 @@ class PositionController:
         force = self._actuation.within_limits(wanted, setpoint.yaw, max_tilt)
         self._memory[ACTING : ACTING + 3] = force - self._weight - setpoint.force
         return Thrust(
-            thrust=float(np.linalg.norm(force)),
+            thrust=math.sqrt(force.dot(force)),
             attitude=self._actuation.attitude(force, setpoint.yaw),
             force=force,
             disturbance=disturbance,

@@ -29,7 +29,7 @@ def limited(command: Command, weight: float, most: float) -> Command:
     up = np.array([0.0, 0.0, weight])
     rotation = rotation_body_to_world(command.attitude)
     beyond = rotation @ command.body_force - up
-    size = float(np.linalg.norm(beyond))
+    size = math.sqrt(beyond.dot(beyond))
     if size <= most:
         return command
     force = up + most / size * beyond

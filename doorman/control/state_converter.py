@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.control.kernels.leaf import leaf_numbers
+from doorman.control.kernels.on_leaf import vehicle_on_leaf
 from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.coupling import VehicleMotion
@@ -48,10 +49,12 @@ class StateConverter:
         self._coupling = model.coupling
         self._arm, self._leaf = ArmParameters.of(model.vehicle.arm), leaf_numbers(model.door)
         self._given, self._tip = np.zeros(ARM + 2 * model.n_arm), np.zeros(6)
+        self._contact = np.array([*model.door.up, self._coupling.distance_from_hinge, self._coupling.height])
         self._rate_limits = np.asarray(model.vehicle.rate_limits)
         self._acceleration_ahead, self._attitude_ahead = look_aheads(model)
         rest = np.zeros(3)
-        self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
+        self.on_leaf(np.array(model.start_state), rest, np.zeros(model.n_arm))  # compiles: nothing is in flight
+        self._coupling.vehicle_motion(model.start_state, rest, np.zeros(model.n_arm))
         tip_on_leaf(self._arm, self._leaf, self._coupling.lever_length, self._given, self._tip)
         self._coupling.tips(rest[None], np.zeros((1, model.n_arm)))
 
@@ -79,6 +82,18 @@ class StateConverter:
         """
         angle, rate = self._coupling.door_state(position, velocity, attitude, body_rates, arm_angles, arm_rates)
         return np.concatenate([np.asarray(attitude), [angle, rate], np.asarray(arm_angles)])
+
+    def on_leaf(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
+        """Position and velocity of O_B with the tip at the contact point, see `Coupling.motion_of`.
+
+        Args:
+            state: Reduced, x = [Φ, α, α̇, H], shape (5 + n,), contiguous, and not looked at.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            arm_rates: Ḣ, shape (n,) [rad/s].
+        """
+        motion = np.empty(6)
+        vehicle_on_leaf(self._arm, self._leaf, self._contact, state, body_rates, arm_rates, motion)
+        return VehicleMotion(motion[:3], motion[3:])
 
     def tip(self, measurement: Measurement, velocity: Array) -> tuple[float, float]:
         """Angle and angular rate of the tip about the hinge: the door's, where they touch.
@@ -177,7 +192,7 @@ class StateConverter:
             inputs[1:4].copy(),
             inputs[4 : 4 + self.model.n_arm].copy(),
         )  # kernels take writable arrays
-        return self._coupling.motion_of(state, body_rates, arm_rates)
+        return self.on_leaf(state, body_rates, arm_rates)
 
     def _acceleration(self, plan: Plan, time: float) -> Array:
         """Acceleration of O_B at a time of the plan, by central differences over four steps, fewer at its ends.
@@ -201,9 +216,8 @@ class StateConverter:
         if time >= plan.time_step * len(plan.inputs):
             return np.zeros(3)
         state, inputs = self._at(plan, time)
-        return self.planned_force(
-            state, float(inputs[0]), self._acceleration(plan, time), inputs[4 + self.model.n_arm :]
-        )
+        acceleration = self._acceleration(plan, time) if self._planning.has_inertia else None
+        return self.planned_force(state, float(inputs[0]), acceleration, inputs[4 + self.model.n_arm :])
 
     def _at(self, plan: Plan, time: float) -> tuple[Array, Array]:
         """Reduced state and inputs at a time of the plan; at rest after its end."""

@@ -63,6 +63,7 @@ class WholeBodyController:
         self.opening_rate = 0.0
         """Asked for now [rad/s]."""
         self._arm_rates, self._side = np.zeros(model.n_arm), np.zeros(2)
+        self._turned: tuple[LeafEstimate | None, Array] = None, np.zeros(2)  # of the last `aim`
         self._tilt = TiltObserver(model.attitude_loop, model.scenario.control.max_tilt)
 
     def forget(self) -> None:
@@ -85,7 +86,8 @@ class WholeBodyController:
             self.opening_rate = min(max(self.opening_rate, opening) + self._ramp * time_step, most)
         elif opening < self.opening_rate:
             self.opening_rate = max(opening, 0.0)
-        self._tilt.update(known.attitude[:2], self._turned_by(known), time_step)
+        self._turned = known, self._turned_by(known)
+        self._tilt.update(known.attitude[:2], self._turned[1], time_step)
 
     def start(self, known: LeafEstimate) -> tuple[Array, dict[str, Any]]:
         """What a plan begins with, and aims for.
@@ -97,6 +99,7 @@ class WholeBodyController:
             x with the tip as deep in the leaf as the estimated force says, shape (14 + n,), and numbers of the problem by name.
         """
         numbers, angle = self._numbers, known.door_angle
+        turned = self._turned[1] if self._turned[0] is known else self._turned_by(known)
         depth, place = tip_on_face(self._model, known.position, known.attitude, angle, known.arm_angles)
         depth += known.face_offset
         wanted = depth_of(known.normal_force, numbers) if known.touching else min(depth, self._free_air)
@@ -116,7 +119,7 @@ class WholeBodyController:
         return state, {
             **side,
             **aims, "contact.stick": place, "vehicle.wind": known.wind, "mechanism.point": face,
-            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + self._turned_by(known),
+            "vehicle.tilt_offset": self._tilt.offset, "reference.turned": self._tilt.offset + turned,
         }  # fmt: skip
 
     def _turned_by(self, known: LeafEstimate) -> Array:
@@ -141,7 +144,7 @@ class WholeBodyController:
         planned = plan.inputs[min(int(time / plan.time_step + 1e-6), last)]
         later = min(int((time + _AHEAD) / plan.time_step), last)
         turning = plan.states[later + 1, _YAW_RATE] / self._model.scenario.control.yaw_gain
-        lead = float(np.clip(turning, -_MOST_TURN, _MOST_TURN))
+        lead = min(max(float(turning), -_MOST_TURN), _MOST_TURN)
         self._tilt.tell(planned[1:3])
         attitude = tilted(planned[1], planned[2], lead)
         attitude[2] += measured_yaw

@@ -43,7 +43,7 @@ class Numbers:
 
     def one(self, name: str) -> float:
         """The number of a name that stands for one."""
-        return float(self[name][0])
+        return float(self.vector.item(self._place(name).start))
 
     def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
         """Numbers with others for some of the names.
@@ -57,8 +57,12 @@ class Numbers:
         changed = object.__new__(Numbers)
         changed.sizes, changed._places, changed.vector = self.sizes, self._places, self.vector.copy()
         for name, value in changes.items():
+            place = self._place(name)
+            if type(value) is float and self.sizes[name] == 1:  # most are, and are quickly written
+                changed.vector[place.start] = value
+                continue
             try:
-                changed.vector[self._place(name)] = np.ravel(np.asarray(value, dtype=np.float64))
+                changed.vector[place] = np.ravel(np.asarray(value, dtype=np.float64))
             except ValueError as error:
                 raise DimensionError(
                     "wrong count of numbers", field=name, given=np.size(value), allowed=str(self.sizes[name])

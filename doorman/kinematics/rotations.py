@@ -49,7 +49,7 @@ def quaternion_of(attitude: ArrayLike) -> tuple[float, float, float, float]:
     Raises:
         DimensionError: if the attitude is not three finite numbers.
     """
-    roll, pitch, yaw = vector(attitude, 3, "attitude").tolist()
+    roll, pitch, yaw = components(attitude, 3, "attitude")
     cr, sr, cp, sp = math.cos(0.5 * roll), math.sin(0.5 * roll), math.cos(0.5 * pitch), math.sin(0.5 * pitch)
     cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
     return (

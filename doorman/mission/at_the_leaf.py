@@ -89,7 +89,7 @@ class AtTheLeaf:
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
         """Position of O_B, level, with the tip at the contact point of the door as it is now, shape (3,) [m]."""
         level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
-        return self._coupling.motion_of(level, np.zeros(3), np.zeros(self._n_arm)).position
+        return self._converter.on_leaf(level, np.zeros(3), np.zeros(self._n_arm)).position
 
     def push(self, estimate: Estimate, push: float) -> Setpoint:
         """Beside the normal, hold the tip where it is on the leaf; along it, push.

@@ -148,10 +148,10 @@ class Mission(Uncopied):
         if self._abort_reason:
             self._sequence.abort(estimate, self._abort_reason)
         action = self._sequence.step(estimate, measurement.body_rates, elapsed)
-        setpoint = action.setpoint
+        setpoint, at_the_leaf, tie = action.setpoint, self._sequence.at_the_leaf, self._sequence.tie
         planned = None
         if self._whole_body is not None:
-            planned = self._whole_body.command(measurement, self._sequence.at_the_leaf, elapsed)
+            planned = self._whole_body.command(measurement, at_the_leaf, elapsed)
         if planned is None:
             if self._flew_plan:
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
@@ -165,9 +165,9 @@ class Mission(Uncopied):
             made = rotation_body_to_world(planned.attitude) @ planned.body_force
             thrust = Thrust(planned.thrust, planned.attitude, made, estimate.wind, False)
         self._flew_plan = planned is not None
-        if self._sequence.at_the_leaf:
+        if at_the_leaf:
             command = limited(command, self.model.vehicle.mass * GRAVITY, self.model.scenario.control.max_push)
-        elif self._sequence.tie is Tie.FREE:
+        elif tie is Tie.FREE:
             self._lift.learn(float(outer[2]), elapsed)
         self._rotors = command.body_force
         command = self._lift.scaled(command)
@@ -175,8 +175,7 @@ class Mission(Uncopied):
         backend.command(told)
         self._estimator.tell(command.attitude)
         self._record(measured, estimate, setpoint, thrust, told)
-        touches = self._sequence.at_the_leaf and estimate.touching
-        self._locator.update(measured, touches, self._sequence.tie is Tie.GRIPPED, elapsed)
+        self._locator.update(measured, at_the_leaf and estimate.touching, tie is Tie.GRIPPED, elapsed)
         return estimate.door_angle
 
     def _change_smoothly(self, setpoint: Setpoint, estimate: Estimate) -> None:
@@ -199,7 +198,7 @@ class Mission(Uncopied):
         if self._opened_at is None:
             self._opened_at = now
         reach = self._engagement.lead(now - self._opened_at)
-        return np.array([attitude[0], pitch + np.clip(attitude[1] - pitch, -reach, reach), attitude[2]])
+        return np.array([attitude[0], pitch + min(max(float(attitude[1]) - pitch, -reach), reach), attitude[2]])
 
     def _note_phase(self, now: float, phase: Phase, reason: str) -> None:
         self._write_phase(now, phase.value, reason)
@@ -229,8 +228,8 @@ class Mission(Uncopied):
                 "normal_force": estimate.normal_force,
                 "touching": estimate.touching,
                 "hinge": [hinge.damping, hinge.friction, hinge.stiffness, hinge.inertia],
-                "door_place": [*door.offset, door.yaw],
-                "door_place_deviation": [*door.offset_deviation, door.yaw_deviation],
+                "door_place": door.found,
+                "door_place_deviation": door.deviations,
                 "torque_deviation": hinge.torque_deviation,
                 "hinge_deviation": [
                     hinge.damping_deviation, hinge.friction_deviation, hinge.stiffness_deviation, hinge.inertia_deviation

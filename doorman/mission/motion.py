@@ -49,17 +49,17 @@ class Glide:
             The setpoint.
         """
         away = target - self.position
-        distance = float(np.linalg.norm(away))
+        distance = math.sqrt(away.dot(away))
         wanted = np.zeros(3)
         if distance > 1e-9:
             wanted = min(speed, math.sqrt(_ACCELERATION * distance), 2.0 * distance) / distance * away
         change = wanted - self.velocity
-        size = float(np.linalg.norm(change))
+        size = math.sqrt(change.dot(change))
         if size > _ACCELERATION * time_step:
             change *= _ACCELERATION * time_step / size
         self.velocity = self.velocity + change
         self.position = self.position + time_step * self.velocity
-        self.yaw += float(np.clip(yaw - self.yaw, -_YAW_RATE * time_step, _YAW_RATE * time_step))
+        self.yaw += min(max(yaw - self.yaw, -_YAW_RATE * time_step), _YAW_RATE * time_step)
         acceleration = change / time_step if time_step > 0.0 else np.zeros(3)
         none = np.zeros(3)
         return Setpoint(self.position.copy(), self.velocity.copy(), acceleration, self.yaw, none, none, arm_rates)

@@ -84,7 +84,7 @@ class Sequence:
     @property
     def at_the_leaf(self) -> bool:
         """Whether the tip is to touch the leaf."""
-        return _PHASES[self.phase].at_the_leaf
+        return _PHASES[self._first].at_the_leaf if self._now is None else self._now.at_the_leaf
 
     @property
     def tie(self) -> Tie:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.model import GRAVITY
@@ -53,7 +53,7 @@ class SlamDetector:
         if leaving:
             force = max(estimate.normal_force, 0.0)
             struck = struck or force > max(
-                _STRUCK * self._mass * GRAVITY, _ALONG * float(np.linalg.norm(estimate.tip_force))
+                _STRUCK * self._mass * GRAVITY, _ALONG * math.sqrt(estimate.tip_force.dot(estimate.tip_force))
             )
             speed -= _SOON * force / self._mass
         if not struck or speed >= -(_THROWN_BACK + retreating):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 from doorman.exceptions import SolverError
@@ -53,6 +54,8 @@ class Extras:
 
 
 NO_EXTRAS = Extras()
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+"""No numbers that are given."""
 
 
 def task_text(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from doorman.kinematics.urdf.robot import frozen
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
-from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
 from doorman.planning.own_motion import force_left_to_the_door, stepped
@@ -39,7 +39,7 @@ class LagrangianPlanning(GripPlanning):
         self.start_state = frozen(at_rest(model.start_state))
         self.goal_state = frozen(at_rest(model.goal_state))
         self.hover_input = model.hover_input
-        self.follows_start = False
+        self.follows_start, self.has_inertia = False, True
         self.tolerance = SolverOptions().feasibility
         self.numbers = lagrangian_numbers(model)
 
@@ -51,9 +51,9 @@ class LagrangianPlanning(GripPlanning):
         """The door problem with full dynamics, see `PlanningModel`."""
         return lagrangian_problem(self.model, self.numbers, extras)
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin})
+        return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin, **given})
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`, see `PlanningModel`."""

@@ -222,7 +222,7 @@ class Planner(CopiedWhole):
         """Fit the problem to what is known of the hinge, to the margin, and to a start, where that changes anything."""
         if self._fitted and not self.planning.follows_start:
             return
-        self._numbers = self.planning.fitted(self._hinge, self._margin, state).replaced(self._given)
+        self._numbers = self.planning.fitted(self._hinge, self._margin, state, self._given)
         self.solver.update_parameters(self._numbers.vector)
         self.solver.update_goal(self.planning.goal(state, self._hinge))
         self._fitted = True

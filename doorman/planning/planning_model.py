@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +13,7 @@ from doorman.kinematics.numbers import Numbers
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.lagrangian_planning import LagrangianPlanning
 from doorman.planning.quasi_static_planning import QuasiStaticPlanning
@@ -45,6 +45,8 @@ class PlanningModel(Protocol):
     """Of the scenario's task, by name; `fitted` returns others."""
     follows_start: bool
     """Whether `fitted` and `goal` depend on the start."""
+    has_inertia: bool
+    """Whether `force_on_door` takes the vehicle's acceleration."""
     tolerance: float
     """Excess of a constraint up to which a plan may be used, in the constraint's unit."""
 
@@ -77,13 +79,14 @@ class PlanningModel(Protocol):
             SolverError: if an expression of the user is none.
         """
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """Numbers of the problem for what is known of the hinge, for a margin, and for a start.
 
         Args:
             hinge: What is known of it.
             margin: Distance from door and frame [m].
             start: x, shape (nx,).
+            given: Numbers by name that are taken instead of what would fit.
         """
 
     def goal(self, start: Array, hinge: Hinge) -> Array:

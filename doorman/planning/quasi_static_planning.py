@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from doorman.model import GRAVITY, Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.door_problem import door_numbers, door_problem
 from doorman.planning.hinge import Hinge
 from doorman.planning.limits import largest_push
@@ -68,7 +68,7 @@ class QuasiStaticPlanning(GripPlanning):
         self.start_state = model.start_state
         self.goal_state = model.goal_state
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
-        self.follows_start = False
+        self.follows_start = self.has_inertia = False
         self.tolerance = SolverOptions().feasibility
         self.numbers = door_numbers(model)
 
@@ -80,9 +80,10 @@ class QuasiStaticPlanning(GripPlanning):
         """The paper's problem, see `PlanningModel`."""
         return door_problem(self.model, self.numbers, extras)
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """The same constraints wherever a plan starts, see `PlanningModel`."""
-        return self.numbers.replaced({**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin})
+        known = {**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin}
+        return self.numbers.replaced({**known, **given})
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
         """The reduced state itself: body rates are inputs here."""
@@ -126,7 +127,7 @@ def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
     left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
     level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left
     pushes = inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2]
-    for k, side in enumerate(inputs[:, 4 + model.n_arm :]):
+    for k, side in enumerate(inputs[:, 4 + model.n_arm :] if model.actuation.fully else ()):
         pushes[k] += normals[k] @ rotation_body_to_world(states[k, :3])[:, : len(side)] @ side
     return np.asarray(pushes)
 

@@ -53,6 +53,15 @@ def test_the_numbers_that_fit_a_hinge_are_that_hinges(planner: Planner) -> None:
     assert numbers.one("reference.force") > 0.9 / 0.75  # it pushes against what resists
 
 
+def test_given_numbers_replace_what_would_fit_whether_some_or_all_are_given(planner: Planner) -> None:
+    planning, hinge, start = planner.planning, Hinge(0.3, -0.7, 4.0, 0.2, 0.9), planner.planning.start_state
+    fits = planning.fitted(hinge, 0.05, start)
+    every = {name: 1.5 * fits[name] + 0.1 for name in fits.sizes if name != "limits.margin"}
+    for given in ({"reference.force": 7.0}, every):
+        found = planning.fitted(hinge, 0.05, start, given)
+        np.testing.assert_array_equal(found.vector, fits.replaced(given).vector)
+
+
 def test_given_numbers_hold_until_others_are_given(planner: Planner) -> None:
     planner.update_numbers({"vehicle.wind": [0.0, 1.0, 0.0]})
     first = planner.plan(planner.planning.start_state)

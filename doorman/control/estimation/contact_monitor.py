@@ -8,14 +8,22 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.kernels.contact_step import (
+    EXPECTED,
+    LASTED,
+    MEMORY,
+    NOISE_AT_FIRST,
+    TOUCHING,
+    VARIANCE,
+    listen_to_noise,
+    watch_contact,
+)
 from doorman.scenario import ContactStateSection
 
-_LONGEST_STEP = 0.02
-"""Of a longer period, as of a controller that was held up, so much counts as watched [s]."""
-_NOISE_AT_FIRST = 0.3
-"""Deviation of the force that is assumed before it has been seen [N]."""
-_NOISE_TIME = 0.7
-"""In which it is learnt [s]."""
+Array = NDArray[np.float64]
 
 
 class ContactMonitor:
@@ -26,12 +34,20 @@ class ContactMonitor:
     """
 
     def __init__(self, settings: ContactStateSection) -> None:
-        self._settings = settings
-        self._for = 0.0
-        self._variance = _NOISE_AT_FIRST**2
-        self._expected = False
-        self.touching = False
+        self.numbers = np.array([
+            settings.touched_above, settings.touched_after, settings.certain_above, settings.certain_deviations,
+            settings.arrived_within, settings.arrived_above, settings.arrived_deviations, settings.lost_below,
+            settings.lost_after,
+        ])  # fmt: skip
+        """What the kernels of `contact_step` read, shape (NUMBERS,)."""
+        self.memory = np.zeros(MEMORY)
+        """What they write to, shape (MEMORY,)."""
+        self.memory[VARIANCE] = NOISE_AT_FIRST**2
+
+    @property
+    def touching(self) -> bool:
         """The contact state."""
+        return bool(self.memory[TOUCHING])
 
     def listen(self, normal_force: float, time_step: float) -> None:
         """Take in one period of free flight: all of the force is noise.
@@ -40,7 +56,7 @@ class ContactMonitor:
             normal_force: Estimated λ_n [N].
             time_step: Since the last call [s].
         """
-        self._variance += min(time_step / _NOISE_TIME, 1.0) * (normal_force**2 - self._variance)
+        listen_to_noise(self.memory, normal_force, time_step)
 
     def update(self, normal_force: float, time_step: float, distance: float = math.inf) -> bool:
         """Take in one period.
@@ -53,27 +69,13 @@ class ContactMonitor:
         Returns:
             The contact state.
         """
-        settings = self._settings
-        if self.touching:
-            disagrees, needed = normal_force < settings.lost_below, settings.lost_after
-        else:
-            noise = math.sqrt(self._variance)
-            certain = max(settings.certain_above, settings.certain_deviations * noise)
-            if self._expected and distance < settings.arrived_within:
-                certain = min(certain, max(settings.arrived_above, settings.arrived_deviations * noise))
-            disagrees = normal_force > min(settings.touched_above, certain)
-            needed = 0.0 if normal_force > certain else settings.touched_after
-        lasted = min(time_step, _LONGEST_STEP)
-        self._for = self._for + lasted if disagrees else max(0.0, self._for - lasted)
-        if disagrees and self._for >= needed - 1e-9:
-            self.declare(not self.touching)
-        return self.touching
+        return watch_contact(self.numbers, self.memory, normal_force, time_step, distance)
 
     def declare(self, touching: bool) -> None:
         """Set the state on other evidence."""
-        self.touching, self._for, self._expected = touching, 0.0, False
+        self.memory[TOUCHING], self.memory[LASTED], self.memory[EXPECTED] = touching, 0.0, 0.0
 
     def expect(self) -> None:
         """Expect a touch where the leaf is believed to stand; what follows must bear that it comes a little later."""
         self.declare(False)
-        self._expected = True
+        self.memory[EXPECTED] = 1.0

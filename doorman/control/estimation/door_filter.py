@@ -32,8 +32,10 @@ from doorman.control.kernels.door_step import (
     RATE,
     STATES,
     STIFFNESS,
+    DoorMemory,
     advance_door,
     hinge_of,
+    pass_leaf,
 )
 from doorman.control.kernels.leaf import leaf_numbers
 from doorman.model import Model
@@ -45,8 +47,6 @@ _INERTIA_SHARES = (0.4, 2.5)
 """Of the URDF's, between which an inertia is believed: a hand that shakes the leaf can make it seem anything."""
 _AJAR = 0.02
 """A leaf that begins farther open stands there by its friction [rad]."""
-_PAST_ITS_END = 0.05
-"""A tip that is farther beyond the joint's range is beside the leaf, and not before it [rad]."""
 
 
 @dataclass(frozen=True)
@@ -94,32 +94,35 @@ class DoorFilter:
             _named(door.stiffness, settings.stiffness), (inertia, settings.inertia_deviation * inertia),
             (0.0, settings.leaf_wind_deviation), (0.0, settings.leaf_wind_deviation),
         )  # fmt: skip
-        self.state = np.array([mean for mean, _ in prior])
-        """z, shape (9,)."""
-        self.covariance = np.diag([deviation**2 for _, deviation in prior])
-        """Shape (9, 9)."""
-        self._numbers = np.array([
+        noises = settings.push_noise, settings.torque_deviation
+        numbers = [
             lever, model.vehicle.mass * lever**2, door.rest_angle, door.closing_torque,
             *(share * inertia for share in _INERTIA_SHARES), settings.torque_time, settings.angle_noise,
             settings.push_noise_in_wind, settings.torque_deviation_in_wind, *settings.leaf_wind, settings.leaf_wind_share,
-            door.wind_lever, -1.0 if door.side == "push" else 1.0,
-        ])  # fmt: skip
-        self._leaf, self._work, self._hinge = (
-            leaf_numbers(door),
-            np.zeros((2, STATES)),
-            np.zeros(len(fields(HingeEstimate))),
+            door.wind_lever, -1.0 if door.side == "push" else 1.0, door.lower_limit,
+        ]  # fmt: skip
+        self.memory = DoorMemory(
+            numbers=np.array(numbers),
+            leaf=leaf_numbers(door),
+            memory=np.array([-math.inf, 0.0, *noises, 1.0, -math.inf]),
+            state=np.array([mean for mean, _ in prior]),
+            covariance=np.diag([deviation**2 for _, deviation in prior]),
+            work=np.zeros((2, STATES)),
+            hinge=np.zeros(len(fields(HingeEstimate))),
         )
-        noises = settings.push_noise, settings.torque_deviation
-        self._memory = np.array([-math.inf, 0.0, *noises, 1.0, -math.inf])
-        self._compile()
+        """What the kernels of `door_step` read and write."""
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
 
-    def _compile(self) -> None:
-        """Make the kernels while nothing is in flight."""
-        kept = self._memory.copy(), self.state.copy(), self.covariance.copy(), self._work
-        advance_door(self._numbers, self._leaf, *kept, 0.0, False, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0)
-        hinge_of(self._numbers, self._leaf, self.state, self.covariance, self._hinge)
+    @property
+    def state(self) -> Array:
+        """z, shape (9,), written to by every update."""
+        return self.memory.state
+
+    @property
+    def covariance(self) -> Array:
+        """Shape (9, 9), written to by every update."""
+        return self.memory.covariance
 
     @property
     def angle(self) -> float:
@@ -153,8 +156,13 @@ class DoorFilter:
 
     def hinge(self) -> HingeEstimate:
         """Parameters with their standard deviations."""
-        hinge_of(self._numbers, self._leaf, self.state, self.covariance, self._hinge)
-        return HingeEstimate(*self._hinge.tolist())
+        memory = self.memory
+        hinge_of(memory.numbers, memory.leaf, memory.state, memory.covariance, memory.hinge)
+        return self.known_hinge()
+
+    def known_hinge(self) -> HingeEstimate:
+        """The same, as a kernel has just found it."""
+        return HingeEstimate(*self.memory.hinge.tolist())
 
     def update(
         self,
@@ -181,9 +189,10 @@ class DoorFilter:
         if not time_step > 0.0:
             return
         wind_x, wind_y = (0.0, 0.0) if wind is None else (float(wind[0]), float(wind[1]))
+        memory = self.memory
         advance_door(
-            self._numbers, self._leaf, self._memory, self.state, self.covariance, self._work, push, touching, tip_angle,
-            measured_at, now, time_step, wind_x, wind_y,
+            memory.numbers, memory.leaf, memory.memory, memory.state, memory.covariance, memory.work, push, touching,
+            tip_angle, measured_at, now, time_step, wind_x, wind_y,
         )  # fmt: skip
 
     def passed(self, tip_angle: float) -> None:
@@ -192,10 +201,7 @@ class DoorFilter:
         Args:
             tip_angle: Angle of the tip about the hinge [rad].
         """
-        end = self._door.lower_limit
-        if end - _PAST_ITS_END < tip_angle < self.state[ANGLE]:
-            self.state[ANGLE] = max(tip_angle, end)
-            self.state[RATE] = min(self.state[RATE], 0.0)
+        pass_leaf(self.memory.numbers, self.state, tip_angle)
 
     def meet(self, tip_angle: float) -> None:
         """The leaf stands where the tip is, wherever it was thought to be.

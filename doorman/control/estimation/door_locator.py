@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +78,17 @@ class DoorLocator:
         """Its standard deviation along the world's x and y, shape (2,) [m]."""
         return np.asarray(np.sqrt(np.diag(self._covariance)[:2]))
 
+    @property
+    def found(self) -> list[float]:
+        """What is known, h and the turn: [m], [m], [rad]."""
+        return [*self._known[:2].tolist(), self.yaw]
+
+    @property
+    def deviations(self) -> list[float]:
+        """Their standard deviations."""
+        covariance = self._covariance
+        return [*(math.sqrt(max(covariance[k, k], 0.0)) for k in range(2)), self.yaw_deviation]
+
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:
         """Take in where the tip is.
 
@@ -115,7 +125,10 @@ class DoorLocator:
         origin = self._door.hinge_position
         moved = measured.position - origin
         moved[:2] -= self._offset
-        return replace(measured, position=origin + back @ moved, velocity=back @ measured.velocity, attitude=attitude)
+        return Measurement(
+            measured.time, origin + back @ moved, back @ measured.velocity, attitude, measured.body_rates,
+            measured.arm_angles, measured.arm_rates, measured.pose_time, measured.arm_time,
+        )  # fmt: skip
 
     def told(self, command: Command) -> Command:
         """A command to the vehicle, from one for a door that stands where the map has it."""
@@ -123,7 +136,7 @@ class DoorLocator:
             return command
         attitude = np.array(command.attitude)
         attitude[2] += self._turned
-        return replace(command, attitude=attitude)
+        return Command(command.thrust, attitude, command.arm_rates, command.grip, command.side_force)
 
     def place(self, point: Array) -> Array:
         """A place in the map, from one that is seen, shape (3,), world frame [m]."""

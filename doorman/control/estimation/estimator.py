@@ -12,29 +12,45 @@ from numpy.typing import NDArray
 from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
-from doorman.control.estimation.present import present, present_posture
+from doorman.control.estimation.present import present_attitude
+from doorman.control.kernels.estimator_step import (
+    AT,
+    BEYOND,
+    FREE,
+    GRIPPED,
+    IS_TOLD,
+    LEAVING,
+    MEAN_WIND,
+    MEMORY,
+    MOVES,
+    NOT_FINITE,
+    PUSHING,
+    SINGULAR,
+    STATE,
+    TIP_ANGLE,
+    TIP_FORCE,
+    TOLD,
+    WIND,
+    WIND_NOW,
+    YAW,
+    EstimatorMemory,
+    advance_estimate,
+)
+from doorman.control.kernels.tip import ARM
+from doorman.control.kernels.vehicle_step import GIVEN
 from doorman.control.observers.attitude_response import AttitudeResponse
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
 from doorman.dynamics.attitude_loop import USUAL_LAG
+from doorman.kinematics.rotations import euler_rates
+from doorman.kinematics.vehicles.arm import ArmParameters
 from doorman.model import GRAVITY, Model
+from doorman.numba_types.handles import held, separate
 from doorman.one_line import OneLine
 from doorman.signals import Measurement
 
 Array = NDArray[np.float64]
-
-
-_REACH = 0.03
-"""A tip that is farther from the leaf, beyond twice the deviation of where the leaf is, does not touch it [m]."""
-_DRAWS_BACK = 0.04
-"""A tip that moves away from the leaf faster than this [m/s]"""
-_DOUBT = 0.4
-"""is not believed to move the leaf with it for so long: the estimated force takes about as long to show that it has left [s]."""
-_SMOOTHED = 0.05
-"""Time over which the distance of tip and leaf is smoothed [s]."""
-_AVERAGED = 30.0
-"""Longest time in free flight over which the wind is averaged [s]."""
 
 
 class Tie(Enum):
@@ -48,6 +64,9 @@ class Tie(Enum):
     """It should come off the leaf; one that shuts may meet it anywhere."""
     GRIPPED = "gripped"
     """It is tied to the leaf."""
+
+
+_AS_KERNELS_HAVE_IT = {Tie.FREE: FREE, Tie.PUSHING: PUSHING, Tie.LEAVING: LEAVING, Tie.GRIPPED: GRIPPED}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,23 +125,28 @@ class Estimator:
     """
 
     def __init__(self, model: Model, converter: StateConverter) -> None:
-        settings = model.scenario.estimation
+        settings, lever, mass = model.scenario.estimation, model.coupling.lever_length, model.vehicle.mass
         self._model, self._converter = model, converter
-        self._rate = settings.wind_rate
-        self._vehicle = VehicleObserver(model.vehicle.mass, settings.vehicle_observer_rate)
-        self._weight = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        self._vehicle = VehicleObserver(mass, settings.vehicle_observer_rate)
+        self._weight = np.array([0.0, 0.0, mass * GRAVITY])
         self.contact = ContactMonitor(settings.contact)
-        self.lose_leaf()
-        self._door_inertia = model.door.inertia
-        self._lever = model.coupling.lever_length
-        self._beyond: float | None = None
-        self._grips, self._smoothed = model.scenario.contact.kind == "grip", 0.0
-        self._drew_back, self._doubted = False, 0.0
-        self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
-        self._free_time = 0.0
-        self._yaw = float(model.start_state[2])  # that the measured one is nearest to, whole turns apart
+        grips = model.scenario.contact.kind == "grip"
+        rates = settings.vehicle_observer_rate, settings.wind_rate
+        self._numbers = np.array([lever, mass, *rates, model.door.inertia, grips])
+        self._memory = np.zeros(MEMORY)
+        self._memory[BEYOND] = math.nan
+        self._memory[YAW] = model.start_state[2]  # that the measured one is nearest to, whole turns apart
         self._response = AttitudeResponse(model.scenario.vehicle.attitude_lag)
-        self._told: Array | None = None
+        n = model.n_arm
+        self._seen, self._acting, self._found = np.zeros(ARM + 2 * n), np.zeros(GIVEN), np.zeros(STATE + 5 + n)
+        self._arm = ArmParameters.of(model.vehicle.arm)
+        self.lose_leaf()
+        self._compile()
+
+    def _compile(self) -> None:
+        """Make the kernel while nothing is in flight."""
+        with_copies = held(separate(self._parts()))
+        advance_estimate(with_copies, PUSHING, 0.0, 0.0, 0.0, 0.0)
 
     def tell(self, attitude: Array) -> None:
         """Take in what the vehicle is told from now on.
@@ -130,7 +154,8 @@ class Estimator:
         Args:
             attitude: Φ_d, shape (3,) [rad].
         """
-        self._told = attitude
+        self._memory[IS_TOLD] = 1.0
+        self._memory[TOLD : TOLD + 3] = attitude
 
     def update(self, measurement: Measurement, force: Array, tie: Tie, time_step: float) -> Estimate:
         """Take in one measurement.
@@ -143,54 +168,40 @@ class Estimator:
 
         Returns:
             The estimate.
+
+        Raises:
+            SingularityError: if θ = ±π/2.
+            DimensionError: if something that is measured is not finite.
         """
-        vehicle, now, lifts = self._vehicle, measurement.time, force - self._weight
-        attitude, arm = present_posture(measurement)
-        if self._told is not None:
-            self._response.update(self._told, attitude, measurement.body_rates, time_step)
-        center = center_of_mass(self._model.vehicle, measurement)
-        vehicle.update(measurement.position, measurement.pose_time, now, lifts, time_step, center)
-        velocity = vehicle.velocity.copy()
-        tip_angle, tip_rate = self._converter.tip(measurement, velocity)
-        near = self._near(tip_angle)
-        may_touch = near or self.contact.touching or tie is Tie.LEAVING
-        self._follow_wind(tie is Tie.FREE or not (may_touch or tie is Tie.GRIPPED), time_step)
-        tip_force = self._wind - vehicle.outer_force
-        normal = self._model.door.normal(self.door.angle)
-        normal_force = float(normal @ tip_force)
-        if tie is not Tie.GRIPPED and not may_touch:
-            self.contact.listen(normal_force, time_step)
-        force_felt = normal_force if may_touch else 0.0
-        distance = math.inf if self._grips else self._distance_to_leaf(tip_angle, tip_rate, time_step)
-        touching = tie is Tie.GRIPPED or (tie is not Tie.FREE and self.contact.update(force_felt, time_step, distance))
-        acting = lifts + self._wind
-        push = float(normal @ acting)
-        self._update_door(tie, touching, (tip_angle, tip_rate), measurement, acting, push, time_step)
-        state = np.empty(5 + len(arm))
-        state[:3], state[5:] = attitude, arm
-        if tie is Tie.GRIPPED:
-            state[3], state[4] = self._converter.tip(present(measurement, velocity), velocity)
-        else:
-            state[3], state[4] = self.door.angle, self.door.rate
-        yaw = float(state[2])
-        self._yaw = yaw + 2.0 * math.pi * round((self._yaw - yaw) / (2.0 * math.pi))  # without jumps at ±π
-        state[2] = self._yaw
+        measured, now = measurement, measurement.time
+        motion = measured.position, measured.velocity, measured.attitude, measured.body_rates
+        np.concatenate((*motion, measured.arm_angles, measured.arm_rates), out=self._seen)
+        center = center_of_mass(self._model.vehicle, measured)
+        np.concatenate((measured.position, force - self._weight, *center), out=self._acting)
+        arm_age = 0.0 if measured.arm_time is None else now - measured.arm_time
+        ended = advance_estimate(self._kept, _AS_KERNELS_HAVE_IT[tie], measured.pose_time, arm_age, now, time_step)
+        if ended == SINGULAR:
+            euler_rates(present_attitude(measured), measured.body_rates)  # says so
+        if ended == NOT_FINITE:
+            self._converter.tip(measured, self._vehicle.velocity)  # says what
+        found = self._found.copy()
+        tip_angle, tip_speed, normal_force, near, touching, disturbance, lag, push = found[TIP_ANGLE:STATE].tolist()
         return Estimate(
             time=now,
-            position=vehicle.position.copy(),
-            velocity=velocity,
-            arm_angles=measurement.arm_angles,
-            state=state,
+            position=found[AT : AT + 3],
+            velocity=found[MOVES : MOVES + 3],
+            arm_angles=measured.arm_angles,
+            state=found[STATE:],
             tip_angle=tip_angle,
-            tip_speed=-self._lever * tip_rate,
-            wind=self._wind,
-            tip_force=tip_force,
+            tip_speed=tip_speed,
+            wind=found[WIND_NOW : WIND_NOW + 3],
+            tip_force=found[TIP_FORCE : TIP_FORCE + 3],
             normal_force=normal_force,
-            near=near,
-            touching=touching,
-            door_disturbance=self._hinge_torque.estimate,
-            hinge=self.door.hinge(),
-            attitude_lag=self._response.lag,
+            near=near != 0.0,
+            touching=touching != 0.0,
+            door_disturbance=disturbance,
+            hinge=self.door.known_hinge(),
+            attitude_lag=lag,
             push=push,
         )
 
@@ -201,7 +212,7 @@ class Estimator:
             tip_angle: Angle of the tip about the hinge now [rad].
             wind: On the vehicle before that, shape (3,), world frame [N].
         """
-        self._wind, self._mean_wind = wind.copy(), wind.copy()
+        self._memory[WIND : WIND + 3] = self._memory[MEAN_WIND : MEAN_WIND + 3] = wind
         self.door.meet(tip_angle)
         self.contact.declare(True)
 
@@ -211,75 +222,23 @@ class Estimator:
         self.door = DoorFilter(self._model, self._model.scenario.estimation)
         self._hinge_torque = DoorObserver(self._model, control.door_observer_rate, control.max_door_disturbance)
         self.contact.declare(False)
+        self._kept = held(self._parts())
 
-    def _follow_wind(self, free: bool, time_step: float) -> None:
-        """In free flight the wind is what is felt; at the leaf a gust is forgotten, and what has blown on average stays."""
-        if free and time_step > 0.0:
-            self._free_time += time_step
-            share = time_step / min(self._free_time, _AVERAGED)
-            self._mean_wind = self._mean_wind + share * (self._vehicle.outer_force - self._mean_wind)
-        blows = self._vehicle.outer_force if free else self._mean_wind
-        self._wind = self._wind + min(self._rate * time_step, 1.0) * (blows - self._wind)
-
-    def _near(self, tip_angle: float) -> bool:
-        return self._lever * (tip_angle - self.door.angle - 2.0 * self.door.angle_deviation) < _REACH
-
-    def _distance_to_leaf(self, tip_angle: float, tip_rate: float, time_step: float) -> float:
-        """Of the tip from where the leaf is believed to be, smoothed, and carried on by the lag of that [m]."""
-        distance = self._lever * (tip_angle - self.door.angle)
-        opening = self._lever * (tip_rate - self.door.rate)
-        self._smoothed += min(time_step / _SMOOTHED, 1.0) * (distance - self._smoothed)
-        return self._smoothed + _SMOOTHED * opening
-
-    def _update_door(
-        self,
-        tie: Tie,
-        touching: bool,
-        tip: tuple[float, float],
-        measurement: Measurement,
-        acting: Array,
-        push: float,
-        time_step: float,
-    ) -> None:
-        seen, now = measurement.pose_time, measurement.time
-        if tie is Tie.GRIPPED:
-            push = self._push_of_a_grip(acting, *tip, time_step)
-            self.door.update(push, True, tip[0], seen, now, time_step, wind=self._mean_wind)
-            self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
-            return
-        self._beyond = None
-        doubted = self._doubts(touching, -self._lever * tip[1], now)
-        touching = touching and not doubted
-        self.door.update(push, touching, tip[0], seen, now, time_step, wind=self._mean_wind)
-        if touching:
-            push = float(self._model.door.normal(self.door.angle) @ acting)
-            self._hinge_torque.update(self.door.angle, self.door.rate, push, self._door_inertia, time_step)
-            return
-        self._hinge_torque.pause()
-        if tie in (Tie.PUSHING, Tie.LEAVING):
-            self.door.passed(tip[0])
-
-    def _doubts(self, touching: bool, tip_speed: float, now: float) -> bool:
-        """Whether the tip has probably left the leaf, though its estimated force does not show that yet."""
-        draws_back = touching and tip_speed < -_DRAWS_BACK
-        if draws_back and not self._drew_back and now >= self._doubted:
-            self._doubted = now + _DOUBT
-        self._drew_back = draws_back
-        return now < self._doubted
-
-    def _push_of_a_grip(self, acting: Array, tip_angle: float, tip_rate: float, time_step: float) -> float:
-        r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].
-
-        A vehicle that turns about the tip it holds moves otherwise than the tip. With :math:`u = n_D^T v + D_V\dot\alpha`, its
-        speed along the normal beyond the tip's, the push is :math:`n_D^T F - m_A\dot u + m_A\dot\alpha\,n_D'^T v`; the
-        normal of a hinged leaf bends by :math:`n_D' = c` (docs/theory.md).
-        """
-        door, velocity = self._model.door, self._vehicle.velocity
-        normal, bend = door.normal(tip_angle), door.bend(tip_angle)
-        beyond = float(normal @ velocity) + self._lever * tip_rate
-        change = 0.0 if self._beyond is None else beyond - self._beyond
-        self._beyond = beyond
-        taken = (
-            self._vehicle.mass * (change / time_step - tip_rate * float(bend @ velocity)) if time_step > 0.0 else 0.0
+    def _parts(self) -> EstimatorMemory:
+        return EstimatorMemory(
+            numbers=self._numbers,
+            memory=self._memory,
+            seen=self._seen,
+            carried=np.zeros_like(self._seen),
+            acting=self._acting,
+            vehicle=self._vehicle.memory,
+            door=self.door.memory,
+            hinge_numbers=self._hinge_torque.numbers,
+            hinge=self._hinge_torque.memory,
+            contact_numbers=self.contact.numbers,
+            contact=self.contact.memory,
+            response=self._response.memory,
+            arm=self._arm,
+            tip=np.zeros(6),
+            found=self._found,
         )
-        return float(normal @ acting) - taken

@@ -12,7 +12,6 @@ is free. At the leaf the tip may carry what is missing, so nothing is learnt the
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from doorman.signals import Command
 
@@ -55,7 +54,7 @@ class LiftScale:
         if thrust == command.thrust:
             return command
         ahead, left = (side / self.scale for side in command.side_force)
-        return replace(command, thrust=thrust, side_force=(ahead, left))
+        return Command(thrust, command.attitude, command.arm_rates, command.grip, (ahead, left))
 
     def command(self, thrust: float) -> float:
         """What to command for a thrust [N].

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +18,33 @@ ANGLE, RATE, TORQUE, DAMPING, FRICTION, STIFFNESS, INERTIA, WIND_X, WIND_Y = ran
 STATES = 9
 (
     LEVER, VEHICLE_INERTIA, REST, PRELOAD, LIGHTEST, HEAVIEST, TORQUE_TIME, ANGLE_NOISE, PUSH_IN_WIND, TORQUE_IN_WIND,
-    TYPICAL_WIND, WIND_DEVIATION, WIND_SHARE, WIND_LEVER, CLOSES, NUMBERS,
-) = range(16)  # fmt: skip
-"""Places in the numbers: constants of the model and of `[estimation]`; `CLOSES` is 1 or −1, the sense in which torques shut."""
+    TYPICAL_WIND, WIND_DEVIATION, WIND_SHARE, WIND_LEVER, CLOSES, END, NUMBERS,
+) = range(17)  # fmt: skip
+"""Places in the numbers: constants of the model and of `[estimation]`; `CLOSES` is 1 or −1, the sense in which torques shut,
+`END` the lower limit of α."""
 SEEN, TOUCHED, PUSH_NOISE, TORQUE_DEVIATION, STOOD, SEALED, MEMORY = range(7)
 """Places in the memory: time of the last measurement, whether the leaf has been touched, noises, which wind adds to, whether the
 leaf stood, and where a seal held it (−∞ without)."""
+
+
+class DoorMemory(NamedTuple):
+    """All that one filter's kernels read and write."""
+
+    numbers: Array
+    """Shape (NUMBERS,)."""
+    leaf: Array
+    """What `leaf_numbers` returns."""
+    memory: Array
+    """Shape (MEMORY,)."""
+    state: Array
+    """z, shape (9,)."""
+    covariance: Array
+    """Shape (9, 9)."""
+    work: Array
+    """Scratch, shape (2, 9)."""
+    hinge: Array
+    """What `hinge_of` finds, shape (12,)."""
+
 
 _MOVING = 0.02
 """Slower than this the door counts as standing [rad/s]."""
@@ -35,6 +57,8 @@ _STUCK_ANGLE, _STUCK_SPEED = 0.002, 0.01
 _SEAL, _UNSEALED = 2.0, 0.05
 """A leaf that comes loose under more than its hinge should resist with, by so many deviations, is sealed or latched. For so far
 what it resists with says nothing of the hinge [rad]."""
+_PAST_ITS_END = 0.05
+"""A tip that is farther beyond the joint's range is beside the leaf, and not before it [rad]."""
 _FELT = 0.1
 """Wind that says where it comes from [N]."""
 
@@ -204,6 +228,15 @@ def move_covariance(p: Array, row: Array, moved: Array, time_step: float, fade: 
         p[k, ANGLE] += time_step * p[k, RATE]
         p[k, RATE] = moved[k]
         p[k, TORQUE] *= fade
+
+
+@kernel
+def pass_leaf(numbers: Array, z: Array, tip_angle: float) -> None:
+    """Put a leaf that is not touched beyond the tip, wherever it was thought to be."""
+    end = numbers[END]
+    if end - _PAST_ITS_END < tip_angle < z[ANGLE]:
+        z[ANGLE] = max(tip_angle, end)
+        z[RATE] = min(z[RATE], 0.0)
 
 
 @kernel

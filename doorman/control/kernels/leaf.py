@@ -52,6 +52,24 @@ def leaf_normal(leaf: Array, door_angle: float) -> tuple[float, float, float]:
 
 
 @kernel
+def leaf_direction(leaf: Array, door_angle: float) -> tuple[float, float, float]:
+    """Direction c in the world frame: three numbers; of a hinge it is also dn_D/dα.
+
+    Args:
+        leaf: What `leaf_numbers` returns.
+        door_angle: α [rad].
+    """
+    into, along = 0.0, 1.0
+    if leaf[SLIDES] == 0.0:
+        into, along = math.cos(door_angle), math.sin(door_angle)
+    return (
+        into * leaf[INTO] + along * leaf[ALONG],
+        into * leaf[INTO + 1] + along * leaf[ALONG + 1],
+        into * leaf[INTO + 2] + along * leaf[ALONG + 2],
+    )
+
+
+@kernel
 def leaf_weight(leaf: Array, door_angle: float) -> float:
     """G(α) of the leaf's weight, in the sense of damping [N m].
 

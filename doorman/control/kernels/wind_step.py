@@ -1,8 +1,9 @@
-"""Kernels of `WindFilter`: its prediction and its correction; its docstring has the equations."""
+"""Kernels of `WindFilter`: its prediction, its correction, and what it takes in; its docstring has the equations."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,41 @@ from doorman.compilation import kernel
 
 Array = NDArray[np.float64]
 
-TURN, STATES = 3, 5
-"""Place of the wind's turning in the state [w, ω, τ], and the state's size."""
+TURN, HINGE, STATES = 3, 4, 5
+"""Places of the wind's turning and of τ in the state [w, ω, τ], and the state's size."""
+
+GUSTS, TURNS = 0.06, 0.01
+"""Growth of the deviations of each part of the wind and of its turning in a second [N], [rad/s]."""
+STEADY = 0.15
+"""Weaker wind has no direction that turns [N]."""
+_FELT, _FELT_TIME = 0.12, 0.25
+"""Noise of what the shipped vehicle feels, and the time after which it is another one [N], [s]."""
+_NEAR_NOISE = 3.0
+"""By so much less is believed what is felt near the leaf: it may be a touch."""
+_BOUND, _BOUND_TIME = 0.3, 0.5
+"""Noise of what contact can explain there, and the time after which it is another one [N], [s]."""
+_SUDDEN = 0.5
+"""Noise of the wind where contact is found to be lost, or to be there, of the shipped vehicle [N]."""
+_HINGE_CHANGES = 0.7
+"""Change of τ of a room door with the square root of the way [N m/rad^0.5]."""
+_MOVED, _MOVED_TIME, _MOVES = 0.2, 0.8, 0.012
+"""Noise of the torque that moves such a leaf, the time after which it is another one, and the rate of a leaf that moves [N m],
+[s], [rad/s]."""
+_SETTLES = 0.6
+"""For so long the observer of the outer force settles after take-off [s]."""
+
+
+class WindMemory(NamedTuple):
+    """All that one filter's kernels read and write."""
+
+    state: Array
+    """[w, ω, τ], shape (5,)."""
+    covariance: Array
+    """Shape (5, 5)."""
+    flown: Array
+    """Time in the air, shape (1,) [s]."""
+    scales: Array
+    """Of the vehicle's forces, and of the hinge's torques, shape (2,)."""
 
 
 @kernel
@@ -70,3 +104,86 @@ def correct_wind(z: Array, p: Array, x: float, y: float, up: float, torque: floa
         z[k] += spread[k] / variance * off
         for j in range(STATES):
             p[k, j] -= spread[k] / variance * spread[j]
+
+
+@kernel
+def advance_wind(wind: WindMemory, time_step: float) -> None:
+    """Advance by one period."""
+    wind.flown[0] += time_step
+    predict_wind(wind.state, wind.covariance, time_step, STEADY, GUSTS**2, TURNS**2)
+
+
+@kernel
+def take_for_wind(wind: WindMemory, felt: Array, noise: float) -> None:
+    """Take in that all of the outer force is wind, with this variance."""
+    for k in range(3):
+        x, y, up = (1.0 if k == 0 else 0.0), (1.0 if k == 1 else 0.0), (1.0 if k == 2 else 0.0)
+        correct_wind(wind.state, wind.covariance, x, y, up, 0.0, felt[k] - wind.state[k], noise)
+
+
+@kernel
+def feel_wind(wind: WindMemory, felt: Array, near: bool, time_step: float) -> None:
+    """Take in what is felt in free flight.
+
+    Args:
+        wind: The filter's memory.
+        felt: Outer force, shape (3,), world frame [N].
+        near: Whether the tip may touch something.
+        time_step: Since the last call [s].
+    """
+    if wind.flown[0] >= _SETTLES and time_step > 0.0:
+        noise = (wind.scales[0] * _FELT) ** 2 * (_NEAR_NOISE**2 if near else 1.0)
+        take_for_wind(wind, felt, noise * max(_FELT_TIME / time_step, 1.0))
+
+
+@kernel
+def lose_contact(wind: WindMemory, felt: Array) -> None:
+    """Take in that there is no contact: what is felt is wind."""
+    take_for_wind(wind, felt, (wind.scales[0] * _SUDDEN) ** 2)
+
+
+@kernel
+def meet_contact(wind: WindMemory, x: float, y: float, up: float, more: float) -> None:
+    """Take in that the tip presses harder along a direction than the wind seemed to say [N]."""
+    correct_wind(wind.state, wind.covariance, x, y, up, 0.0, more, (wind.scales[0] * _SUDDEN) ** 2)
+
+
+@kernel
+def take_unexplained(wind: WindMemory, x: float, y: float, up: float, force: float, time_step: float) -> None:
+    """Take in a part of what the tip seems to feel that no contact makes.
+
+    Args:
+        wind: The filter's memory.
+        x: Of its direction in the world frame,
+        y: second
+        up: and third component.
+        force: Wind less outer force along it, as far as no contact makes it [N].
+        time_step: Since the last call [s].
+    """
+    if force != 0.0 and time_step > 0.0:
+        noise = (wind.scales[0] * _BOUND) ** 2 * max(_BOUND_TIME / time_step, 1.0)
+        correct_wind(wind.state, wind.covariance, x, y, up, 0.0, -force, noise)
+
+
+@kernel
+def take_push(
+    wind: WindMemory, normal: tuple[float, float, float], levers: float, torque: float, opening: float, time_step: float
+) -> None:
+    """Take in what the rotors turn the leaf with. One that stands bears that much, or more.
+
+    Args:
+        wind: The filter's memory.
+        normal: n_D, world frame.
+        levers: Of the wind on the vehicle and of that on the leaf about the hinge, together [m].
+        torque: Of the rotors, less what moves vehicle and leaf [N m].
+        opening: Rate of the leaf [rad/s].
+        time_step: Since the last call [s].
+    """
+    if time_step <= 0.0:
+        return
+    z, (x, y, up) = wind.state, normal
+    wind.covariance[HINGE, HINGE] += (wind.scales[1] * _HINGE_CHANGES) ** 2 * abs(opening) * time_step
+    off = torque - (-levers * (x * z[0] + y * z[1] + up * z[2]) + z[HINGE])
+    if opening > _MOVES or off > 0.0:
+        noise = (wind.scales[1] * _MOVED) ** 2 * max(_MOVED_TIME / time_step, 1.0)
+        correct_wind(z, wind.covariance, -levers * x, -levers * y, -levers * up, 1.0, off, noise)

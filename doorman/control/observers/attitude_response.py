@@ -9,22 +9,13 @@ must be slower than that.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.control.kernels.attitude_step import LAG, MEMORY, USUAL, learn_lag
 from doorman.dynamics.attitude_loop import USUAL_LAG
-from doorman.kinematics.rotations import euler_rates
 
 Array = NDArray[np.float64]
-
-LONGEST_LAG = 1.0
-"""[s]."""
-_WEIGHT = 0.02
-"""Of that prior: mean square of the rates times their time [rad²/s]."""
-_FORGETTING = 10.0
-"""[s]."""
 
 
 class AttitudeResponse:
@@ -35,9 +26,14 @@ class AttitudeResponse:
     """
 
     def __init__(self, usual_lag: float = USUAL_LAG) -> None:
-        self.lag = self._usual_lag = usual_lag
+        self.memory = np.zeros(MEMORY)
+        """What the kernel of `attitude_step` reads and writes, shape (MEMORY,)."""
+        self.memory[LAG] = self.memory[USUAL] = usual_lag
+
+    @property
+    def lag(self) -> float:
         """τ [s]."""
-        self._moved = self._behind = 0.0
+        return float(self.memory[LAG])
 
     def update(self, told: Array, attitude: Array, body_rates: Array, time_step: float) -> None:
         """Take in a tick.
@@ -47,16 +43,5 @@ class AttitudeResponse:
             attitude: Φ, shape (3,) [rad].
             body_rates: Ω, shape (3,) [rad/s].
             time_step: Since the last one [s].
-
-        Raises:
-            SingularityError: if θ = ±π/2.
         """
-        roll, pitch = float(attitude[0]), float(attitude[1])
-        roll_rate, pitch_rate, _ = euler_rates(attitude, body_rates)
-        moved = roll_rate * roll_rate + pitch_rate * pitch_rate
-        behind = roll_rate * (float(told[0]) - roll) + pitch_rate * (float(told[1]) - pitch)
-        kept = math.exp(-time_step / _FORGETTING)
-        self._moved = kept * self._moved + time_step * moved
-        self._behind = kept * self._behind + time_step * behind
-        lag = (self._behind + _WEIGHT * self._usual_lag) / (self._moved + _WEIGHT)
-        self.lag = min(max(lag, 0.0), LONGEST_LAG)
+        learn_lag(self.memory, np.array(told), np.array(attitude), np.array(body_rates), time_step)

@@ -17,6 +17,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from doorman.control.kernels.hinge_step import ESTIMATE, MEMORY, RATE, observe_hinge
+from doorman.control.kernels.leaf import leaf_numbers
 from doorman.model import Model
 
 
@@ -34,14 +38,21 @@ class DoorObserver:
     def __init__(self, model: Model, rate: float, limit: float, *, whole: bool = False) -> None:
         self.rate = rate
         self.limit = limit
-        self._door = model.door
-        self._damping, self._stiffness = (0.0, 0.0) if whole else (model.door.damping, model.door.stiffness)
-        self._lever = model.coupling.lever_length
-        self._vehicle_inertia = model.vehicle.mass * self._lever**2
-        self._torque = 0.0
-        self._rate: float | None = None
-        self.estimate = 0.0
+        door, lever = model.door, model.coupling.lever_length
+        damping, stiffness = (0.0, 0.0) if whole else (door.damping, door.stiffness)
+        self.numbers = np.array(
+            [rate, limit, damping, stiffness, lever, model.vehicle.mass * lever**2, door.rest_angle]
+        )
+        """What the kernel of `hinge_step` reads, shape (NUMBERS,)."""
+        self.memory = np.zeros(MEMORY)
+        """What it writes to, shape (MEMORY,)."""
+        self.memory[RATE] = math.nan
+        self._leaf = leaf_numbers(door)
+
+    @property
+    def estimate(self) -> float:
         """τ̂_d, in the sense of damping: α̈ gains −τ̂_d/I, so it is negative where it resists opening [N m]."""
+        return float(self.memory[ESTIMATE])
 
     def update(self, door_angle: float, door_rate: float, push: float, inertia: float, time_step: float) -> float:
         """Advance by one period.
@@ -56,20 +67,7 @@ class DoorObserver:
         Returns:
             τ̂_d [N m].
         """
-        if self.rate == 0.0:
-            return self.estimate
-        door, whole = self._door, inertia + self._vehicle_inertia
-        if self._rate is None:
-            self._rate, self._torque = door_rate, self.estimate
-        resistance = self._damping * door_rate + self._stiffness * (door_angle - door.rest_angle)
-        resistance += door.weight_torque(door_angle)
-        part = 1.0 - math.exp(-self.rate * time_step)
-        self._torque += part * (-self._lever * push - resistance - self._torque)
-        self._rate += part * (door_rate - self._rate)
-        taken = whole * self.rate * (door_rate - self._rate)
-        self.estimate = min(max(self._torque - taken, -self.limit), self.limit)
-        self._torque = self.estimate + taken  # anti-windup: the state stays where the bound is
-        return self.estimate
+        return observe_hinge(self.numbers, self._leaf, self.memory, door_angle, door_rate, push, inertia, time_step)
 
     def restart(self, estimate: float) -> None:
         """Go on from another estimate.
@@ -77,9 +75,9 @@ class DoorObserver:
         Args:
             estimate: τ̂_d [N m].
         """
-        self.estimate = min(max(estimate, -self.limit), self.limit)
+        self.memory[ESTIMATE] = min(max(estimate, -self.limit), self.limit)
         self.pause()
 
     def pause(self) -> None:
         """Keep the estimate while the tip is away; the next update begins from the rate that it is given."""
-        self._rate = None
+        self.memory[RATE] = math.nan

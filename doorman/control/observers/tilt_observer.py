@@ -32,14 +32,14 @@ class TiltObserver:
     def __init__(self, loop: AttitudeLoop, max_tilt: float) -> None:
         self._gain, self._rate_gain = loop.gain, loop.rate_gain
         self._most = _MOST * max_tilt
-        self._tilt: Array | None = None
-        self._rates, self._commanded = np.zeros(2), np.zeros(2)
+        self._tilt: list[float] | None = None
+        self._rates, self._commanded = [0.0, 0.0], [0.0, 0.0]
         self.offset = np.zeros(2)
         """b, shape (2,) [rad]."""
 
     def forget(self) -> None:
         """Begin anew: nothing turns the vehicle."""
-        self._tilt, self._rates, self.offset = None, np.zeros(2), np.zeros(2)
+        self._tilt, self._rates, self.offset = None, [0.0, 0.0], np.zeros(2)
 
     def update(self, tilt: Array, turned: Array, time_step: float) -> None:
         """Take in a measured tilt.
@@ -49,17 +49,21 @@ class TiltObserver:
             turned: b_F, shape (2,) [rad].
             time_step: Since the last call [s].
         """
+        measured: list[float] = tilt.tolist()
         if self._tilt is None:
-            self._tilt, self._commanded = tilt.copy(), tilt.copy()
+            self._tilt, self._commanded = measured, list(measured)
             return
-        p, k = self._gain, self._rate_gain
-        error = tilt - self._tilt
+        p, k, offsets = self._gain, self._rate_gain, self.offset.tolist()
         first = 3.0 * p - k
-        bent = k * (p * (self._commanded + turned + self.offset - self._tilt) - self._rates)
-        bent += (3.0 * p**2 - k * p - k * first) * error
-        self._tilt = self._tilt + time_step * (self._rates + first * error)
-        self._rates = self._rates + time_step * bent
-        self.offset = np.clip(self.offset + time_step * p**2 / k * error, -self._most, self._most)
+        second, third = 3.0 * p**2 - k * p - k * first, p**2 / k
+        for axis, push in enumerate(turned.tolist()):
+            believed, rate, offset = self._tilt[axis], self._rates[axis], offsets[axis]
+            error = measured[axis] - believed
+            bent = k * (p * (self._commanded[axis] + push + offset - believed) - rate) + second * error
+            self._tilt[axis] = believed + time_step * (rate + first * error)
+            self._rates[axis] = rate + time_step * bent
+            offsets[axis] = min(max(offset + time_step * third * error, -self._most), self._most)
+        self.offset = np.array(offsets)
 
     def tell(self, commanded: Array) -> None:
         """Take in what is commanded from now on.
@@ -67,4 +71,4 @@ class TiltObserver:
         Args:
             commanded: Roll and pitch, shape (2,) [rad].
         """
-        self._commanded = commanded
+        self._commanded = commanded.tolist()

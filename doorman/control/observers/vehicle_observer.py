@@ -42,24 +42,24 @@ class VehicleObserver:
     def __init__(self, mass: float, rate: float) -> None:
         self.mass = mass
         self.rate = rate
-        self._memory, self._given = np.zeros(SIZE), np.zeros(GIVEN)
-        self._memory[SEEN] = np.nan
-        advance_vehicle(self._memory.copy(), self._given, mass, rate, 0.0, 0.0, 0.0)  # compiles: nothing is in flight
+        self.memory, self._given = np.zeros(SIZE), np.zeros(GIVEN)
+        """What the kernel of `vehicle_step` writes to, shape (SIZE,)."""
+        self.memory[SEEN] = np.nan
 
     @property
     def position(self) -> Array:
         """p̂ of O_B, shape (3,), world frame, written to by every update [m]."""
-        return self._memory[POSITION : POSITION + 3]
+        return self.memory[POSITION : POSITION + 3]
 
     @property
     def velocity(self) -> Array:
         """v̂ of O_B, shape (3,), world frame, written to by every update [m/s]."""
-        return self._memory[VELOCITY : VELOCITY + 3]
+        return self.memory[VELOCITY : VELOCITY + 3]
 
     @property
     def outer_force(self) -> Array:
         """F̂_out: wind, contact and what the model leaves out, shape (3,), world frame, written to by every update [N]."""
-        return self._memory[OUTER_FORCE : OUTER_FORCE + 3]
+        return self.memory[OUTER_FORCE : OUTER_FORCE + 3]
 
     def update(
         self, position: Array, measured_at: float, now: float, force: Array, time_step: float,
@@ -76,4 +76,4 @@ class VehicleObserver:
             center: Place and velocity of the centre of mass from O_B, both of shape (3,), world axes [m], [m/s].
         """
         np.concatenate((position, force, *center), out=self._given)
-        advance_vehicle(self._memory, self._given, self.mass, self.rate, measured_at, now, time_step)
+        advance_vehicle(self.memory, self._given, self.mass, self.rate, measured_at, now, time_step)

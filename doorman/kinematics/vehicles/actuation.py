@@ -103,7 +103,7 @@ class TiltedThrust(Actuation):
 
     def body_force(self, force: Array, attitude: Array) -> Array:
         """All of it along z, see `Actuation`."""
-        return np.array([0.0, 0.0, float(np.linalg.norm(force))])
+        return np.array([0.0, 0.0, math.sqrt(force.dot(force))])
 
 
 class BodyForce(Actuation):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,7 @@ from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix, regul
 from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.composition import NO_EXTRAS, Extras
+from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.quasi_static_planning import resistance, too_stiff
@@ -60,8 +61,9 @@ class WholeBodyPlanning:
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
-        self.follows_start = True
+        self.follows_start = self.has_inertia = True
         self.tolerance = _TOLERANCE
+        self._follow_start = frozenset(self._fitting(Hinge.of(model.door), self.start_state))
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array, see `PlanningModel`."""
@@ -73,8 +75,15 @@ class WholeBodyPlanning:
         """The whole-body problem, see `PlanningModel`."""
         return whole_body_problem(self.model, self.numbers, extras)
 
-    def fitted(self, hinge: Hinge, margin: float, start: Array) -> Numbers:
+    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """References of a tip that opens the door, and the hinge as it is known, see `PlanningModel`."""
+        known: dict[str, Any] = {"mechanism.rest": self.model.door.rest_angle, "limits.margin": margin}
+        if not self._follow_start <= given.keys():
+            known |= self._fitting(hinge, start)
+        return self.numbers.replaced({**known, **given})
+
+    def _fitting(self, hinge: Hinge, start: Array) -> dict[str, Any]:
+        """What depends on hinge and start, by name."""
         numbers, joint = self.numbers, float(start[12])
         weight = self.model.travel.ahead(self.model.door.weight_torque(joint))
         against = max(resistance(self.model, hinge, joint) - weight - hinge.damping * float(start[13]), 0.0)
@@ -88,16 +97,13 @@ class WholeBodyPlanning:
         rate = numbers.one("reference.opening_speed")
         lever = self.model.coupling.lever_length
         known = at_the_leaf(numbers, lever, joint, touching, against, 1.0, hinge.inertia, rate, weight)
-        return numbers.replaced(
-            {
-                **known,
-                "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
-                "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
-                "mechanism.rest": self.model.door.rest_angle, "limits.margin": margin,
-                "reference.turned": turned,
-                **side,
-            }
-        )  # fmt: skip
+        return {
+            **known,
+            "mechanism.friction": hinge.friction, "mechanism.torque": hinge.disturbance,
+            "mechanism.damping": hinge.damping, "mechanism.stiffness": hinge.stiffness,
+            "reference.turned": turned,
+            **side,
+        }  # fmt: skip
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
         """Residuals draw to the goal; the quadratic cost, which only keeps the solver's equations regular, to the scenario's."""

@@ -269,7 +269,7 @@ def depths_in_face(model: Model, positions: Array, attitudes: Array, door_angles
         δ, shape (m,) [m].
     """
     door = model.door
-    ways = np.array([door.way(angle) for angle in door_angles.tolist()])
+    ways = np.array([door.way(angle) for angle in door_angles.tolist()]) if door.slides else 0.0
     from_hinge = positions + model.coupling.tips(attitudes, arm_angles) - door.hinge_position
     return np.asarray((door.normals(door_angles) * from_hinge).sum(axis=1) + door.contact_offset + ways)
 
@@ -295,7 +295,7 @@ def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) ->
 
 def tilt_stiffness(model: Model) -> Array:
     """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
-    return np.asarray(model.attitude_loop.stiffness * np.diag(model.vehicle_inertia)[:2])
+    return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])
 
 
 def tip_on_face(

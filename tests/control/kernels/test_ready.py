@@ -7,16 +7,8 @@ _FLOWN = """
 import numpy as np
 from doorman.compilation import kernel_counts
 from doorman.control.observers.disturbance_observer import DisturbanceObserver
-from doorman.control.estimation.wind_filter import WindFilter
-wind, observer = WindFilter(), DisturbanceObserver(3.0, 2.0)
+observer = DisturbanceObserver(3.0, 2.0)
 before, up = kernel_counts(), np.array([0.0, 0.0, 1.0])
-for k in range(100):
-    wind.feel(up, False, 0.02)
-    wind._flown += 0.02
-wind.unexplained(up, 0.3, 0.02)
-wind.pushed(up, (0.5, 0.2), 3.0, 0.1, 0.02)
-wind.met(up, 0.2)
-wind.lost(up)
 observer.align(up, up, up)
 print(kernel_counts() == before)
 """

@@ -35,6 +35,16 @@ def test_the_tip_is_where_the_coupling_has_it(model: Model) -> None:
         np.testing.assert_allclose(converter.tip(seen, velocity), expected, rtol=1e-12, atol=1e-12)
 
 
+def test_the_vehicle_is_where_the_coupling_has_it(model: Model) -> None:
+    converter, random = StateConverter(model), np.random.default_rng(6)
+    for _ in range(50):
+        state, rates = random.normal(0.5, 0.5, 5 + model.n_arm), random.normal(0.0, 0.4, (2, 3 + model.n_arm))
+        parts = rates[0, :3].copy(), rates[1, 3:].copy()
+        expected, found = model.coupling.motion_of(state, *parts), converter.on_leaf(state, *parts)
+        np.testing.assert_allclose(found.position, expected.position, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(found.velocity, expected.velocity, rtol=1e-12, atol=1e-12)
+
+
 def test_the_leaf_is_the_doors(model: Model) -> None:
     leaf, door = leaf_numbers(model.door), model.door
     for angle in np.linspace(door.lower_limit, door.upper_limit, 7).tolist():
