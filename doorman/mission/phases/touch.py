@@ -96,6 +96,8 @@ class Touch(MissionPhase):
         if self._touched_at is None and leaf.blocked(estimate):
             self._touched_at = estimate.time
             estimator.meet_leaf(estimate.tip_angle, leaf.free_wind)
+        if self._touched_at == estimate.time:
+            self.attempt.unsure = self._beyond(estimate) > _MISSING
 
     def _beyond(self, estimate: Estimate) -> float:
         """How far the leaf is beyond its place at the start [rad]."""
