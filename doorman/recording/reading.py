@@ -12,35 +12,29 @@ import struct
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from io import BytesIO
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Metadata, Schema, Statistics
-from mcap.stream_reader import get_chunk_data_stream
+from mcap.records import Channel, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from doorman.exceptions import RecordingError
 from doorman.recording.mcap_file import COMPRESSION
 from doorman.recording.messages import HEADER, Columns, MessageType
+from doorman.recording.records import PREFIX, Record, records_of, stream_of
 
 TOPIC = "topic"
 """Name of the metadata record that repeats a topic's schema."""
 
-_PREFIX = struct.Struct("<BQ")
-"""Opcode and length of a record."""
 _MESSAGE = struct.Struct("<HIQQ")
 """Topic, sequence and times of a message before its data."""
 _COMPRESSION = struct.pack("<I", len(COMPRESSION)) + COMPRESSION.encode()
-_BEFORE_COMPRESSION = _PREFIX.size + 28
+_BEFORE_COMPRESSION = PREFIX.size + 28
 """Bytes of a chunk's record before the name of its compression."""
 _FOOTER = struct.Struct("<BQQQI")
 _BLOCK = 1 << 20
 """Read at once in the search for a chunk [bytes]."""
-_IGNORED = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.HEADER)
-"""Records outside chunks that hold nothing that is needed from there."""
 
 
 @dataclass
@@ -54,20 +48,6 @@ class Contents:
     """Chunks that could not be read, behind which others could, or that the summary counts."""
     complete: bool = False
     """Whether the file ends as it should, and nothing of it is damaged."""
-
-
-class _Record(NamedTuple):
-    opcode: int
-    content: bytes
-    end: int
-    """Where the next one begins [bytes]."""
-
-    def parsed(self) -> Any:
-        """What it holds; None if it is none that doorman writes outside chunks, or is damaged as far as can be told."""
-        try:
-            return _parsed(self.opcode, self.content)
-        except Exception:  # parsers raise whatever they stumble over
-            return None
 
 
 @dataclass
@@ -176,21 +156,21 @@ class _Reader:
                 place = self._after_damage(place, record)
                 self._bad += place is not None  # else it was cut off here
 
-    def _after_damage(self, place: int, record: _Record | None) -> int | None:
+    def _after_damage(self, place: int, record: Record | None) -> int | None:
         """Where to go on behind a record that makes no sense: where it says that it ends, or else at the next whole chunk."""
         follows = None if record is None else self._record(record.end)
         if record is not None and follows is not None and follows.parsed() is not None:
             return record.end
         return self._next_chunk(place + 1)
 
-    def _record(self, place: int) -> _Record | None:
+    def _record(self, place: int) -> Record | None:
         """The record at a place; None if none fits there."""
-        prefix = self._bytes(place, _PREFIX.size)
-        if len(prefix) < _PREFIX.size:
+        prefix = self._bytes(place, PREFIX.size)
+        if len(prefix) < PREFIX.size:
             return None
-        opcode, length = _PREFIX.unpack(prefix)
-        end = place + _PREFIX.size + length
-        return _Record(opcode, self._bytes(place + _PREFIX.size, length), end) if end <= self._size else None
+        opcode, length = PREFIX.unpack(prefix)
+        end = place + PREFIX.size + length
+        return Record(opcode, self._bytes(place + PREFIX.size, length), end) if end <= self._size else None
 
     def _next_chunk(self, place: int) -> int | None:
         """Where the next whole chunk begins."""
@@ -239,15 +219,15 @@ class _Reader:
 
     def _take_chunk(self, content: bytes) -> None:
         messages: dict[int, list[bytes]] = {}
-        for opcode, start, end in _records_of(content):
+        for opcode, start, end in records_of(content):
             if opcode == Opcode.MESSAGE:
                 (number, *_) = _MESSAGE.unpack_from(content, start)
                 messages.setdefault(number, []).append(content[start + _MESSAGE.size : end])
             elif opcode == Opcode.SCHEMA:
-                schema = Schema.read(_stream_of(content[start:end]))
+                schema = Schema.read(stream_of(content[start:end]))
                 self._schemas[schema.id] = schema
             elif opcode == Opcode.CHANNEL:
-                self._learn_channel(Channel.read(_stream_of(content[start:end])))
+                self._learn_channel(Channel.read(stream_of(content[start:end])))
         found = [(self._channels[number], block) for number, block in messages.items() if number in self._channels]
         for known, block in found:
             known.take(block)
@@ -275,19 +255,19 @@ class _Reader:
         if len(end) != _FOOTER.size + len(MAGIC) or not end.endswith(MAGIC):
             return None
         opcode, length, place, _, checksum = _FOOTER.unpack_from(end)
-        if (opcode, length) != (Opcode.FOOTER, _FOOTER.size - _PREFIX.size) or not len(MAGIC) <= place < start:
+        if (opcode, length) != (Opcode.FOOTER, _FOOTER.size - PREFIX.size) or not len(MAGIC) <= place < start:
             return None
         if checksum and zlib.crc32(self._bytes(place, start - place) + end[: _FOOTER.size - 4]) != checksum:
             return None
         statistics = None
         while place < start and (record := self._record(place)) is not None:
             if record.opcode == Opcode.SCHEMA:
-                schema = Schema.read(_stream_of(record.content))
+                schema = Schema.read(stream_of(record.content))
                 self._schemas[schema.id] = schema
             elif record.opcode == Opcode.CHANNEL:
-                self._learn_channel(Channel.read(_stream_of(record.content)))
+                self._learn_channel(Channel.read(stream_of(record.content)))
             elif record.opcode == Opcode.STATISTICS:
-                statistics = Statistics.read(_stream_of(record.content))
+                statistics = Statistics.read(stream_of(record.content))
             place = record.end
         return statistics
 
@@ -312,47 +292,3 @@ def header_value(text: str) -> Any:
 def header_text(value: Any) -> str:
     """Text of a value of the header: the words themselves where they are no JSON, so that they read well."""
     return value if isinstance(value, str) and header_value(value) is value else json.dumps(value)
-
-
-def _parsed(opcode: int, content: bytes) -> Any:
-    """What a record outside chunks holds; None or any exception if it makes no sense."""
-    if opcode == Opcode.CHUNK:
-        chunk = Chunk.read(_stream_of(content))
-        if not chunk.uncompressed_crc:
-            return None
-        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-        return stream.read(length)
-    if opcode == Opcode.ATTACHMENT:
-        whole = zlib.crc32(content[:-4]) == int.from_bytes(content[-4:], "little")
-        return Attachment.read(_stream_of(content)) if whole else None
-    if opcode == Opcode.METADATA:
-        stream = _stream_of(content)
-        metadata = Metadata.read(stream)
-        return metadata if stream.count == len(content) else None
-    if opcode == Opcode.MESSAGE_INDEX:
-        return int.from_bytes(content[2:6], "little") == len(content) - 6 or None
-    if opcode == Opcode.DATA_END:
-        return len(content) == 4 or None
-    return opcode in _IGNORED or None
-
-
-def _records_of(content: bytes) -> Iterator[tuple[int, int, int]]:
-    """Opcode, beginning and end of every record of a chunk.
-
-    Raises:
-        ValueError: if one does not fit.
-    """
-    place = 0
-    while place < len(content):
-        if place + _PREFIX.size > len(content):
-            raise ValueError("a record is cut off")
-        opcode, length = _PREFIX.unpack_from(content, place)
-        start = place + _PREFIX.size
-        place = start + length
-        if place > len(content):
-            raise ValueError("a record is cut off")
-        yield opcode, start, place
-
-
-def _stream_of(content: bytes) -> Any:
-    return ReadDataStream(BytesIO(content))

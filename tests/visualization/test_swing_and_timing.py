@@ -7,7 +7,7 @@ from matplotlib.patches import Circle
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.recording import Recorder, Recording
-from doorman.summary import _planner_figures
+from doorman.summary.plans import planner_figures
 from doorman.visualization import constraints_and_forces_figure, planner_time_figure, save, states_figure, swing_figure
 from doorman.visualization.figures.phases import phases, tied
 
@@ -80,7 +80,7 @@ def test_the_histogram_has_the_quantiles_of_the_summary(model, cold):
         fields = {"solve_time": time, "deadline_missed": False, "cold": k in cold, "least_normal_force": 0.0}
         recorder.write("plan", 0.01 * k, fields)
     recording = recorder.recording()
-    figures = _planner_figures(recording)["planner_ms"]
+    figures = planner_figures(recording)["planner_ms"]
     labels = planner_time_figure(recording, model).axes[0].get_legend_handles_labels()[1]
     told = " ".join(labels)
     if figures["median"] is None:

@@ -26,16 +26,15 @@ from doorman.hardware.pixhawk.parameters.rule import Rule
 from doorman.hardware.pixhawk.parameters.rules import rules_for
 from doorman.hardware.pixhawk.sample import SampleStatus, VehicleSample
 from doorman.hardware.pixhawk.setpoints import AttitudeSetpoint, PositionSetpoint, Setpoint
-from doorman.hardware.pixhawk.thrust.curve import HoverCalibration, ThrustCurve
-from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, Slope, SlopeMeasurement, bob
+from doorman.hardware.pixhawk.thrust.curve import ThrustCurve
+from doorman.hardware.pixhawk.thrust.measuring import measure_hover, measure_slope
+from doorman.hardware.pixhawk.thrust.slope import Slope
 from doorman.hardware.pixhawk.wire.messages import mavlink
 
 LEAST_HEIGHT, MOST_HEIGHT = 0.2, 50.0
 """Of a take-off [m]."""
 _REASONS_WITHIN, _REASONS_TOGETHER = 1.0, 0.2
 """From the question why it would not arm to the first answer, and to the last one after that [s]."""
-_BOB_PERIOD = 0.02
-"""Between setpoints of a bob [s]."""
 _REMEMBERED = 40.0
 """ArduPilot repeats what keeps it from arming every 30 s [s]."""
 
@@ -297,17 +296,7 @@ class Autopilot(Uncopied):
         Raises:
             BackendError: if the vehicle does not hover calmly.
         """
-        calibration, deadline = HoverCalibration(), time.monotonic() + duration
-        while (remaining := deadline - time.monotonic()) > 0.0:
-            sequences.wait_for_sample(self._link, calibration.add, remaining)
-        old = self._link.stream.curve
-        curve = calibration.curve(hover_force, 0.0 if old is None else old.shape, compensate_battery)
-        if old is not None:
-            curve = replace(
-                old, hover_thrust=curve.hover_thrust, hover_force=hover_force, hover_voltage=curve.hover_voltage
-            )
-        self._link.stream.curve = curve
-        return curve
+        return measure_hover(self._link, hover_force, duration, compensate_battery=compensate_battery)
 
     def measure_slope(self, at: PositionSetpoint) -> Slope | None:
         """Measure how steeply thrust grows with its setpoint, by bobbing up and aside a little; the vehicle must hold.
@@ -318,15 +307,7 @@ class Autopilot(Uncopied):
         Returns:
             The slope, by the thrust curve in use; None if the vehicle is not ours, or too little was heard.
         """
-        curve, measurement = self._link.stream.curve, SlopeMeasurement()
-        begin = time.monotonic()
-        while (passed := time.monotonic() - begin) < BOB_TIME:
-            if not self.setpoint(bob(at, passed)):
-                return None
-            sequences.wait_for_sample(self._link, measurement.add, _BOB_PERIOD)
-        if not self.hold(at=at).done:
-            return None
-        return None if curve is None else measurement.slope(curve.hover_thrust)
+        return measure_slope(self._link, at)
 
     def shape_thrust(self, shape: float) -> ThrustCurve:
         """Use the same curve with another shape from now on.

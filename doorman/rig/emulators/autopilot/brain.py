@@ -14,27 +14,20 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.rig.emulators.autopilot.control import Demand, Task
 from doorman.rig.emulators.autopilot.dialects import ACCEPTED, DENIED, UNSUPPORTED, Dialect
 from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.ground_watch import GroundWatch
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.plant import Array, thrust_axis, yaw_of
+from doorman.rig.emulators.autopilot.plant import Array, yaw_of
+from doorman.rig.emulators.autopilot.setpoint_messages import attitude_demand, position_demand
 from doorman.rig.emulators.autopilot.way_home import WayHome
 
-_STANDING, _STUCK = 0.1, 1.0
-"""A landing that sinks more slowly [m/s] for this time [s] has stopped."""
 _KILLED = 5.0
 """After this time a vehicle whose motors a switch has stopped is disarmed [s]."""
 _FAILSAFE_DELAY = 0.1
 """From the end of the stream to what follows from it [s]."""
-_LAND_DETECTION = 1.0
-"""Between touching the ground in a landing and disarming, where no parameter says so [s]."""
 _OFF_GROUND = 0.03
 """A position setpoint that much above is a take-off [m]."""
 _TAKEN_OFF, _STILL = 0.05, 0.25
 """A take-off is over within this distance [m], below this speed [m/s]."""
-_RATES, _UNUSED, _THRUST_BODY = 7, 0x40 | 0x80, 0x20
-"""Bits of SET_ATTITUDE_TARGET: body rates are ignored; thrust or attitude are; thrust is a vector in the body."""
-_UNIT_TOLERANCE = 1e-3
-_THRUST_AS_THRUST = 8
-"""Of GUID_OPTIONS: without it thrust is a climb rate, by which nobody flies here."""
 _OFFBOARD_LOST = {4: "land", 5: "loiter"}
 """Of COM_OBL_RC_ACT without a radio; all others return."""
 
@@ -72,8 +65,7 @@ class Brain:
         self._return: WayHome | None = None
         self._taking_off_to: float | None = None
         self._armed_at = 0.0
-        self._grounded_since: float | None = None
-        self._stuck_since: float | None = None
+        self._ground = GroundWatch(parameters)
         self._lost_at: float | None = None
         self._killed_at: float | None = None
         self._goes_back = False
@@ -152,36 +144,13 @@ class Brain:
 
     def attitude_target(self, mask: int, quaternion: Array, thrust: float, body: Array) -> None:
         """SET_ATTITUDE_TARGET with a thrust, 0 … 1, or as PX4 takes it, with one in the body, z up."""
-        unit = abs(float(np.linalg.norm(quaternion)) - 1.0) <= _UNIT_TOLERANCE
-        finite = np.isfinite([thrust, *body]).all()
-        if mask & (_RATES | _UNUSED) != _RATES or not unit or not finite or not self._takes_thrust:
-            self._aim(None)
-            return
-        x, y, thrust = body.tolist() if mask & _THRUST_BODY and self.dialect.takes_body_thrust else (0.0, 0.0, thrust)
-        thrust = min(max(thrust, 0.0), 1.0)
-        if "ATC_ANGLE_BOOST" in self.parameters and self.parameters["ATC_ANGLE_BOOST"]:
-            thrust = min(1.0, thrust / min(max(float(thrust_axis(quaternion)[2]), 0.1), 1.0))
-        self._aim(Demand(Task.ATTITUDE, quaternion=quaternion, thrust=thrust, side=(x, y)))
+        self._aim(attitude_demand(self.dialect, self.parameters, mask, quaternion, thrust, body))
 
     def position_target(
         self, mask: int, frame: int, position: Array, velocity: Array, acceleration: Array, yaw: float
     ) -> None:
         """SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both."""
-        nothing = np.zeros(3)
-        has_position, has_velocity = not mask & 7, not mask & 0x38
-        position, velocity = position if has_position else nothing, velocity if has_velocity else nothing
-        acceleration = nothing if mask & 0x1C0 else acceleration
-        finite = np.isfinite([*position, *velocity, *acceleration]).all()
-        if frame != mavlink.MAV_FRAME_LOCAL_NED or not (has_position or has_velocity) or not finite:
-            self._aim(None)
-            return
-        task = Task.POSITION if has_position else Task.VELOCITY
-        heading = None if mask & 0x400 or not math.isfinite(yaw) else yaw
-        self._aim(Demand(task, position=position, velocity=velocity, acceleration=acceleration, yaw=heading))
-
-    @property
-    def _takes_thrust(self) -> bool:
-        return "GUID_OPTIONS" not in self.parameters or bool(int(self.parameters["GUID_OPTIONS"]) & _THRUST_AS_THRUST)
+        self._aim(position_demand(mask, frame, position, velocity, acceleration, yaw))
 
     def _aim(self, demand: Demand | None) -> None:
         """Follow a setpoint from now on. Without one, which was ill-defined, PX4 hears nothing and ArduPilot stops."""
@@ -207,7 +176,11 @@ class Brain:
             What the vehicle is to do.
         """
         self._now, self._estimate, self._station_age = now, estimate, station_age
-        self._watch_ground(on_ground)
+        self.landed = self._ground.landed(
+            now, self.armed, self.landed, on_ground, self.demand.task, float(estimate.velocity[2])
+        )
+        if self._ground.is_over(now, self.armed and self.landed and self.demand.task is Task.LAND):
+            self._disarm()
         if self.armed:
             self._watch_links()
         demand = self._decide()
@@ -340,28 +313,5 @@ class Brain:
 
     def _disarm(self) -> None:
         self.armed = self.failsafe = False
-        self._grounded_since = self._killed_at = None
-
-    # ------------------------------------------------------------ ground
-
-    def _watch_ground(self, on_ground: bool) -> None:
-        """Landed while on the ground and not about to leave it; long enough while landing, it disarms."""
-        idle = self.demand.task in (Task.IDLE, Task.LAND)
-        self.landed = (on_ground or self._stuck()) and (idle or not self.armed or self.landed)
-        if not (self.armed and self.landed and self.demand.task is Task.LAND):
-            self._grounded_since = None
-            return
-        self._grounded_since = self._now if self._grounded_since is None else self._grounded_since
-        named = "COM_DISARM_LAND" in self.parameters
-        delay = self.parameters["COM_DISARM_LAND"] if named else _LAND_DETECTION
-        if self._now - self._grounded_since > delay:
-            self._disarm()
-
-    def _stuck(self) -> bool:
-        """Whether a landing has stopped on something, as land detectors find it: told to descend, it does not."""
-        sinks = abs(float(self._estimate.velocity[2])) > _STANDING
-        if not self.armed or self.demand.task is not Task.LAND or sinks:
-            self._stuck_since = None
-            return False
-        self._stuck_since = self._now if self._stuck_since is None else self._stuck_since
-        return self._now - self._stuck_since > _STUCK
+        self._killed_at = None
+        self._ground.forget()

@@ -1,0 +1,17 @@
+"""Summary of a run: the figures of `summary.json`, from the true states where a simulator recorded them."""
+
+from doorman.summary.figures import summarize
+from doorman.summary.outcome import COMPLETED, FLOWN, GIVEN_UP, GOAL_MISSED, OPEN_TOLERANCE, time_to_open, verdict
+from doorman.summary.plans import cold_plans
+
+__all__ = [
+    "COMPLETED",
+    "FLOWN",
+    "GIVEN_UP",
+    "GOAL_MISSED",
+    "OPEN_TOLERANCE",
+    "cold_plans",
+    "summarize",
+    "time_to_open",
+    "verdict",
+]

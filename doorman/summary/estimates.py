@@ -1,0 +1,76 @@
+"""What was estimated in a run beside what is true: the hinge, the place of the door, and its angle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from doorman.model import Model
+from doorman.recording import Recording
+
+
+def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
+    """Parameters of the hinge, and the door's place, as estimated at the end.
+
+    Args:
+        recording: Of a simulated run.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        Of each the value, its standard deviation, and the true value, in units of the URDF's joint.
+    """
+    estimate, simulation, door = recording["estimate"], model.scenario.simulation, model.true_door
+    arm = door.per_angle
+    mass = 1.0 if simulation.door_mass is None else simulation.door_mass / door.mass
+    rest = door.rest_angle if simulation.door_rest_angle is None else simulation.door_rest_angle
+    true = {
+        "damping": door.damping if simulation.door_damping is None else arm**2 * simulation.door_damping,
+        "friction": door.friction if simulation.door_friction is None else arm * simulation.door_friction,
+        "stiffness": door.stiffness if simulation.door_stiffness is None else arm**2 * simulation.door_stiffness,
+        "inertia": door.inertia * mass,
+    }
+    found = {
+        name: {"value": float(estimate["hinge"][-1, i]), "deviation": float(estimate["hinge_deviation"][-1, i]),
+               "true": float(value)}
+        for i, (name, value) in enumerate(true.items())
+    }  # fmt: skip
+    angle = float(recording["truth"]["door_angle"][-1])
+    turned = float(model.start_state[3]) - angle
+    found["torque"] = {
+        "value": found["friction"]["value"] + found["stiffness"]["value"] * turned,
+        "deviation": float(estimate["torque_deviation"][-1]),
+        "true": true["friction"] + true["stiffness"] * (rest - angle),
+    }
+    found = {
+        name: _in_joint(figures, 1 if name in ("friction", "torque") else 2, arm) for name, figures in found.items()
+    }
+    return found | (_place(recording, model) if door.vertical and "door_place" in estimate else {})
+
+
+def _place(recording: Recording, model: Model) -> dict[str, dict[str, float]]:
+    """Where the door stands against the map, as estimated at the end, and in truth."""
+    estimate, simulation = recording["estimate"], model.scenario.simulation
+    true = (*simulation.door_offset[:2], simulation.door_yaw)
+    return {
+        name: {"value": float(estimate["door_place"][-1, i]), "deviation": float(estimate["door_place_deviation"][-1, i]),
+               "true": float(true[i])}
+        for i, name in enumerate(("door_x", "door_y", "door_yaw"))
+    }  # fmt: skip
+
+
+def _in_joint(figures: dict[str, float], power: int, per_angle: float) -> dict[str, float]:
+    """Figures of the URDF's joint: newtons and kilograms of a slide."""
+    return figures if per_angle == 1.0 else {name: value / per_angle**power for name, value in figures.items()}
+
+
+def largest_angle_error(recording: Recording) -> float:
+    """Largest difference of the door's estimated angle from the true one [deg].
+
+    Args:
+        recording: Of a simulated run.
+    """
+    truth, estimate = recording["truth"], recording["estimate"]
+    count = min(len(truth.time), len(estimate.time))
+    error = estimate["state"][:count, 3] - truth["door_angle"][:count]
+    return math.degrees(float(np.abs((error + math.pi) % (2 * math.pi) - math.pi).max()))

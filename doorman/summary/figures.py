@@ -1,0 +1,85 @@
+"""Figures of a run: the keys of `summary.json`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from doorman.exceptions import RecordingError
+from doorman.kinematics.doors.door import Door
+from doorman.model import Model
+from doorman.recording import Recording
+from doorman.simulation.reality.causes import true_causes
+from doorman.summary.estimates import estimates, largest_angle_error
+from doorman.summary.outcome import COMPLETED, GOAL_MISSED, STANDS, missed, rate_at_the_end, time_to_open, told_outcome
+from doorman.summary.plans import planner_figures, realtime_factor
+from doorman.summary.safety import contact_fraction, largest_push, largest_violation, min_clearance
+
+
+def summarize(recording: Recording, model: Model) -> dict[str, Any]:
+    """Figures of a simulated run.
+
+    Args:
+        recording: With the topics `truth`, `estimate` and `mission`, and `plan` if the mission came so far.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        The keys of `summary.json`; a figure that the run does not define, such as the time to open of a door that stayed
+        shut, is None.
+
+    Raises:
+        RecordingError: if the recording has no true states.
+    """
+    if "truth" not in recording:
+        raise RecordingError(
+            "no true states to judge the run by", field="topic", given="truth", allowed="a simulated run"
+        )
+    truth = recording["truth"]
+    time, angle = truth.time, truth["door_angle"]
+    target = float(model.goal_state[3])
+    touched = np.flatnonzero(truth["touching"])
+    touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
+    moving = rate_at_the_end(recording)
+    opened_at = time_to_open(time, angle, target) if abs(moving) < STANDS else None
+    outcome, reason = told_outcome(recording)
+    states = recording["mission"]["state"].tolist()
+    if outcome == COMPLETED and opened_at is None:
+        outcome, reason = GOAL_MISSED, missed(model.true_door, float(angle[-1]), target, moving, reason)
+    return {
+        "outcome": outcome,
+        "reason": reason,
+        "attempts": 1 + states[1:].count("hover"),
+        "opened": opened_at is not None,
+        "went_through": outcome == COMPLETED and "through" in states,
+        "final_door_angle_deg": math.degrees(float(angle[-1])),
+        "target_door_angle_deg": math.degrees(target),
+        **_where_it_ended(model.true_door, float(angle[-1]), target),
+        "time_to_open_s": None if opened_at is None else max(opened_at - touched_at, 0.0),
+        "hover_to_goal_s": opened_at,
+        "duration_s": float(time[-1]),
+        "max_constraint_violation_m": largest_violation(recording, model),
+        "min_clearance_m": min_clearance(recording, model),
+        "collisions": int(truth["collisions"].sum()),
+        "contact_fraction": contact_fraction(recording, 0.0),
+        "contact_fraction_after_1s": contact_fraction(recording, 1.0),
+        "max_pull_force_n": float(truth["max_pull"].max()),
+        "max_push_force_n": largest_push(recording),
+        "door_angle_estimate_error_deg_max": largest_angle_error(recording),
+        "estimates": estimates(recording, model),
+        "true_causes": true_causes(recording, model),
+        **planner_figures(recording),
+        "realtime_factor": realtime_factor(recording),
+    }
+
+
+def _where_it_ended(door: Door, angle: float, target: float) -> dict[str, Any]:
+    """Opening and error in the unit of the joint: of a hinge the error of its angle, of a slide that of its opening."""
+    opening, wanted = door.opening_of(angle), door.opening_of(target)
+    if door.slides:
+        return {"final_error": opening - wanted, "unit": "m", "final_opening": opening, "target_opening": wanted}
+    opening, wanted = math.degrees(opening), math.degrees(wanted)
+    return {
+        "final_error": math.degrees(angle - target), "unit": "deg", "final_opening": opening, "target_opening": wanted,
+    }  # fmt: skip

@@ -1,0 +1,121 @@
+"""How a run ended: by the mission's own account, in truth, and in a sentence."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.doors.door import Door
+from doorman.recording import Recording
+
+Array = NDArray[np.float64]
+
+OPEN_TOLERANCE = math.radians(2.0)
+"""|α − target| below this counts as opened [rad]."""
+_KEPT_CONTACT = 0.9
+"""A smaller share of time in contact is worth a word in the verdict."""
+FLOWN = "flown to its end"
+"""How the last message of a mission begins that went all its way; what it has seen of the door may follow."""
+COMPLETED, GOAL_MISSED, GIVEN_UP = "completed", "goal missed", "given up"
+"""Outcomes of a mission that went all its way and has opened the door in truth, of one that went all its way and has not, and of
+one that retreated to the hover instead."""
+_STANDS_FOR = 1.0
+STANDS = math.radians(0.5)
+"""A door that is faster on average [rad/s] in so long a time [s] before the flight's end does not stay where it is."""
+
+
+def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
+    """Whether the door was opened and nothing touched, and a sentence that says what happened.
+
+    Args:
+        summary: As `summarize` returns it.
+
+    Returns:
+        The verdict and the sentence.
+    """
+    final, target = summary["final_door_angle_deg"], summary["target_door_angle_deg"]
+    where = f"the door ended at {final:.1f}°, {abs(final - target):.1f}° from the target of {target:.1f}°"
+    if summary["unit"] == "m":
+        final, target = summary["final_opening"], summary["target_opening"]
+        where = f"it ended {final:.3f} m open, {1e3 * abs(final - target):.0f} mm from the target of {target:.3f} m"
+    if summary["collisions"]:
+        return False, f"Something was touched ({summary['collisions']} contacts other than tip and leaf); {where}."
+    if summary["min_clearance_m"] <= 0.0:
+        return False, f"Shapes overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
+    if summary["outcome"] == GIVEN_UP:
+        return False, f"The mission was given up: {summary['reason']}; {where}."
+    if not summary["opened"]:
+        lost = summary["contact_fraction"] < _KEPT_CONTACT
+        why = f"the tip was on the leaf for only {summary['contact_fraction']:.0%} of the time and " if lost else ""
+        more = f" ({summary['reason']})" if summary["outcome"] == GOAL_MISSED else ""
+        return False, f"The door was not opened: {why}{where}{more}."
+    passed = ", the vehicle is behind it" if summary["went_through"] else ""
+    return True, f"The door was opened in {summary['time_to_open_s']:.2f} s{passed} and nothing was touched; {where}."
+
+
+def time_to_open(time: Array, angle: Array, target: float) -> float | None:
+    """First time after which |α − target| stays below 2°.
+
+    Args:
+        time: Shape (m,) [s].
+        angle: α, shape (m,) [rad].
+        target: [rad].
+
+    Returns:
+        The time [s], or None if the last angle is farther off.
+    """
+    off = np.flatnonzero(np.abs(angle - target) >= OPEN_TOLERANCE)
+    if len(off) == 0:
+        return float(time[0])
+    return float(time[off[-1] + 1]) if off[-1] + 1 < len(time) else None
+
+
+def rate_at_the_end(recording: Recording) -> float:
+    """Rate of the door, on average over the last second [rad/s].
+
+    Args:
+        recording: Of a simulated run.
+    """
+    truth = recording["truth"]
+    return float(truth["door_rate"][truth.time >= truth.time[-1] - _STANDS_FOR].mean())
+
+
+def missed(door: Door, angle: float, target: float, moving: float, said: str) -> str:
+    """Why a mission that went all its way has not opened the door.
+
+    Args:
+        door: The true one.
+        angle: At the end [rad].
+        target: [rad].
+        moving: Rate at the end [rad/s].
+        said: What the mission said of the door.
+    """
+    if abs(angle - target) >= OPEN_TOLERANCE:
+        why = f"the door ended at {door.in_words(angle)}"
+    else:
+        speed = f"{door.per_angle * moving:+.3f} m/s" if door.slides else f"{math.degrees(moving):+.1f}°/s"
+        why = f"the door still moved at the end, at {speed}"
+    return f"{why}; the mission said: {said}" if said else why
+
+
+def told_outcome(recording: Recording) -> tuple[str, str]:
+    """How the mission ended by its own account.
+
+    Args:
+        recording: With the topic `mission`.
+
+    Returns:
+        The outcome, and why, or what the mission has seen of the door.
+    """
+    mission = recording["mission"]
+    states, words = [str(state) for state in mission["state"]], str(mission["message"][-1])
+    if words == "interrupted" or words.startswith("failed: "):
+        return words.split(":")[0], words
+    if "done" not in states:
+        return "cut off", f"the flight ended in the phase {states[-2] if len(states) > 1 else states[-1]}"
+    if words.startswith(FLOWN):
+        return COMPLETED, words.removeprefix(FLOWN).lstrip(", ")
+    return GIVEN_UP, words

@@ -1,0 +1,101 @@
+"""How near a run came to anything, and how hard and how long the tip was on the leaf."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.scene import CollisionScene
+from doorman.flown_constraints import flown_constraints
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.recording import Recording
+
+_CLEARANCE_INTERVAL = 0.01
+"""Between states at which FCL measures the clearance [s]."""
+
+
+def largest_violation(recording: Recording, model: Model) -> float:
+    """Largest violation of the planner's constraints; they keep the vehicle before the wall until it flies through the doorway.
+
+    Args:
+        recording: Of a simulated run.
+        model: Model of the scenario that was flown.
+
+    Returns:
+        [m]; 0 if all hold.
+    """
+    truth, mission = recording["truth"], recording["mission"]
+    through = mission.time[mission["state"] == "through"]
+    flown = slice(int(np.searchsorted(truth.time, through[0])) if len(through) else None)
+    rows = flown_constraints(
+        model, *(truth[field][flown] for field in ("position", "attitude", "door_angle", "arm_angles"))
+    )
+    return float(max(rows.max(), 0.0))
+
+
+def largest_push(recording: Recording) -> float | None:
+    """Largest push of the tip in any physics step, or at any tick in recordings that do not have that [N].
+
+    Args:
+        recording: Of a simulated run.
+
+    Returns:
+        [N]; None if the recording has neither.
+    """
+    truth = recording["truth"]
+    for field in ("max_push", "tip_normal_force"):
+        if field in truth:
+            return max(float(truth[field].max()), 0.0)
+    return None
+
+
+def _at_the_door(recording: Recording, after: float = 0.0) -> NDArray[np.bool_]:
+    """Ticks of every attempt from a time after its first contact until the tip lets go, or the end, shape (m,)."""
+    truth, mission = recording["truth"], recording["mission"]
+    chosen = np.zeros(len(truth.time), bool)
+    came, let_go = 0, False
+    for time, state in [*zip(mission.time, mission["state"], strict=True), (math.inf, "retreat")]:
+        tick = int(np.searchsorted(truth.time, time))
+        if state in ("release", "retreat") and not let_go:
+            let_go, touched = True, np.flatnonzero(truth["touching"][came:tick])
+            if len(touched):
+                first = truth.time[came + touched[0]] + after
+                chosen[int(np.searchsorted(truth.time, first - 1e-9)) : tick] = True
+        elif state in ("hover", "touch"):
+            came, let_go = tick, False
+    return chosen
+
+
+def min_clearance(recording: Recording, model: Model) -> float:
+    """Least distance of vehicle and door, apart from tip and leaf, by FCL [m].
+
+    Args:
+        recording: Of a simulated run.
+        model: Model of the scenario that was flown.
+    """
+    truth = recording["truth"]
+    ticks = max(round(_CLEARANCE_INTERVAL / max(float(np.diff(truth.time[:2]).sum()), 1e-9)), 1)
+    chosen = slice(None, None, ticks)
+    rotations = np.array([rotation_body_to_world(attitude) for attitude in truth["attitude"][chosen]])
+    scene = CollisionScene(model.vehicle, model.true_door)
+    clearances = scene.min_clearance_along(
+        truth["position"][chosen], rotations, truth["arm_angles"][chosen], truth["door_angle"][chosen]
+    )
+    return float(clearances.worst.distance)
+
+
+def contact_fraction(recording: Recording, after: float) -> float:
+    """Share of time in contact from a time after the first touch until the tip lets go, or the end, over all attempts.
+
+    Args:
+        recording: Of a simulated run.
+        after: That time [s].
+    """
+    touching = recording["truth"]["touching"]
+    if not _at_the_door(recording).any():
+        return 0.0
+    chosen = _at_the_door(recording, after)
+    return float(np.mean(touching[chosen])) if chosen.any() else 1.0
