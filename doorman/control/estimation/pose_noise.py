@@ -14,7 +14,7 @@ its crossover ω_c. So the force at the tip is wrong by
 
 A tip that presses with F leaves the leaf where the error is larger: :math:`F \ge 3\sigma_F` keeps it there. Noise of roll and
 pitch counts for little: the vehicle does not follow it. In flights of `push` with 100 poses a second the tip is on the leaf for
-more than 98 % of the time where this holds, and for 84 to 91 % with 2 mm of noise, 20 to 40 ms late, where it does not.
+more than 98 % of the time where this holds, and for 79 to 91 % with 2 mm of noise, 20 to 40 ms late, where it does not.
 """
 
 from __future__ import annotations
