@@ -42,36 +42,36 @@ _EXTRAS = {
 """Extra of the package that brings a module in."""
 
 _HELP = """
-Aerial manipulators that open hinged doors.
+Aerial manipulators that open doors.
 
-A multirotor with an arm touches a hinged door with the arm's tip and opens it without touching door, doorframe or itself.
-A planner (model predictive control by constrained differential dynamic programming) looks one second ahead; a position
-controller with a disturbance observer follows it. Vehicle, door and their contact are simulated in MuJoCo, or real.
+A multirotor with an arm opens a door with the arm's tip, without a collision with door, doorframe or itself. A planner (model
+predictive control by constrained differential dynamic programming) plans one second ahead. A controller follows the plan.
+Vehicle, door and contact are simulated in MuJoCo, or real.
 
 A SCENARIO names the URDFs of vehicle and door, the contact, start and goal, and the options of planner, controller and
-simulator. It is the name of a shipped one (paper, push, push_campaign) or the path of a TOML file; every key has a default,
-and `--set key=value` overrides it. A RUN is the folder that a flight leaves, or its recording.
+simulator. It is the name of a shipped scenario (paper, push, push_campaign) or the path of a TOML file. Every key has a
+default, and `--set key=value` overrides it. A RUN is the folder that a flight writes, or its recording.
 
 First steps:
 
-- `doorman warmup`: compile the kernels once, so that the first flight need not wait for them.
+- `doorman warmup`: compile the kernels once, so that the first flight starts without delay.
 - `doorman check paper`: is the task possible?
 - `doorman open paper --view --realtime`: check it, fly it and watch; the results go to a new folder under runs.
-- `doorman view`: watch the newest run again: play, pause, speed, and a slider through its time.
+- `doorman view`: watch the newest run again: play, pause, speed, and a slider for the time.
 
 Then:
 
 - `doorman open push --seed 3 --out push-3`: a tip that can only push.
-- `doorman open --set contact.height=0.9`: the same task, touched higher up.
+- `doorman open --set contact.height=0.9`: the same task with a higher contact point.
 - `doorman campaign push_campaign --runs 20`: random doors, winds and sensors, and the share of successes.
-- `doorman rig paper --fly`: the same mission through emulated autopilot, servos and cameras.
+- `doorman rig paper --fly`: the same mission with emulated autopilot, servos and cameras.
 
-Every command that finds or writes something takes `--json`: the result goes to stdout as one JSON document, and words to
-stderr. `doorman --install-completion` teaches the shell commands, options, scenarios and their keys.
+Every command with a result takes `--json`: it prints the result to stdout as one JSON document, and messages to stderr.
+`doorman --install-completion` completes commands, options, scenarios and keys in the shell.
 
-Exit status: 0 if it worked (open: the door was opened and nothing was touched; check: the scenario is possible), 1 if it
-did not or is refused, 2 if the input or the surroundings cannot be used, 3 for an unexpected error: DOORMAN_TRACEBACK=1 shows
-where.
+Exit status: 0 for success (open: the door is open, without a collision; check: the scenario is possible), 1 for failure or a
+rejected scenario, 2 if the input or the environment cannot be used, 3 for an unexpected error (DOORMAN_TRACEBACK=1 prints the
+traceback).
 """
 
 app = typer.Typer(help=_HELP, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown")
@@ -98,7 +98,7 @@ def _show_version(wanted: bool) -> None:
 @app.callback()
 def _doorman(
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and leave.")
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
     pass  # the help is the application's
@@ -111,16 +111,16 @@ def check_command(
     vehicle: Vehicle = None,
     audit: Annotated[
         bool,
-        typer.Option("--audit", help="Also search for collisions that the planner's constraints allow; some seconds."),
+        typer.Option("--audit", help="Also search for collisions that the constraints allow; takes some seconds."),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
-    """Say whether a scenario can work, before any flight.
+    """Check whether a scenario can work, before any flight.
 
-    Looks at masses and inertias, and at what MuJoCo makes of the URDFs where it is installed; at the arm's reach and joint
-    limits, the rotor disc between the jambs along the whole swing, thrust and tilt against the force that the door needs, and
-    start and goal against the constraints; and at the way from the hover to the leaf. A short rehearsal shows where the planner
-    takes the door. Every finding names the number, its limit and what to change.
+    The command checks masses and inertias, and loads the URDFs in MuJoCo if it is installed. It checks the arm's reach and joint
+    limits, the rotor disc between the jambs along the whole swing, thrust and tilt for the force that the door needs, start and
+    goal against the constraints, and the path from the hover to the leaf. A short rehearsal shows whether the planner opens the
+    door. Every finding names the number, its limit and what to change.
 
     `doorman open`, `doorman fly` and `doorman.simulate` decide by the same findings. The exit status is 0 if the scenario is
     possible, 1 if it is not.
@@ -141,15 +141,15 @@ def warmup_command(
     vehicle: Vehicle = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON; no progress bar.")] = False,
 ) -> None:
-    """Compile everything ahead, so that no planner, check or flight waits for it.
+    """Compile all kernels in advance, so that planner, check and flight start without delay.
 
-    Compiled are the kernels of planner, dynamics, constraints, controller and simulator, for the number of joints of the
-    scenarios' arms. They are kept in a cache on disk until doorman, numba or Python changes; what it holds is not compiled
-    again. An arm of another number of joints needs a warm-up of its own.
+    The command compiles the kernels of planner, dynamics, constraints, controller and simulator, for the number of joints of the
+    scenarios' arms. A cache on disk keeps them until doorman, Numba or Python changes. An arm with another number of joints needs
+    another warm-up.
 
-    The last line says how many kernels were compiled, how long it took, and where the cache is. The environment variable
-    NUMBA_CACHE_DIR puts it elsewhere. Older versions' kernels are removed when nobody has used them for a week, beyond four
-    versions for a day.
+    The last line shows the number of compiled kernels, the time, and the directory of the cache. The environment variable
+    NUMBA_CACHE_DIR changes this directory. doorman removes kernels of other versions after a week without use, and beyond four
+    versions after a day.
     """
 
     def command() -> int:
@@ -176,15 +176,15 @@ def open_command(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sensors' noise.")] = 0,
     realtime: Annotated[bool, typer.Option("--realtime", help="Fly no faster than real time.")] = False,
     view: Annotated[
-        bool, typer.Option("--view", help="Show the flight in a browser while it is flown; best with --realtime.")
+        bool, typer.Option("--view", help="Show the flight in a browser while it runs; best with --realtime.")
     ] = False,
     port: Annotated[
         int,
         typer.Option(
-            min=0, max=65535, help="Port of the page of --view, on this machine.", show_default="any free one"
+            min=0, max=65535, help="Port of the page of --view, on this machine.", show_default="any free port"
         ),
     ] = 0,
-    force: Annotated[bool, typer.Option("--force", help="Fly even a scenario that `doorman check` refuses.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Fly even a scenario that `doorman check` rejects.")] = False,
     feed: FeedPort = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print only the summary, as JSON; no progress bar, no table.")
@@ -192,16 +192,15 @@ def open_command(
 ) -> None:
     """Fly a scenario in simulation, from hover to hover.
 
-    First it is checked, as `doorman check` does. Warnings and errors go to stderr. A scenario with errors is not flown and
-    leaves no folder, unless with `--force`; with `--json`, its findings are the document on stdout then.
+    The command first checks the scenario, like `doorman check`, and prints warnings and errors to stderr. It does not fly a
+    scenario with errors and writes no folder, unless you give `--force`. With `--json` it then prints the findings to stdout.
 
-    Writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario that was flown with
-    all its values (scenario.toml), plots of the states, of constraints and forces, of the swing from above and of the
-    planner's time (states, constraints, swing, planner_time; each .png and .pdf), and a page that replays the motion in a
-    browser (replay.html).
+    It writes a folder: the recording (recording.mcap), the figures of the run (summary.json), the scenario with all its values
+    (scenario.toml), plots of the states, of constraints and forces, of the swing from above and of the planning time (states,
+    constraints, swing, planner_time; each .png and .pdf), and a page that replays the motion in a browser (replay.html).
 
-    Ctrl-C ends the flight and keeps what was flown. The exit status is 0 only if the door was opened and nothing was
-    touched; otherwise, and if the scenario is refused, it is 1, and a sentence says what happened.
+    Ctrl-C ends the flight and keeps its data. The exit status is 0 only if the door is open, without a collision. Otherwise, and
+    if the check rejects the scenario, it is 1, and a message says what happened.
     """
 
     def command() -> int:
@@ -239,7 +238,7 @@ def _status(command: Callable[[], int]) -> int:
     try:
         status = command()
         if lost := lost_stream():
-            raise OSError(errno.EPIPE, "takes nothing any more", lost)
+            raise OSError(errno.EPIPE, "cannot be written to any more", lost)
         return status
     except (typer.Exit, typer.BadParameter):
         raise
@@ -252,17 +251,17 @@ def _status(command: Callable[[], int]) -> int:
         advice = "" if extra is None else f"; {how_to_install(extra)}"
         _complain(f"error: {error.name} is not installed{advice}")
     except (EOFError, typer.Abort):
-        _complain("error: stdin: nobody answers a question")
+        _complain("error: stdin: a question got no answer")
     except UnicodeError as error:
         _complain(f"error: a text that cannot be read or written: {error}")
     except SystemExit as end:
         if end.code != 1:  # rich's, where a pipe's reader has left
             raise
-        _complain(f"error: {lost_stream() or 'stdout'}: nobody reads it any more")
+        _complain(f"error: {lost_stream() or 'stdout'}: its reader has closed it")
     except Exception as error:
         if os.environ.get("DOORMAN_TRACEBACK"):
             raise
-        _complain(f"error: {type(error).__name__}: {error} (not expected: DOORMAN_TRACEBACK=1 shows where)")
+        _complain(f"error: {type(error).__name__}: {error} (unexpected: DOORMAN_TRACEBACK=1 prints the traceback)")
         return FAULT
     return BAD_INPUT
 

@@ -88,7 +88,7 @@ Sources = Annotated[
     typer.Argument(
         metavar="SCENARIO",
         help="Names of shipped scenarios, or paths of TOML files.",
-        show_default="all shipped ones",
+        show_default="all shipped scenarios",
         autocompletion=complete_scenario,
     ),
 ]
@@ -97,7 +97,7 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Override a key of the scenario: planner.margin=0.01. The value is TOML, a bare word is a string. Repeatable.",
+        help="Override a key of the scenario: planner.margin=0.01. The value is TOML; a bare word is a string. Repeatable.",
         autocompletion=complete_setting,
     ),
 ]
@@ -106,7 +106,7 @@ Vehicle = Annotated[
     typer.Option(
         "--vehicle",
         metavar="FILE",
-        help="Vehicle file: what belongs to the vehicle and not to the task; `doorman vehicle new` writes one.",
+        help="Vehicle file: everything that belongs to the vehicle; `doorman vehicle new` writes one.",
         show_default="the scenario's vehicle",
         autocompletion=complete_vehicle,
     ),

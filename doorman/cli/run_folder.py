@@ -37,7 +37,7 @@ def run_folder(out: Path | None, name: str, files: Iterable[str]) -> Iterator[Pa
             stack.enter_context(locked(folder / _LOCK))
         except BlockingIOError as error:
             raise DoormanError(
-                "another run writes to this folder", field="--out", given=str(folder), allowed="a folder of its own"
+                "another run writes to this folder", field="--out", given=str(folder), allowed="another folder"
             ) from error
         for file in files:
             (folder / file).unlink(missing_ok=True)

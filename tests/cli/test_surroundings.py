@@ -64,7 +64,7 @@ def test_any_text_is_written_in_any_encoding(encoding):
 @pytest.mark.parametrize(
     ("redirected", "status", "words"),
     [
-        ("| exec 0<&-; exit ${PIPESTATUS[0]}", BAD_INPUT, "stdout: nobody reads it any more"),
+        ("| exec 0<&-; exit ${PIPESTATUS[0]}", BAD_INPUT, "stdout: its reader has closed it"),
         (">/dev/full", BAD_INPUT, "stdout or a file: No space left on device"),
         (">&-", 0, ""),
         ("<&- >&-", 0, ""),

@@ -13,9 +13,9 @@ from doorman.cli.terminal import panels
 
 _Run = Annotated[
     Path | None,
-    typer.Argument(metavar="[RUN]", help="A run's folder, or an MCAP file.", show_default="the newest one under runs"),
+    typer.Argument(metavar="[RUN]", help="A run's folder, or an MCAP file.", show_default="the newest run under runs"),
 ]
-_Json = Annotated[bool, typer.Option("--json", help="Print what was found or written as JSON.")]
+_Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
 class Viewer(StrEnum):
@@ -49,17 +49,17 @@ def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
                 "--out",
                 "--output",
                 metavar="FILE",
-                help="Write the page here and open no browser.",
-                show_default="replay.html beside the recording",
+                help="Write the page to this file and open no browser.",
+                show_default="replay.html next to the recording",
             ),
         ] = None,
         as_json: _Json = False,
     ) -> None:
-        """Show a recorded run in the browser: play, pause, speed, and a slider through its time.
+        """Show a recorded run in the browser: play, pause, speed, and a slider for the time.
 
-        The page shows vehicle, arm and rotors, door and frame, the tip's trace and the force that it exerts, the plan as a
-        ribbon, and the surfaces of the constraints, coloured by clearance: blue where there is room, orange where it is
-        tight, red where there is none. It is one file that needs neither server nor network.
+        The page shows vehicle, arm and rotors, door and frame, the tip's trace and force, the plan as a ribbon, and the surfaces
+        of the constraints. Their colour shows the clearance: blue for much, orange for little, red for none. The page is one file
+        that needs no server and no network.
         """
 
         def command() -> int:
@@ -75,18 +75,18 @@ def _view_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
 def _export_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def export(
         run: _Run = None,
-        as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV; this is the default.")] = False,
+        as_csv: Annotated[bool, typer.Option("--csv", help="Write CSV (the default).")] = False,
         as_parquet: Annotated[bool, typer.Option("--parquet", help="Write Parquet; needs the extra campaign.")] = False,
         out: Annotated[
             Path | None,
-            typer.Option(metavar="DIR", help="Folder for the tables.", show_default="recording-csv beside it"),
+            typer.Option(metavar="DIR", help="Folder for the tables.", show_default="recording-csv next to it"),
         ] = None,
         as_json: _Json = False,
     ) -> None:
-        """Write a recording as tables, one file a topic.
+        """Write a recording as tables, one file per topic.
 
-        The first column is the time in seconds. Entries of arrays are columns of their own in CSV, lists in Parquet. The
-        recording's header, with the scenario that was flown, goes to header.json.
+        The first column is the time in seconds. Arrays become one column per entry in CSV, and lists in Parquet. The recording's
+        header, with the scenario, goes to header.json.
         """
 
         def command() -> int:
@@ -109,9 +109,9 @@ def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
     ) -> None:
         """Draw the figures of a recorded run again.
 
-        Writes what doorman open writes: plots of the states, of constraints and forces, of the swing from above and of the
-        planner's time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the motion
-        (replay.html).
+        The command writes the figures of `doorman open`: plots of the states, of constraints and forces, of the swing from above
+        and of the planning time (states, constraints, swing, planner_time; each .png and .pdf), and the page that replays the
+        motion (replay.html).
         """
 
         def command() -> int:
@@ -126,15 +126,15 @@ def _plot_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
 
 def _replay_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def replay(run: _Run = None, as_json: _Json = False) -> None:
-        """Solve every plan of a recorded run again, and compare it with the recorded one bit by bit.
+        """Solve every plan of a recorded run again, and compare it with the recorded plan bit by bit.
 
-        Each plan is made from the recorded state and the recorded estimate of the door, with a planner of the recorded
-        scenario, and warm from the plan before it wherever it was warm in flight. Compiled code of another processor, or of
-        another version of doorman, numpy or numba, may round otherwise.
+        The planner of the recorded scenario solves each plan from the recorded state and the recorded estimate of the door. Plans
+        with a warm start in flight have one here too. Another processor, or another version of doorman, NumPy or Numba, may round
+        differently.
 
-        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. States
-        have the 32 bits with which they are recorded. Plans that the clock cut short in flight, and those that began with
-        them, are not compared.
+        The exit status is 0 if states, inputs, cost, iterations and status of every plan agree to the bit, 1 if not. The command
+        compares states with their recorded 32 bits. It does not compare plans that a time limit cut short in flight, and their
+        warm-started successors.
         """
 
         def command() -> int:
@@ -153,21 +153,21 @@ def _merge_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
         log: Annotated[Path, typer.Argument(metavar="LOG", help="PX4 ULog (.ulg), or ArduPilot DataFlash log (.bin).")],
         offset: Annotated[
             float | None,
-            typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found by itself"),
+            typer.Option(metavar="SECONDS", help="Run's clock minus the log's.", show_default="found automatically"),
         ] = None,
         out: Annotated[
             Path | None,
             typer.Option(
-                metavar="FILE", help="File to write.", show_default="in the folder merged beside the recording"
+                metavar="FILE", help="File to write.", show_default="in the folder merged next to the recording"
             ),
         ] = None,
         as_json: _Json = False,
     ) -> None:
-        """Put the autopilot's own log beside a run's recording, in one MCAP file on one clock.
+        """Merge the autopilot's own log and a run's recording into one MCAP file with one clock.
 
-        The clocks are aligned by TIMESYNC where the run or the log has recorded it, else by the cross-correlation of the body
-        rates. The offset and its standard deviation are printed. The log's topics are named px4/… or ardupilot/…, in the log's
-        own units and axes; messages from before the run are left out. The recording itself stays as it is.
+        TIMESYNC aligns the clocks if the run or the log contains it, otherwise the cross-correlation of the body rates. The
+        command prints the offset and its standard deviation. The log's topics are named px4/… or ardupilot/…, in the log's own
+        units and axes. The file omits messages from before the run. The command does not change the recording.
         """
 
         def command() -> int:
@@ -184,8 +184,8 @@ def _layout_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
     def layout(viewer: Annotated[Viewer, typer.Argument(help="Program that shows recordings.")]) -> None:
         """Print a layout for a program that shows MCAP recordings: doorman layout foxglove > doorman.json.
 
-        Its panels show the door's angle, the vehicle's position and attitude, the tip's force, what is commanded, and the
-        planner's time.
+        Its panels show the door's angle, the vehicle's position and attitude, the tip's force, the commands, and the planning
+        time.
         """
 
         def command() -> int:

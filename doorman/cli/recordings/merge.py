@@ -40,7 +40,7 @@ def merge_log(run: Path, log: Path, offset: float | None, out: Path | None, as_j
     target = out or file.parent / FOLDER / file.name
     if target.resolve() == file.resolve():
         raise DoormanError(
-            "the run's own recording stays as it is", field="--out", given=str(target), allowed="another file"
+            "the run's own recording is not overwritten", field="--out", given=str(target), allowed="another file"
         )
     recording, flown = Recording.load(file), read_log(log)
     say_what_is_missing(recording, err=as_json)

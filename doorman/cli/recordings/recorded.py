@@ -56,6 +56,6 @@ def say_what_is_missing(recording: Recording, err: bool) -> None:
     """
     if recording.damaged_chunks:
         chunks = "1 chunk" if recording.damaged_chunks == 1 else f"{recording.damaged_chunks} chunks"
-        typer.echo(f"The recording is damaged: {chunks} could not be read; this is what it holds.", err=err)
+        typer.echo(f"The recording is damaged: {chunks} could not be read; the result lacks its data.", err=err)
     elif not recording.complete:
-        typer.echo("The recording was cut off; this is what it holds.", err=err)
+        typer.echo("The recording was cut off; the result ends early.", err=err)

@@ -42,7 +42,7 @@ class Difference:
     def __str__(self) -> str:
         """In words."""
         fields = ", ".join(f"{name} by {amount:.3g}" for name, amount in self.fields.items() if name != "status")
-        words = " and ".join(part for part in (fields, "another status" if "status" in self.fields else "") if part)
+        words = " and ".join(part for part in (fields, "a different status" if "status" in self.fields else "") if part)
         return f"plan {self.plan} at {self.time:.3f} s: {words}"
 
 
@@ -189,7 +189,7 @@ def _difference(old: Any, new: Any) -> float | None:
 def _sentence(found: Replay) -> str:
     cold = f"{found.plans} plans solved again, {found.cold} of them cold"
     if found.not_compared:
-        cold = f"{cold}, {found.not_compared} not compared, since the clock cut them or one before them short"
+        cold = f"{cold}, {found.not_compared} not compared, because a time limit cut them or a predecessor short"
     if found.identical:
         return f"{cold}: every bit of states, first input, cost and status agrees."
     return f"{cold}: {len(found.differences)} differ."

@@ -59,7 +59,7 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
             typer.Option(
                 "--mocap/--no-mocap",
                 help="Whether poses come from cameras.",
-                show_default="as the vehicle file says; yes without one",
+                show_default="the vehicle file's; yes without a file",
             ),
         ] = None,
         on_loss: Annotated[
@@ -71,21 +71,22 @@ def _parameters_command(leave: Callable[[Callable[[], int]], None]) -> Callable[
             typer.Option(
                 metavar="SECONDS",
                 help="Delay of poses from exposure to sending; for ArduPilot.",
-                show_default="left out",
+                show_default="omitted",
             ),
         ] = None,
         telem: Annotated[
-            int, typer.Option(min=0, max=3, help="Telemetry port that this computer is wired to; 0: USB.")
+            int, typer.Option(min=0, max=3, help="Telemetry port that connects this computer; 0: USB.")
         ] = 2,
         baud: Annotated[int, typer.Option(help="Baud rate of that port.")] = 921_600,
         flow_control: Annotated[
-            bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are wired, too.")
+            bool, typer.Option("--flow-control/--no-flow-control", help="Whether RTS and CTS are also wired.")
         ] = False,
     ) -> None:
         """Print a parameter file for the autopilot of a scenario's vehicle: doorman parameters px4 > vehicle.params.
 
-        Every line has its reason as a comment. They are the parameters that the checklist of doorman fly looks at, the telemetry
-        port, and a first guess of the hover thrust. A ground station loads the file: for PX4 it is QGroundControl's format.
+        A comment gives the reason of every line. The file contains the parameters that the checklist of doorman fly verifies,
+        those of the telemetry port, and a first guess of the hover thrust. Load it with a ground station; for PX4 it has the
+        format of QGroundControl.
         """
 
         def command() -> int:
@@ -106,7 +107,7 @@ def _system_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
     def system(file: Annotated[SystemFileName, typer.Argument(help="Which file.")]) -> None:
         """Print a file for the vehicle's Linux: udev rules for servo adapter and Pixhawk, limits, or a systemd unit.
 
-        The first line of each says where it belongs: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
+        The first line of the file says where to put it: doorman system udev | sudo tee /etc/udev/rules.d/99-doorman.rules
         """
 
         def command() -> int:
@@ -123,16 +124,16 @@ def _system_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
 def _doctor_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., None]:
     def doctor(
         folder: Annotated[
-            Path, typer.Option("--runs", metavar="DIR", help="Where recordings go.", show_default="runs")
+            Path, typer.Option("--runs", metavar="DIR", help="Folder of recordings.", show_default="runs")
         ] = Path("runs"),
         vehicle: Vehicle = None,
         as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     ) -> None:
-        """Say what is missing on this computer before it can fly, each with the command that mends it.
+        """Check whether this computer is ready to fly, and print the command that fixes each problem.
 
-        Looks at versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor, clock,
-        network buffers, disk and compiled kernels. With --vehicle it looks at the devices of that file, too. Nothing is changed.
-        The exit status is 1 if something is marked no.
+        The command checks versions, permissions of serial devices, latency timers, ModemManager, real-time priority, governor,
+        clock, network buffers, disk and compiled kernels. With --vehicle it also checks the devices of this file. It changes
+        nothing. The exit status is 1 if a row is marked no.
         """
 
         def command() -> int:
@@ -151,7 +152,7 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
         settings: Settings = None,
         vehicle: Vehicle = None,
         feed: Annotated[
-            int, typer.Option(min=0, max=65535, help="UDP port on loopback that the flight sends to.")
+            int, typer.Option(min=0, max=65535, help="UDP port on loopback for the flight's data.")
         ] = 51100,
         domain: Annotated[
             int, typer.Option(min=0, max=232, envvar="ROS_DOMAIN_ID", help="Domain of the ROS graph.")
@@ -161,8 +162,8 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
             str | None,
             typer.Option(
                 metavar="TOPIC",
-                help="PoseStamped topic of the vehicle; its poses go to --to.",
-                show_default="none taken",
+                help="PoseStamped topic of the vehicle; the node forwards its poses to --to.",
+                show_default="none",
             ),
         ] = None,
         to: Annotated[
@@ -175,9 +176,9 @@ def _ros2_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., N
     ) -> None:
         """Connect a flight with ROS 2, without a ROS installation, until Ctrl-C.
 
-        Out: odometry, joint states, the tip's force, plan, mission and markers of a flight that was started with --feed, and its
-        transform on /tf. In: poses for a flight whose --mocap is udp:51001. It speaks DDS, as ROS 2 does by default, and takes no
-        part in the flight: without it, or when it is late, the flight goes on.
+        The node publishes odometry, joint states, the tip's force, plan, mission and markers of a flight with --feed, and its
+        transform on /tf. It receives poses for a flight whose --mocap is udp:51001. It uses DDS, the default of ROS 2. The flight
+        does not depend on the node, and never waits for it.
         """
 
         def command() -> int:

@@ -119,4 +119,4 @@ def _print(figures: dict[str, Any], folder: Path, planned: int, interrupted: boo
         console.print(Text(text), soft_wrap=True)
     if interrupted:
         flown = figures["all"]["runs"]
-        console.print(Text(f"Interrupted after {flown} of {planned} runs; the same command goes on."), soft_wrap=True)
+        console.print(Text(f"Interrupted after {flown} of {planned} runs; the same command continues."), soft_wrap=True)

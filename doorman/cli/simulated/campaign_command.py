@@ -30,7 +30,7 @@ def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], 
         ] = None,
         workers: Annotated[
             int | None,
-            typer.Option(min=1, max=1024, help="Flights at a time on this machine.", show_default="one a core"),
+            typer.Option(min=1, max=1024, help="Flights at a time on this machine.", show_default="one per core"),
         ] = None,
         scheduler: Annotated[
             str | None, typer.Option(metavar="ADDRESS", help="Fly on an existing Dask cluster: tcp://host:port.")
@@ -43,16 +43,15 @@ def add_campaign_command(app: typer.Typer, leave: Callable[[Callable[[], int]], 
             bool, typer.Option("--json", help="Print the report's figures as JSON; no progress.")
         ] = False,
     ) -> None:
-        """Fly a scenario many times, with doors, winds and sensors drawn by chance, and report how often it worked.
+        """Fly a scenario many times, with random doors, winds and sensors, and report how often it works.
 
-        What is drawn stands in the scenario's table campaign.vary. What run i draws depends on campaign.seed and on i alone.
+        The scenario's table campaign.vary defines the distributions. The values of run i depend only on campaign.seed and on i.
 
-        Writes a folder: the report (report.md, report.json, histograms.png), one row a run (results.parquet), and the rows
-        as they came in (runs). A campaign that was interrupted or killed goes on where it stopped when the same command is
-        given again; a larger number of runs continues a finished one. Every failure is listed with the command that flies
-        it again.
+        The command writes a folder: the report (report.md, report.json, histograms.png), one row per run (results.parquet), and
+        one file per run (runs). The same command continues an interrupted campaign where it stopped. A larger number of runs
+        continues a finished campaign. The report lists every failure with the command that flies it again.
 
-        The exit status is 0 if all runs were flown, however they went.
+        The exit status is 0 if all runs were flown, with or without success.
         """
 
         def command() -> int:

@@ -150,14 +150,14 @@ def _print_complaints(report: Report, force: bool) -> None:
     console = Console(stderr=True, highlight=False)
     console.print(findings_table(report.complaints))
     if force and not report.possible:
-        console.print(Text(f"{report.sentence} It is flown all the same (--force)."), soft_wrap=True)
+        console.print(Text(f"{report.sentence} It flies anyway (--force)."), soft_wrap=True)
 
 
 def _refused(report: Report, as_json: bool) -> int:
     """Exit status of a scenario that is not flown."""
     if as_json:
         typer.echo(json.dumps(report.as_dict(), indent=2))
-    typer.echo(f"{report.sentence} It is not flown; --force flies it all the same.", err=True)
+    typer.echo(f"{report.sentence} It does not fly; --force flies it anyway.", err=True)
     return 1
 
 

@@ -44,7 +44,7 @@ _SERVOS = "from base to tip, then the gripper's"
 def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | None) -> str | None:
     """A link that the command line names, or leaves to a vehicle file."""
     if value is None and context.params.get("vehicle") is None and not context.resilient_parsing:
-        raise typer.BadParameter("No link is named: give this option or --vehicle.", param_hint=parameter.opts[0])
+        raise typer.BadParameter("A link is missing: give this option or --vehicle.", param_hint=parameter.opts[0])
     return value
 
 
@@ -66,7 +66,9 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         vehicle: Vehicle = None,
         autopilot: Annotated[
             AutopilotKind,
-            typer.Option(help="Autopilot to emulate; px4-sitl and ardupilot-sitl are their own code, which you start."),
+            typer.Option(
+                help="Autopilot to emulate; for px4-sitl and ardupilot-sitl you start the autopilot's own code."
+            ),
         ] = AutopilotKind.PX4,
         motors: Annotated[
             Motors,
@@ -76,20 +78,16 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         ] = Motors.LINEAR,
         pixhawk_port: Annotated[
             int | None,
-            typer.Option(
-                help="UDP port on loopback that the autopilot sends to.", show_default="the vehicle file's, or 14540"
-            ),
+            typer.Option(help="UDP port on loopback for the autopilot.", show_default="the vehicle file's, or 14540"),
         ] = None,
         mocap_port: Annotated[
             int | None,
-            typer.Option(
-                help="UDP port that the cameras send to; 0: no cameras.", show_default="the vehicle file's, or 51001"
-            ),
+            typer.Option(help="UDP port for the cameras; 0: no cameras.", show_default="the vehicle file's, or 51001"),
         ] = None,
         out: Annotated[
             Path | None,
             typer.Option(
-                metavar="FILE", help="Record the truth, as MCAP; with --fly, a folder for truth and flight, too."
+                metavar="FILE", help="MCAP file for the ground truth; with --fly also a folder for truth and flight."
             ),
         ] = None,
         seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
@@ -97,24 +95,26 @@ def _rig_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
             bool, typer.Option("--fly", help="Fly the mission against the rig, judge the flight, and exit.")
         ] = False,
         as_json: Annotated[
-            bool, typer.Option("--json", help="Print the links, or with --fly the summary, as JSON; words to stderr.")
+            bool,
+            typer.Option("--json", help="Print the links, or with --fly the summary, as JSON; messages to stderr."),
         ] = False,
     ) -> None:
         """Emulate autopilot, servos and cameras around one simulated vehicle and door.
 
-        They speak the protocols of the real ones, on loopback and on a pseudo-terminal. The command prints what to type into
-        another terminal to fly the mission against it, and runs until Ctrl-C. With --fly it does both; the exit status is then
-        0 only if the door was opened, nothing was touched and the vehicle has landed.
+        The emulators use the protocols of the real devices, on loopback and on a pseudo-terminal. The command prints the command
+        that flies the mission from another terminal, and runs until Ctrl-C. With --fly it also flies the mission. The exit status
+        is then 0 only if the door is open, without a collision, and the vehicle has landed.
 
-        With --vehicle, servos and object are mounted as the vehicle file says, so that a dry run shows whether it fits together.
-        Links that the file has on loopback, or as a path outside of /dev, are served there; others are printed as options.
+        With --vehicle, servos and object have the mounting of the vehicle file, so that a dry run shows whether everything
+        matches. If a link of the file is on loopback, or a path outside /dev, the rig creates it there. The printed command has
+        options for all other links.
         """
 
         def command() -> int:
             if fly:
                 if autopilot in (AutopilotKind.PX4_SITL, AutopilotKind.ARDUPILOT_SITL):
                     raise typer.BadParameter(
-                        f"{autopilot.value} is started by hand: run the rig without --fly", param_hint="--fly"
+                        f"you start {autopilot.value} yourself: run the rig without --fly", param_hint="--fly"
                     )
                 from doorman.cli.vehicles.rig_demo import fly_the_rig
 
@@ -141,28 +141,26 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         ] = None,
         duration: Annotated[
             float | None,
-            typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="its own"),
+            typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="the mission's end"),
         ] = None,
         dry_run: Annotated[
             bool,
-            typer.Option(
-                "--dry-run", help="Listen to the links, send nothing at all, and run the checks that this allows."
-            ),
+            typer.Option("--dry-run", help="Listen to the links without sending, and run the checks that this allows."),
         ] = False,
         write_parameters: Annotated[
             bool,
             typer.Option(
                 "--write-parameters",
-                help="Write the autopilot's parameters that the checklist finds wrong, and do not fly; then reboot it.",
+                help="Write parameters of the autopilot that are wrong. If there are any, do not fly; then reboot it.",
             ),
         ] = False,
         write_eeprom: Annotated[
-            bool, typer.Option("--write-eeprom", help="Change settings of the servos that are not as they should be.")
+            bool, typer.Option("--write-eeprom", help="Correct wrong settings of the servos.")
         ] = False,
         feed: FeedPort = None,
         yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
         as_json: Annotated[
-            bool, typer.Option("--json", help="Print checklist and result as JSON; words to stderr.")
+            bool, typer.Option("--json", help="Print checklist and result as JSON; messages to stderr.")
         ] = False,
         pixhawk: Annotated[
             str | None,
@@ -203,13 +201,13 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         ] = None,
         setpoints: Annotated[
             SetpointKind | None,
-            typer.Option(help="pixhawk.setpoints: what the autopilot gets.", rich_help_panel=_KEYS),
+            typer.Option(help="pixhawk.setpoints: kind of setpoints for the autopilot.", rich_help_panel=_KEYS),
         ] = None,
         local_frame: Annotated[
             str | None,
             typer.Option(
                 metavar="X,Y,Z,YAW",
-                help="pixhawk.local_frame: origin [m] of the autopilot's local frame, and where its north points [rad].",
+                help="pixhawk.local_frame: origin [m] and heading of north [rad] of the autopilot's local frame.",
                 rich_help_panel=_KEYS,
             ),
         ] = None,
@@ -227,7 +225,7 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         ] = None,
         servo_directions: Annotated[
             str | None,
-            typer.Option(metavar="1,-1", help="servos.directions: which way they turn.", rich_help_panel=_KEYS),
+            typer.Option(metavar="1,-1", help="servos.directions: their directions.", rich_help_panel=_KEYS),
         ] = None,
         servo_zeros: Annotated[
             str | None,
@@ -237,7 +235,9 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         ] = None,
         object_name: Annotated[
             str | None,
-            typer.Option(metavar="NAME", help="mocap.object_name: the vehicle's in the stream.", rich_help_panel=_KEYS),
+            typer.Option(
+                metavar="NAME", help="mocap.object_name: the vehicle's name in the stream.", rich_help_panel=_KEYS
+            ),
         ] = None,
         mocap_rate: Annotated[
             float | None,
@@ -246,11 +246,11 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
     ) -> None:
         """Fly the mission on the vehicle: checklist, take-off, door, landing.
 
-        The vehicle file names the links and what was calibrated. Options below its heading win over its keys.
+        The vehicle file contains links and calibration. Options under its heading override its keys.
 
-        Ctrl-C once gives the mission up and flies back to the hover point, twice lands at once. SIGTERM flies back and lands. The
-        radio's mode switch always wins. The exit status is 0 if the mission was flown to its end and the vehicle has landed, 1
-        if not, 2 if the input cannot be used or a link cannot be opened.
+        Ctrl-C ends the mission and flies back to the hover point; a second Ctrl-C lands at once. SIGTERM flies back and lands.
+        The radio's mode switch overrides everything. The exit status is 0 if the mission reached its end and the vehicle has
+        landed, 1 if not, 2 if the input cannot be used or a link cannot be opened.
         """
 
         def command() -> int:

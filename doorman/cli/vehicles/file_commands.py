@@ -11,8 +11,8 @@ import typer
 from doorman.cli.arguments import Settings, Source
 from doorman.cli.terminal import panels
 
-_File = Annotated[Path, typer.Argument(metavar="FILE", help="The vehicle file; its comments stay.")]
-_Json = Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")]
+_File = Annotated[Path, typer.Argument(metavar="FILE", help="The vehicle file; the command keeps its comments.")]
+_Json = Annotated[bool, typer.Option("--json", help="Print the written values as JSON.")]
 
 
 def add_vehicle_file_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
@@ -43,12 +43,12 @@ def _new_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         base_link: Annotated[str, typer.Option(metavar="LINK", help="Base link of the multirotor.")] = "base_link",
         tip: Annotated[str, typer.Option(metavar="FRAME", help="Frame of the arm's tip.")] = "tip",
         every_key: Annotated[
-            bool, typer.Option("--all", help="Also write every other key and its default, as comments.")
+            bool, typer.Option("--all", help="Also write all other keys and their defaults, as comments.")
         ] = False,
     ) -> None:
-        """Write a vehicle file with comments, ready to be filled in.
+        """Write a vehicle file with comments, for you to fill in.
 
-        The servos are those of the URDF's arm, then a gripper's.
+        Its servos are those of the URDF's arm, then a gripper's.
         """
 
         def command() -> int:
@@ -66,9 +66,7 @@ def _zeros_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
         file: _File,
         posture: Annotated[
             str,
-            typer.Option(
-                metavar="ANGLES", help="Angles of all joints, then of the gripper, as the URDF counts them [rad]."
-            ),
+            typer.Option(metavar="ANGLES", help="Angles of all joints, then of the gripper, as in the URDF [rad]."),
         ],
         servos: Annotated[
             str | None, typer.Option(metavar="DEVICE", help="Serial device of the servos.", show_default="the file's")
@@ -77,7 +75,7 @@ def _zeros_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
     ) -> None:
         """Read the servos' positions and write the zeros of their joints.
 
-        Hold the arm in a posture that you know, with torque off as after power-on; directions must be right already.
+        Hold the arm in a known posture, with torque off as after power-on. The directions in the file must already be right.
         """
 
         def command() -> int:
@@ -100,9 +98,9 @@ def _object_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         ] = None,
         as_json: _Json = False,
     ) -> None:
-        """Look through the cameras and write where the tracked object is in the body.
+        """Measure the tracked object with the cameras, and write its pose in the body.
 
-        Put the vehicle down level at a place that you know. Write the cameras' axes first: doorman vehicle origin.
+        Put the vehicle down level at a known position. Write the cameras' axes first: doorman vehicle origin.
         """
 
         def command() -> int:
@@ -124,9 +122,9 @@ def _origin_command(leave: Callable[[Callable[[], int]], None]) -> Callable[...,
         settings: Settings = None,
         as_json: _Json = False,
     ) -> None:
-        """Write where the cameras' axes are in the world, from two points of the closed door, measured in these axes.
+        """Write the pose of the cameras' axes in the world, from two points of the closed door, measured in these axes.
 
-        The door is the scenario's. The world is where its URDF puts it.
+        The door is that of the scenario. Its URDF defines the world.
         """
 
         def command() -> int:
@@ -147,12 +145,12 @@ def _learn_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., 
             typer.Argument(
                 metavar="[RUN]",
                 help="Folder or recording of a flight by doorman fly.",
-                show_default="the newest one under runs",
+                show_default="the newest run under runs",
             ),
         ] = None,
         as_json: _Json = False,
     ) -> None:
-        """Write what a flight has measured: the thrust in hover, and the lag of the attitude."""
+        """Write measurements of a flight: thrust in hover, latency of the poses, lag of the attitude."""
 
         def command() -> int:
             from doorman.cli.vehicles.vehicle_file import write_learned

@@ -154,11 +154,11 @@ def _confirmed(output: Output) -> bool:
 def _dry_run(model: Model, config: VehicleConfig, output: Output) -> int:
     """Check what can be checked without sending anything."""
     findings = check(model)
-    Console(stderr=True, highlight=False).print("Listening to the links; nothing is sent")
+    Console(stderr=True, highlight=False).print("Listening to the links without sending")
     checks = listen(model, config, findings)
     _print_checks(checks, output)
     good = ready(checks)
-    words = "nothing speaks against a flight so far" if good else "the vehicle would not fly, see the lines marked 'no'"
+    words = "no check failed so far" if good else "the vehicle would not fly, see the lines marked 'no'"
     words = f"Dry run: {words}. Nothing was sent."
     typer.echo(words, err=output != "words")
     _print_result(checks, {"ready": good, "completed": False, "message": words}, output)

@@ -91,10 +91,10 @@ def run_rig(
             command = shlex.join(["doorman", "fly", source, *overrides, *(options or rig.arguments)])
             other = rig.autopilot_command
             document = {"command": command, "links": {name.strip("-"): one for name, one in links.items()}}
-            words = f"The rig runs until Ctrl-C; fly it by\n{command}"
+            words = f"The rig runs until Ctrl-C; fly it with\n{command}"
             if rig.pilot is not None and other is not None:
                 document["autopilot"] = other
-                words = f"Start {rig.pilot.program} in another terminal by\n{other}\n{words}"
+                words = f"Start {rig.pilot.program} in another terminal with\n{other}\n{words}"
             typer.echo(json.dumps(document) if as_json else words)
             sys.stdout.flush()
             while not over.wait(_LOOK) and rig.plant.failure is None:
