@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.pose_age import oldest_pose
+from doorman.control.estimation.pose_noise import force_noise, most_force_noise
 from doorman.control.state_converter import look_aheads
 from doorman.dynamics.attitude_loop import LARGE_LAG
 from doorman.feasibility.bodies import body_findings
@@ -49,6 +50,7 @@ def setup_findings(model: Model) -> list[Finding]:
         *(_constraints_at(model, name) for name in ("start", "goal")),
         _planner_numbers(model),
         _age_of_poses(model),
+        *_noise_of_poses(model),
         _attitude_lag(model),
         *body_findings(model),
         *lift_findings(model),
@@ -271,6 +273,24 @@ def _age_of_poses(model: Model) -> Finding:
         "" if severity is Severity.OK else "quicker cameras (simulation.sensors.latency, rate), or smaller "
         "control.position_gain and velocity_gain",
     )  # fmt: skip
+
+
+def _noise_of_poses(model: Model) -> list[Finding]:
+    """The force that the simulated cameras' noise makes at a tip that only pushes."""
+    if model.scenario.contact.kind != "push":
+        return []
+    simulation, limit = model.scenario.simulation, most_force_noise(model)
+    sensors, noise = simulation.sensors, simulation.noise.position
+    interval = 1.0 / (simulation.controller_rate if sensors.rate is None else sensors.rate)
+    force = force_noise(model, noise, sensors.latency + sensors.jitter, interval)
+    severity = graded(force <= limit, Severity.ERROR)
+    return [Finding(
+        "noise of poses", severity,
+        f"noise of the poses moves the force at the tip by {force:.2f} N; contact is held up to {limit:.2f} N",
+        force, limit, "N",
+        "" if severity is Severity.OK else "quieter or quicker cameras (simulation.noise.position, "
+        "simulation.sensors), or a gripper",
+    )]  # fmt: skip
 
 
 def _degrees(angle: float) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.pose_age import oldest_pose
+from doorman.control.estimation.pose_noise import force_noise, most_force_noise
 from doorman.control.passage import Passage, has_doorway
 from doorman.feasibility import Finding, Report
 from doorman.flight.way_back import out_of_the_doorway
@@ -171,6 +172,8 @@ def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
     yield _row("mocap", pose.fresh, f"pose {pose.quality.value}, {figures.frame_rate:.1f} frames/s",
                "see that the object is visible")  # fmt: skip
     yield judge_age(figures.latency, figures.frame_rate, oldest_pose(model.scenario.control))
+    if model.scenario.contact.kind == "push":
+        yield judge_noise(model, figures.position_noise, figures.latency, figures.frame_rate)
     off = apart(links)
     yield _row("mocap and autopilot", off < TOGETHER, f"{off * 1e3:.0f} mm apart",
                "the autopilot must take the poses: see its parameters, and reboot it")  # fmt: skip
@@ -199,6 +202,23 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
             "mocap's latency", Verdict.BAD, found, "quicker cameras, or smaller control.position_gain, velocity_gain"
         )
     return _row("mocap's latency", latency < _MOST_LATENCY, found, "a wired network", Verdict.WARNING)
+
+
+def judge_noise(model: Model, position_noise: float, latency: float, rate: float) -> Check:
+    """Row about the poses' noise: where it moves the force of a tip that pushes by too much, the tip leaves the leaf.
+
+    Args:
+        model: Model of the scenario.
+        position_noise: Measured, on every axis [m].
+        latency: From exposure to arrival [s].
+        rate: Frames per second [1/s].
+    """
+    if not (math.isfinite(position_noise) and math.isfinite(latency) and rate > 0.0):
+        return Check("mocap's noise", Verdict.WARNING, "not measured yet", "wait for more frames")
+    limit = most_force_noise(model)
+    force = force_noise(model, position_noise, max(latency, 0.0), 1.0 / rate)
+    found = f"{1e3 * position_noise:.1f} mm make {force:.2f} N at the tip; {limit:.2f} N are flown"
+    return _row("mocap's noise", force <= limit, found, "quieter or quicker cameras, larger markers, or a gripper")
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:

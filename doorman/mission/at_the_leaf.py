@@ -68,6 +68,7 @@ class AtTheLeaf:
         self._yaw = float(model.start_state[2])
         self._offset = (0.0, 0.0)
         self._height = 0.0
+        self._pressed = self._beside = 0.0
         self._was_fast = False
         self._slow_from = 0.0
         self._moved_at: float | None = None
@@ -75,13 +76,20 @@ class AtTheLeaf:
         self.free_wind = np.zeros(3)
         """Outer force while the tip moved last, shape (3,), world frame [N]."""
 
-    def begin(self, yaw: float, estimate: Estimate | None = None) -> None:
+    def begin(self, yaw: float, estimate: Estimate | None = None, pressed: float = 0.0) -> None:
         """Begin.
 
         Args:
             yaw: To keep [rad].
             estimate: What is known now: the tip stays where it is on the leaf. At the contact point if not given.
+            pressed: F_n of a tip that pushes on from an opening [N]. Rotors alone cannot keep the heading against it: the vehicle
+                is held where that heading has it, and the force beside the normal that did so fades with the push.
         """
+        self._pressed, self._beside = pressed, 0.0
+        if estimate is not None and pressed > 0.0:
+            along, _ = self._model.door.face(estimate.door_angle)
+            most = self._model.scenario.push.friction_coefficient * pressed
+            self._beside = min(max(float(along @ estimate.tip_force), -most), most)
         self._yaw, self._was_fast, self._moved_at = yaw, False, None
         self._height = 0.0 if estimate is None else float(estimate.position[2])
         self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
@@ -98,7 +106,8 @@ class AtTheLeaf:
             estimate: What is known now.
             push: F_n [N].
         """
-        normal, yaw = self._model.door.normal(estimate.door_angle), float(estimate.state[2])
+        normal = self._model.door.normal(estimate.door_angle)
+        yaw = self._yaw if self._pressed > 0.0 else float(estimate.state[2])
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
         aside, upwards = self._model.door.face(estimate.door_angle)
         place = place + self._offset[0] * aside + self._offset[1] * upwards
@@ -107,6 +116,8 @@ class AtTheLeaf:
         rest, rates = np.zeros(3), np.zeros(self._n_arm)
         wind = float(normal @ estimate.wind)
         reaction = push * normal if estimate.touching else rest
+        if estimate.touching and self._pressed > 0.0:
+            reaction = reaction + min(max(push / self._pressed, 0.0), 1.0) * self._beside * aside
         return Setpoint(place, rest, rest, self._yaw, reaction, normal, rates, push - wind)
 
     def draw_back(self, estimate: Estimate, force: float) -> Setpoint:

@@ -136,7 +136,7 @@ class Sequence:
         now = self._current(estimate)
         closes, holds = now.closes_gripper, now.holds(estimate.time)
         if self.attempt.grips and self._grip_watch.is_loose(estimate, closes, holds, time_step):
-            self.abort(estimate, "the gripper does not hold the leaf", at_once=True)
+            self._follow(now.without_hold(estimate), estimate)
         setpoint, then = self._current(estimate).step(estimate, body_rates, time_step)
         self._follow(then, estimate)
         return Action(setpoint, self._current(estimate).closes_gripper)

@@ -353,3 +353,24 @@ def test_a_leaf_that_stays_past_the_goal_is_told_with_its_angle(model: Model, sw
     swing.resume(estimate.time, 0.5)
     later = replace(estimate, state=past, time=estimate.time + 60.0)
     assert "past the goal, to 8.5" in swing.stuck(later)
+
+
+@pytest.mark.parametrize("turned", [-0.3, 0.1])
+def test_an_opened_door_is_eased_at_the_heading_that_held_it(
+    model: Model, converter: StateConverter, turned: float
+) -> None:
+    """A vehicle that is turned meanwhile is told to go back to where its heading had it, and not after its turn."""
+    known, leaf = hovering(model, 0.0, 4.0, 0.6)[-1], AtTheLeaf(model, converter)
+    along, _ = model.door.face(known.door_angle)
+    known = replace(known, touching=True, tip_force=known.tip_force + 1.0 * along)
+    state = known.state.copy()
+    state[2] += turned
+    later = replace(known, state=state)
+    leaf.begin(float(known.state[2]), known, 4.0)
+    straight, after = leaf.push(known, 4.0), leaf.push(later, 4.0)
+    assert after.position == pytest.approx(straight.position, abs=1e-9) and after.yaw == straight.yaw
+    beside = [float(along @ leaf.push(later, push).force) for push in (4.0, 2.0, 0.0)]
+    assert beside[0] > 0.4 and beside == pytest.approx([beside[0], 0.5 * beside[0], 0.0], abs=1e-9)
+    leaf.begin(float(known.state[2]), known)
+    moved = leaf.push(later, 4.0).position - straight.position
+    assert np.linalg.norm(moved) > 0.02, "a touch keeps the tip's place, whatever the heading"

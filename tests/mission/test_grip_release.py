@@ -8,6 +8,7 @@ from hands import Slam, flown, phases
 
 from doorman import Recording
 from doorman.campaign import judge
+from doorman.campaign.told_reason import told_truly
 from doorman.mission import Phase
 from doorman.summary import verdict
 
@@ -82,12 +83,39 @@ def test_a_gripper_that_never_closes_is_noticed() -> None:
     assert np.degrees(recording["truth"]["door_angle"]).min() > 85.0
 
 
-def test_a_mission_in_contact_whose_gripper_never_closes_is_no_success() -> None:
-    """It makes no tug, and may not notice: the leaf swings on, and the summary asks the truth."""
-    recording, _ = flown(scenario="paper", simulation__gripper_closes=False, mission__start="contact")
+@pytest.mark.parametrize("friction", [0.1, 0.3, 0.8])
+def test_a_mission_in_contact_whose_gripper_never_closes_says_so(friction: float) -> None:
+    """It makes no tug: the tip comes to the goal while the leaf swings on or stands, and shakes there."""
+    recording, mission = flown(
+        scenario="paper", simulation__gripper_closes=False, mission__start="contact",
+        simulation__door_friction=friction,
+    )  # fmt: skip
+    assert mission.outcome == (False, "the gripper does not hold the leaf")
     summary = recording.summary
-    assert summary is not None and summary["collisions"] == 0 and summary["outcome"] in ("given up", "goal missed")
+    assert summary is not None and summary["collisions"] == 0 and summary["outcome"] == "given up"
     assert summary["true_causes"] == ["the gripper never closed"] and not judge(summary).success
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_a_gripper_that_holds_is_not_doubted_at_the_goal(friction: float) -> None:
+    """The shake moves the leaf by less than a degree."""
+    recording, mission = flown(scenario="paper", mission__start="contact", simulation__door_friction=friction)
+    assert mission.outcome == (True, "")
+    truth = recording["truth"]
+    ends = recording["mission"].time[phases(recording).index("open") + 1]
+    shaken = np.degrees(truth["door_angle"][(truth.time > ends - 1.8) & (truth.time < ends)])
+    assert np.ptp(shaken) < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", [0.3, 0.5, 0.7])
+def test_a_leaf_that_wind_moves_is_no_fault_of_the_gripper(direction: float) -> None:
+    """It stands elsewhere when the tip comes, or moves on before the gripper has closed."""
+    gust = {"simulation__gust.vehicle": 2.0, "simulation__gust.leaf": 2.0, "simulation__gust.direction": direction}
+    recording, mission = flown(scenario="paper", **gust)
+    summary = recording.summary
+    assert summary is not None and summary["collisions"] == 0
+    assert "the gripper does not hold" not in mission.outcome[1] and told_truly(summary) is not False
 
 
 def slipped_and_noticed(**keys: float) -> tuple[float, float, Recording]:

@@ -5,14 +5,23 @@ from __future__ import annotations
 import math
 import statistics
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from doorman.hardware.mocap.faults import MocapFault
 
+Array = NDArray[np.float64]
+
 _KEPT = 1000
+_MEDIAN_OF_SQUARES = 2.366
+"""Median of the squared length of three normal numbers."""
+_SUMMED = 6.0
+"""Variance of a second difference of white noise, in variances of the noise."""
+_ENOUGH = 50
+"""Second differences from which on the noise is told."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,8 @@ class MocapStatistics:
     """Median time from exposure to arrival: the configured one of the quickest packets and `delay` [s]."""
     velocity_lag: float
     """Median of the velocity filter's lag [s]."""
+    position_noise: float = math.nan
+    """White noise of a position on every axis, by second differences, which motion does not show in [m]."""
 
 
 class Figures:
@@ -59,6 +70,8 @@ class Figures:
         self._intervals: deque[float] = deque(maxlen=_KEPT)
         self._delays: deque[float] = deque(maxlen=_KEPT)
         self._lags: deque[float] = deque(maxlen=_KEPT)
+        self._last: list[tuple[int, Array]] = []
+        self._bent: deque[float] = deque(maxlen=_KEPT)
 
     def frame(self, arrival: float, delay: float, skipped: int) -> None:
         """A new frame arrived.
@@ -75,10 +88,28 @@ class Figures:
         self._arrival = arrival
         self._delays.append(delay)
 
-    def pose(self, lag: float) -> None:
-        """A pose was used; the velocity has a lag [s]."""
+    def pose(self, lag: float, frame: int, position: Sequence[float]) -> None:
+        """A pose was used.
+
+        Args:
+            lag: Of the velocity [s].
+            frame: Its number.
+            position: [m].
+        """
         self.poses += 1
         self._lags.append(lag)
+        self._last = [*self._last[-2:], (frame, np.array(position))]
+        if len(self._last) < 3 or self._last[2][0] - self._last[0][0] != 2:
+            return  # a frame is missing between them
+        (_, first), (_, second), (_, third) = self._last
+        bent = first - 2.0 * second + third
+        self._bent.append(float(bent @ bent))
+
+    def _noise(self) -> float:
+        """Of position [m]."""
+        if len(self._bent) < _ENOUGH:
+            return math.nan
+        return math.sqrt(_median(list(self._bent)) / (_MEDIAN_OF_SQUARES * _SUMMED))
 
     def statistics(self, counts: Mapping[MocapFault, int], frame_rate: float, latency: float) -> MocapStatistics:
         """Figures so far.
@@ -94,7 +125,7 @@ class Figures:
         jitter = float(np.percentile(np.abs(np.array(intervals) - middle), 90.0)) if intervals else math.nan
         return MocapStatistics(
             self.packets, self.frames, self.poses, self.dropped, dict(counts), frame_rate, middle, jitter,
-            _median(delays), float(late), float(latest), latency + _median(delays), _median(lags),
+            _median(delays), float(late), float(latest), latency + _median(delays), _median(lags), self._noise(),
         )  # fmt: skip
 
 

@@ -94,6 +94,6 @@ class PoseTracker:
         self._run.clear()
 
     def _sample(self, reading: Reading, pose: TimedPose) -> PoseSample:
-        self._figures.pose(self._filter.lag)
+        self._figures.pose(self._filter.lag, reading.frame_number, pose.position)
         return measured(reading.time, pose.position, pose.quaternion, self._filter.velocity, self._filter.body_rates,
                         reading.frame_number, self._figures.poses, self._track)  # fmt: skip

@@ -122,6 +122,12 @@ class MissionPhase(ABC):
         """Speed with which the phase itself draws the tip back from the leaf [m/s]."""
         return 0.0
 
+    def without_hold(self, estimate: Estimate) -> GiveUp:
+        """What follows where a closed gripper feels no leaf: one that had to be looked for moves, and the vehicle comes again."""
+        if self.attempt.unsure:
+            return GiveUp("the gripper finds no hold on a leaf that moves", for_good=False, at_once=True)
+        return GiveUp("the gripper does not hold the leaf", at_once=True)
+
     def expired(self, now: float) -> bool:
         """Whether the phase has lasted too long."""
         return now - self.entered > self.longest

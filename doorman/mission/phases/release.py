@@ -56,7 +56,7 @@ class Release(MissionPhase):
         self._angle, self._load, self._push = estimate.door_angle, estimate.normal_force, estimate.push
         self._let_go_at = None if closed else self.entered
         self._gives_way = False
-        attempt.leaf.begin(float(estimate.state[2]), estimate)
+        attempt.leaf.begin(float(estimate.state[2]), estimate, 0.0 if attempt.grips else max(self._push, 0.0))
 
     @property
     def tie(self) -> Tie:

@@ -74,6 +74,7 @@ class Touch(MissionPhase):
                 return leaf.push(estimate, -self._tug), None
             if spent >= _PRESSING and (estimate.touching or attempt.grips):
                 attempt.unsure = self._beyond(estimate) > _MISSING
+                attempt.tried_grip = attempt.grips
                 then = Next(Phase.OPEN)
             elif spent >= _PRESSING:  # the leaf stands a little farther away than was believed
                 self._touched_at = None
@@ -95,6 +96,8 @@ class Touch(MissionPhase):
         if self._touched_at is None and leaf.blocked(estimate):
             self._touched_at = estimate.time
             estimator.meet_leaf(estimate.tip_angle, leaf.free_wind)
+        if self._touched_at == estimate.time:
+            self.attempt.unsure = self._beyond(estimate) > _MISSING
 
     def _beyond(self, estimate: Estimate) -> float:
         """How far the leaf is beyond its place at the start [rad]."""

@@ -51,9 +51,10 @@ def _of_door(truth: Any, model: Model) -> list[str]:
     true, door = model.scenario.simulation, model.true_door
     lowest, highest = float(truth["door_angle"].min()), float(truth["door_angle"].max())
     farthest, found = max(door.opening_of(lowest), door.opening_of(highest)), []
-    if true.door_latch > 0.0 and farthest < true.door_latch_angle:
+    pushed = bool(np.any(truth["touching"]))  # what nobody pushed against held nothing
+    if pushed and true.door_latch > 0.0 and farthest < true.door_latch_angle:
         found.append(LATCHED)
-    if true.door_seal > 0.0 and farthest < true.door_seal_angle:
+    if pushed and true.door_seal > 0.0 and farthest < true.door_seal_angle:
         found.append(SEALED)
     if true.hand.door_angle is not None and lowest <= true.hand.door_angle:
         found.append(HELD)

@@ -40,7 +40,6 @@ def test_a_gripper_that_slips_or_never_closes(model):
 @pytest.mark.parametrize(
     ("keys", "cause"),
     [
-        ({"door_latch": 50.0}, causes.LATCHED), ({"door_seal": 50.0}, causes.SEALED),
         ({"door_offset": (0.0, 0.0, 0.02)}, causes.ELSEWHERE), ({"door_yaw": -0.03}, causes.ELSEWHERE),
         ({"gust__vehicle": 4.0, "gust__variation": 0.0}, causes.WIND), ({"gust__draught_leaf": -3.0}, causes.DRAUGHT),
         ({"thrust_scale": 0.9}, causes.WEAK), ({"vehicle_mass": 3.4}, causes.WEAK),
@@ -50,6 +49,13 @@ def test_a_gripper_that_slips_or_never_closes(model):
 def test_each_cause_is_told_by_itself(model, keys, cause):
     scene = {f"simulation__{name}": value for name, value in keys.items()}
     assert flown(model, contact__kind="push", mission__start="hover", **scene) == [cause]
+
+
+@pytest.mark.parametrize(("catch", "cause"), [("door_latch", causes.LATCHED), ("door_seal", causes.SEALED)])
+def test_latch_and_seal_hold_only_a_leaf_that_the_tip_pushes(model, catch, cause):
+    held = {"contact__kind": "push", f"simulation__{catch}": 50.0}
+    assert flown(model, pitch=0.1, **held) == [cause]
+    assert flown(model, mission__start="hover", **held) == []
 
 
 def test_a_latch_that_was_overcome_held_nothing(model):
