@@ -158,15 +158,30 @@ class StateConverter:
         )
 
     def door_rate(self, plan: Plan, time: float) -> float:
-        """α̇ at a time of the plan [rad/s]."""
+        """Rate α̇ of the door at a time of the plan, 0 after its end [rad/s].
+
+        Args:
+            plan: The plan.
+            time: Since its start [s].
+        """
         return float(self._at(plan, time)[0][4])
 
     def heading(self, plan: Plan, time: float) -> float:
-        """ψ at a time of the plan [rad]."""
+        """Heading ψ of the vehicle at a time of the plan [rad].
+
+        Args:
+            plan: The plan.
+            time: Since its start [s].
+        """
         return float(self._at(plan, time)[0][2])
 
     def turning(self, plan: Plan, time: float) -> float:
-        """ψ̇ that leads to the heading `control.attitude_look_ahead` after a time of the plan [rad/s]."""
+        """Rate ψ̇ that reaches the plan's heading after `control.attitude_look_ahead` [rad/s]; 0 without a look-ahead.
+
+        Args:
+            plan: The plan.
+            time: Since its start [s].
+        """
         ahead = self._attitude_ahead
         return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
 

@@ -42,7 +42,11 @@ class Numbers:
         return {name: other[place] for name, place in self._places.items()}
 
     def one(self, name: str) -> float:
-        """The number of a name that stands for one."""
+        """The number of a name that stands for one.
+
+        Args:
+            name: Of the number.
+        """
         return float(self[name][0])
 
     def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
@@ -67,7 +71,11 @@ class Numbers:
         return changed
 
     def and_also(self, entries: Mapping[str, ArrayLike]) -> Numbers:
-        """Numbers with further names behind these."""
+        """These numbers, with further names behind them.
+
+        Args:
+            entries: Numbers or vectors by name; a name that is here already gets the new value.
+        """
         return Numbers({**{name: self[name] for name in self.sizes}, **entries})
 
     def _place(self, name: str) -> slice:

@@ -30,7 +30,11 @@ class Extras:
 
     @classmethod
     def of(cls, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Extras:
-        """Checked.
+        """Checked constraints and costs of a user.
+
+        Args:
+            constraints: Each a `Constraint`.
+            costs: Each a `Cost` or a `Residual`.
 
         Raises:
             SolverError: if an entry is of another type.

@@ -62,7 +62,11 @@ def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Ext
 
 
 def lagrangian_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task."""
+    """Numbers of the scenario's task, by name: those of the door problem, inertias and the limits of the body rates.
+
+    Args:
+        model: Model of the scenario.
+    """
     rates = largest_body_rates(model)
     limits = {"limits.body_rates": rates} if rates.size else {}
     numbers = door_numbers(model)

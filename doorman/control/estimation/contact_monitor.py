@@ -70,7 +70,11 @@ class ContactMonitor:
         return self.touching
 
     def declare(self, touching: bool) -> None:
-        """Set the state on other evidence."""
+        """Set the contact state on other evidence.
+
+        Args:
+            touching: The new state.
+        """
         self.touching, self._for, self._expected = touching, 0.0, False
 
     def expect(self) -> None:

@@ -382,7 +382,11 @@ class WholeBodyTask:
 
 
 def constraints(task: WholeBodyTask) -> list[Constraint]:
-    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`)."""
+    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`).
+
+    Args:
+        task: The task in symbols.
+    """
     limits = task.of["limits"]
     stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
@@ -404,7 +408,11 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
 
 
 def residuals(task: WholeBodyTask) -> list[Residual]:
-    """What the plan is drawn to; with weight 0, not at all."""
+    """Residuals that a plan keeps small; one of weight 0 counts for nothing.
+
+    Args:
+        task: The task in symbols.
+    """
     goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
     off_goal = task.joint - goes.joint
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
