@@ -161,6 +161,11 @@ class CheckedFunction:
 def count(function: Function, name: str, *arguments: Array) -> int:
     """Number of values that a function returns.
 
+    Args:
+        function: Called with copies of the arguments.
+        name: Of the function, for the error.
+        *arguments: A state, shape (nx,), or a state and an input, shape (nu,).
+
     Raises:
         DimensionError: if it returns something else than a vector of numbers, or a number.
     """
@@ -172,10 +177,15 @@ def count(function: Function, name: str, *arguments: Array) -> int:
 
 
 def numbers(returned: Any, name: str, allowed: str) -> NDArray[Any]:
-    """What a function has returned as an array of floats, or of complex numbers.
+    """What a function has returned, as an array of floats or of complex numbers.
+
+    Args:
+        returned: By the function.
+        name: Of the function, for the error.
+        allowed: What it should return, for the error.
 
     Raises:
-        DimensionError: if it is none, as where a `return` is missing.
+        DimensionError: if it is no array of numbers, as where a `return` is missing.
     """
     try:
         values = np.asarray(returned)

@@ -125,7 +125,11 @@ class PythonKernelsWithCost(PythonKernels):
 
 
 def kernels_of(callback: Callback) -> PythonKernels:
-    """Model that keeps a callback alive."""
+    """Model for the compiled solvers that keeps a callback alive.
+
+    Args:
+        callback: What the kernels call.
+    """
     own_cost = "stage_cost" in callback.checked or "end_cost" in callback.checked
     model = (PythonKernelsWithCost if own_cost else PythonKernels)(callback.address)
     model.callback = callback

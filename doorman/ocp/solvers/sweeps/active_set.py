@@ -127,6 +127,11 @@ def mark_bounds(
 def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
     """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows.
 
+    Args:
+        work: Workspace of the solver.
+        at: Trajectory with the values of its rows.
+        penalty: 1/μ.
+
     Returns:
         The last node whose set is another now; −1 if none is.
     """

@@ -133,5 +133,9 @@ def eliminate_inputs(
 
 
 def factors_width(nu: int) -> int:
-    """Length of a row of the factors: nu, padded."""
+    """Length of a row of the factors: nu, padded.
+
+    Args:
+        nu: Number of inputs.
+    """
     return -(-nu // 8) * 8
