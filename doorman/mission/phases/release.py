@@ -76,11 +76,24 @@ class Release(MissionPhase):
         return self._gives_way
 
     def give_way(self, estimate: Estimate) -> None:
-        """Let go at once, and go out before a leaf that is slammed."""
+        """Let go at once, and go out before a leaf that slams.
+
+        Args:
+            estimate: What is known now.
+        """
         self._gives_way, self._let_go_at = True, estimate.time
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Let go on: the gripper opens, the push fades into backing off."""
+        """Go on letting go: the gripper opens, the push fades into backing off.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         attempt, leaf = self.attempt, self.attempt.leaf
         failed, scale = bool(attempt.failure), attempt.model.scale
         if self._let_go_at is None:
@@ -109,7 +122,11 @@ class Release(MissionPhase):
         return setpoint, self._out(spent >= lasts)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The vehicle leaves."""
+        """The retreat: the vehicle leaves.
+
+        Args:
+            estimate: What is known now.
+        """
         return Next(Phase.RETREAT, f"release took longer than {self.longest:g} s")
 
     def _rest_in_gripper(self, estimate: Estimate) -> tuple[Setpoint, Then]:
