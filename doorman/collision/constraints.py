@@ -54,7 +54,14 @@ def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundi
 
 
 def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
-    """Every point of the arm lies on the arm's side of the rotors' plane; one that is fixed to the body is not in its way."""
+    r"""Rows :math:`m - s z_i \le 0` with the arm's side s = ±1: every point is on that side of the rotors' plane.
+
+    A point that is fixed to the body is not in its way.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     return [
         Constraint(name, ca.SX(_NEVER) if point in task.fixed_points else margin - task.arm_side * place[2])
         for name, (point, place) in zip(
@@ -64,14 +71,24 @@ def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:
-    """The rotor disc, wherever it tilts, stays on its side of the leaf's plane."""
+    """Row (2): the rotor disc, wherever it tilts, stays on its side of the leaf's plane.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     normal = task.tilt_rotation.T @ task.normal_in_heading
     extent = (normal[0] ** 2 + normal[1] ** 2 + _LEAST_EXTENT) ** 0.5
     return Constraint(LEAF, task.vehicle.radius * extent - normal.T @ task.tip_in_body + margin)
 
 
 def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc stays inside the doorway's width."""
+    """Rows (3): the rotor disc stays inside the doorway's width.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     across, radius = task.across_doorway, task.vehicle.radius
     return [
         Constraint(JAMBS[0], across - task.door.width + radius + margin),
@@ -80,7 +97,12 @@ def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc stays clear of the jambs' edges before, in and behind the doorway."""
+    """Rows `corners`: the rotor disc stays clear of the jambs' edges before, in and behind the doorway.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     distances = distances_to_corners(task.across_doorway, task.into_doorway, task.door)
     return [
         Constraint(name, task.vehicle.radius + margin - distance)
@@ -103,7 +125,12 @@ def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
 
 
 def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc, wherever it tilts, stays before the wall."""
+    """Row `wall`: the rotor disc, wherever it tilts, stays before the wall.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     facing = task.into_in_heading.T @ task.tilt_rotation[:, 2]
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     nearest = task.into_doorway + task.door.frame_depth
@@ -111,7 +138,12 @@ def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_panel(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc, wherever it tilts, stays on its side of a panel that slides."""
+    """Row `panel`: the rotor disc, wherever it tilts, stays on its side of a panel that slides.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     facing = task.panel_in_heading.T @ task.tilt_rotation[:, 2]
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     return [Constraint(PANEL, task.vehicle.radius * extent - task.before_panel + margin)]

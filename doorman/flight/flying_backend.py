@@ -130,7 +130,11 @@ class FlyingBackend(Backend):
         return measurement
 
     def command(self, command: Command) -> None:
-        """As `VehicleBackend.command`."""
+        """Send a command to the vehicle, as `VehicleBackend.command` does.
+
+        Args:
+            command: Of the mission.
+        """
         self.flight.backend.command(command)
 
     def stop(self) -> None:

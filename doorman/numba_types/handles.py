@@ -59,7 +59,11 @@ class Handle(Generic[T]):
         _fill(self, content)
 
     def replace(self, content: T) -> None:
-        """Hold another NamedTuple of the same type."""
+        """Hold another NamedTuple of the same type.
+
+        Args:
+            content: The new NamedTuple.
+        """
         self.content = content
         _fill(self, content)
 
@@ -84,7 +88,11 @@ def separate(content: T) -> T:
 
 
 def held(content: T) -> T:
-    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same."""
+    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same.
+
+    Args:
+        content: The NamedTuple.
+    """
     return cast(T, Handle(content))
 
 
