@@ -76,7 +76,11 @@ class Figures:
         self._delays.append(delay)
 
     def pose(self, lag: float) -> None:
-        """A pose was used; the velocity has a lag [s]."""
+        """Count a pose that was used.
+
+        Args:
+            lag: Of its velocity [s].
+        """
         self.poses += 1
         self._lags.append(lag)
 

@@ -53,7 +53,12 @@ class DoubtedMocap(MocapReceiver):
         return self._judged(super().read())
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted."""
+        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted.
+
+        Args:
+            sample: Pose that is known.
+            timeout: Longest time to wait [s].
+        """
         return self._judged(super().wait(sample, timeout))
 
     def _judged(self, pose: PoseSample) -> PoseSample:

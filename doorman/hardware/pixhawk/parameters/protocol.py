@@ -28,7 +28,11 @@ class Sender(Protocol):
     exchange: Exchange
 
     def send(self, message: Message) -> None:
-        """Queue a message."""
+        """Queue a message.
+
+        Args:
+            message: The message.
+        """
 
     @property
     def target(self) -> tuple[int, int]:
