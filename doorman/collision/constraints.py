@@ -9,9 +9,9 @@ r"""Analytic collision constraints h(x) ≤ 0 in symbols (the paper's hard const
 (3) holds a vehicle between the jambs wherever it is. Tasks that are done beside the doorway have other rows in its place, by
 their `Surroundings`:
 
-- `corners`: a jamb counts near the wall alone. With the distance b from O_B to the plane of the wall's nearer face and the
-  distance a to the jamb's edge along the wall, both 0 where O_B is inside of it,
-  :math:`R_A - \sqrt{\max(b, 0)^2 + \max(a, 0)^2} \le 0`; between the wall's faces, that is (3).
+- `corners`: a jamb counts near the wall alone,
+  :math:`R_A - \sqrt{\max(b, 0)^2 + \max(a, 0)^2} \le 0`. b is the distance from O_B to the plane of the wall's nearer face,
+  a that to the jamb's edge along the wall; inside, either is 0. Between the wall's faces, that is (3).
 - `wall`: a vehicle that pulls stays before the wall,
   :math:`R_A\sqrt{1 - (i^T R e_3)^2} + i^T(P - P_h) + b_f \le 0` with the direction i through the doorway and the depth
   :math:`b_f` of the frame.
@@ -111,7 +111,7 @@ def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
 
 
 def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
-    """Of a place from the jambs at latch and hinge, as they reach along the wall [m].
+    """Distances of a place from the jambs at latch and hinge, as they reach along the wall [m].
 
     Args:
         across: Distance of the place from the hinge along the closed leaf [m].

@@ -22,10 +22,15 @@ Array = NDArray[np.float64]
 
 
 def look_aheads(model: Model) -> tuple[float, float]:
-    """How much ahead of the state acceleration and attitude are taken from the plan: the settings', or by the attitude's lag [s].
+    """How much ahead of the state acceleration and attitude are taken from the plan [s].
+
+    The settings say it, or the attitude loop's lag.
 
     Args:
         model: Model of the scenario.
+
+    Returns:
+        Of the acceleration, and of the attitude.
     """
     settings, loop = model.scenario.control, model.attitude_loop
     acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead

@@ -21,7 +21,7 @@ _SINGULAR = 1.0 - 1e-12
 
 
 def wrap(angle: float) -> float:
-    """The same angle in (−π, π].
+    """Angle of the same direction in (−π, π].
 
     Args:
         angle: [rad].

@@ -123,7 +123,7 @@ def _write(typingctx: Any, handle: Any, value: Any) -> Any:
 
 
 def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """The same value with arrays that own nothing."""
+    """A value whose arrays own nothing, with the memory of the given one."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
         array.meminfo = ir.Constant(array.meminfo.type, None)

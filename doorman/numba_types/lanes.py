@@ -345,7 +345,7 @@ def _tanh(typingctx: Any, x: Any) -> Any:
 
 
 def sincos(x: Any) -> tuple[Any, Any]:
-    """Sine and cosine of a float or of lanes [rad], good to 1 ulp of 1 for |x| < 1e5.
+    """Sine and cosine of a float or of lanes [rad], good to 1 ulp of 1 for x between ±1e5.
 
     Range reduction by multiples of π/2 in three parts, minimax polynomials of Moshier's Cephes library.
 

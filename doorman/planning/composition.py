@@ -47,7 +47,7 @@ class Extras:
         return cls(tuple(constraints), tuple(costs))
 
     def rows_of(self, names: Sequence[str]) -> tuple[int, ...]:
-        """Which rows of a problem are the user's.
+        """Indices of a problem's rows that are the user's.
 
         Args:
             names: Of the problem's rows.

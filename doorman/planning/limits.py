@@ -39,7 +39,7 @@ def reduced_bounds(model: Model) -> Bounds:
 
 
 def lagrangian_bounds(model: Model) -> Bounds:
-    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
+    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
 
     Args:
         model: Model of the scenario.
@@ -59,7 +59,7 @@ def lagrangian_bounds(model: Model) -> Bounds:
 
 
 def largest_body_rates(model: Model) -> Array:
-    """Largest body rates |Ω| of `[limits]`, body frame [rad/s].
+    """Largest magnitudes of the body rates Ω, of `[limits]`, body frame [rad/s].
 
     Args:
         model: Model of the scenario.

@@ -56,7 +56,7 @@ class ServoConfig:
     latency: float = 0.004
     """What USB adapter and computer may add to an answer's time on the wire [s]."""
     setup_latency: float = 0.03
-    """The same while servos are set up, when nothing is urgent [s]."""
+    """What both may add while servos are set up, when nothing is urgent [s]."""
     open_timeout: float = 10.0
     """`open` gives up after this [s]."""
     boot_timeout: float = 3.0

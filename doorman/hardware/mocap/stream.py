@@ -34,7 +34,7 @@ class Reading(NamedTuple):
     frame: int
     """Number of its frame, without wraps."""
     frame_number: int
-    """The same modulo 2³²."""
+    """Its number modulo 2³², as the cameras send it."""
     arrival: float
     """By `time.monotonic` [s]."""
     time: float

@@ -151,6 +151,9 @@ class LeafOnJoint:
         Args:
             into: Through the closed leaf, away from the vehicle.
             along: Along the closed leaf.
+
+        Returns:
+            Shape (3,), world frame.
         """
         right = float(into[1] * self._axis[0] - into[0] * self._axis[1])
         return np.asarray(self._axis * np.sign(self._axis[2] if abs(self._axis[2]) >= LEANS else right))
@@ -168,7 +171,7 @@ class LeafOnJoint:
         return np.array(self._data.oMi[1].act(self._model.inertias[1].lever))
 
     def mass_and_inertia(self) -> tuple[float, float]:
-        """Of what the joint carries, its inertia about the joint's axis [kg], [kg m²].
+        """Mass of what the joint carries, and its inertia about the joint's axis [kg], [kg m²].
 
         Raises:
             UrdfError: if there is none.

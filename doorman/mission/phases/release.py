@@ -20,7 +20,7 @@ LOST_PAST = math.radians(2.5)
 _BACKING_OFF = 0.4
 """Force away from the leaf while a tip that pushes lets go, of the shipped vehicle as all forces here [N]."""
 _DRAWING_BACK = 1.0
-"""The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
+"""Force away from the leaf while a gripper lets go: what it held against would push it back onto a free leaf [N]."""
 _DRAWN_BACK = 0.15
 """It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
 _BRAKING, _MOST_BRAKING = 12.0, 4.0

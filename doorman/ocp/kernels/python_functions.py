@@ -17,7 +17,7 @@ Method = Literal["differences", "complex step"]
 _FIRST = 6e-6
 """Relative step of a central difference: the cube root of the rounding error."""
 _SECOND = 1e-4
-"""The same where differences are differenced again: its fourth root."""
+"""Relative step where differences are differenced again: the fourth root of the rounding error."""
 _TINY = 1e-30
 """Complex steps lose no digits however small they are."""
 _DOMAIN = 1e6

@@ -103,7 +103,7 @@ class PythonKernels(_Address):
     callback: Callback
 
     def _separate(self) -> PythonKernels:
-        """The same functions, with failures of their own."""
+        """A model of these functions, with failures of its own."""
         return kernels_of(self.callback.separate())
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -121,7 +121,7 @@ class PythonKernels(_Address):
 
 
 class PythonKernelsWithCost(PythonKernels):
-    """The same with a cost of its own: another type, as its kernels ask for the cost."""
+    """Kernels with a cost of their own: another type, as these ask for the cost."""
 
 
 def kernels_of(callback: Callback) -> PythonKernels:

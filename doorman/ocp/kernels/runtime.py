@@ -13,7 +13,7 @@ Indices = NDArray[np.int64]
 LANES = 8
 """Nodes side by side."""
 WIDTH = (0,) * LANES
-"""The same as kernels take it: a tuple of that length."""
+"""Number of lanes as kernels take it: the length of a tuple."""
 
 _SWEEPS = 30
 _SMALL = 1e-14

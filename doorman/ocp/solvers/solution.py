@@ -109,7 +109,7 @@ class Solution(OneLine):
 
     @property
     def max_violation(self) -> float:
-        """The same as `violation`."""
+        """Largest violated row or bound at any node, `violation` [the row's unit]."""
         return self.violation
 
     @property

@@ -83,7 +83,7 @@ class StepParameters(NamedTuple):
 
 
 def truth_parts(n: int, m: int) -> tuple[slice, ...]:
-    """Where the parts of `StepParameters.truth` stand.
+    """Slices of `StepParameters.truth`, in the order of its parts.
 
     Args:
         n: Number of arm joints.

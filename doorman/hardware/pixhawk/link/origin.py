@@ -20,7 +20,7 @@ _SETTLING = 2.0
 _PATIENCE = 20.0
 """For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
 _CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
-"""The same for PX4 [s]."""
+"""Period and patience for PX4 [s]."""
 _FORGOTTEN = 5.0
 """After so long without an answer an autopilot that stands has no origin any more [s]."""
 _QUESTIONS = 3

@@ -90,7 +90,7 @@ class Number(NamedTuple):
     PRIMAL: int = 5
     """Longest step along which slacks stay positive."""
     DUAL: int = 6
-    """The same of multipliers."""
+    """Longest step along which multipliers stay positive."""
     ENTRIES: int = 7
     """Pairs in the filter."""
     FIRST: int = 8

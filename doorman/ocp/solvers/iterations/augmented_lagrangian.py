@@ -1,7 +1,7 @@
 r"""Semismooth augmented Lagrangian iterations on the multiple-shooting form, with a filter line search.
 
 States and inputs are variables, defects :math:`e_k = f(x_k,u_k) - x_{k+1}` stay in the affine term of a Gauss-Newton model.
-After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step; if it
+After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step. If it
 changed, the sweep is repeated on the same linearisation, from the best point on the way (`inner_search`). A step is accepted
 where it lowers the infeasibility θ = Σ|e| + Σ max(0, h) or the cost, compared with all pairs (θ, J) that the search has left;
 otherwise it is halved. Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets);
@@ -161,9 +161,9 @@ def search(model: object, work: Workspace) -> float:
 def iterate(model: object, work: Workspace, max_iterations: int, deadline: float) -> int:
     """Iterate from the nominal trajectory and the multipliers in `work`.
 
-    Converged is an iterate whose sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 + |J|, with defects
-    and violations below the tolerance's square root, whose active set stays, and whose rows with a multiplier are closed.
-    Violations may stay where multipliers have reached `settings.largest_multiplier`.
+    An iterate has converged if its sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 and the magnitude
+    of J, its active set stays, and its rows with a multiplier are closed. Defects and violations are below the tolerance's
+    square root then; violations may stay where multipliers have reached `settings.largest_multiplier`.
 
     Args:
         model: The problem's model.
@@ -238,7 +238,7 @@ def is_small(work: Workspace, tolerance: float) -> bool:
 
     Args:
         work: Workspace of the solver.
-        tolerance: Largest predicted decrease of J, relative to 1 + |J|.
+        tolerance: Largest predicted decrease of J, relative to 1 and the magnitude of J.
     """
     result = work.result
     limit, scale = np.sqrt(tolerance), 1.0 + abs(result[RESULT.COST])
@@ -279,7 +279,7 @@ def slack(work: Workspace) -> float:
 
 @kernel
 def slack_of_row(price: float, value: float, floor: float) -> float:
-    """λ max(0, −r) of one row; |λ r| of an equality.
+    """Gain λ max(0, −r) of one row; the magnitude of λ r of an equality.
 
     Args:
         price: λ, the multiplier.

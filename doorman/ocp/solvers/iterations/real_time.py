@@ -35,7 +35,7 @@ EXTRA_ITERATIONS = 2
 _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _PRICE = 1e-6
-"""The same where the multipliers' last change costs more, relative to 1 + |J|."""
+"""One whose change of the multipliers costs more is, too, relative to 1 + |J|."""
 _FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 

@@ -81,7 +81,7 @@ def mark_bounds(
     typingctx: Any, node: Any, count: Any, values: Any, first: Any, lower: Any, upper: Any, multipliers: Any, scale: Any,
     active: Any, proposal: Any,
 ) -> Any:  # fmt: skip
-    """The same of lower ≤ v ≤ upper: 1 at the upper end and −1, with a negative multiplier, at the lower one.
+    """Bounds lower ≤ v ≤ upper of one node: active 1 at the upper end and −1, with a negative multiplier, at the lower one.
 
     Args:
         typingctx: numba's.

@@ -1,7 +1,7 @@
 r"""Riccati sweep of the augmented Lagrangian, and the step that follows from it.
 
-Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ; the active rows add :math:`h_x^T h_x/\mu` to V_xx and
-:math:`h_x^T(\lambda + h/\mu)` to V_x of their state, g likewise to the node's cost, and bounds to a diagonal.
+Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ. The active rows add :math:`h_x^T h_x/\mu` to V_xx and
+:math:`h_x^T(\lambda + h/\mu)` to V_x of their state. Rows g add likewise to the node's cost, and bounds to a diagonal.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ CLEAR_KEY = b"\x01\x44\x58\x4c\x22"
 READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mode": VELOCITY_MODE})
 """EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
 READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
-"""The same for current mode, as a gripper needs it."""
+"""EEPROM of a servo that is set up for 1 Mbaud and current mode, as a gripper needs it."""
 
 
 def _whole_turns(ticks: int) -> int:
