@@ -1,6 +1,6 @@
-"""Writes the tables of docs/scenario.md from the fields of doorman.scenario and their docstrings.
+"""Writes the tables of docs/scenario.md, and docs/hardware/settings.md, from settings' fields and their docstrings.
 
-A docstring is `Meaning [unit].`, and ends with `Default: words.` where the default is no fixed value.
+A docstring of a scenario's key is `Meaning [unit].`, and ends with `Default: words.` where the default is no fixed value.
 
 Usage: python docs/make_settings.py
 """
@@ -8,6 +8,7 @@ Usage: python docs/make_settings.py
 from __future__ import annotations
 
 import ast
+import dataclasses
 import inspect
 import re
 import textwrap
@@ -16,11 +17,26 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from doorman.hardware.dynamixel import ServoConfig
+from doorman.hardware.mocap import MocapConfig
+from doorman.hardware.pixhawk import PixhawkConfig, Rates, Timeouts
 from doorman.scenario import Scenario
 from doorman.scenario.sized_keys import SIZED
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "scenario.md"
+LINKS = ROOT / "docs" / "hardware" / "settings.md"
+LINKS_TOP = """# Settings of the links
+
+`docs/make_settings.py` writes this page from the docstrings of the adapters' settings.
+`doorman fly --link pixhawk.min_voltage=14.0` sets a key for one flight.
+A [vehicle file](../how-to/your_vehicle.md) keeps keys in its tables `[pixhawk]`, `[servos]` and `[mocap]`.
+In Python they are the fields of the class that each table names.
+"""
+LINK_TABLES = (
+    ("pixhawk", PixhawkConfig), ("pixhawk.timeouts", Timeouts), ("pixhawk.rates", Rates), ("servos", ServoConfig),
+    ("mocap", MocapConfig),
+)  # fmt: skip
 HEAD = "| key | default | unit | meaning |\n| --- | --- | --- | --- |\n"
 TABLE = re.compile(r"(^## `\[([\w.]+)\]`\n(?:(?!^## |^\| ).*\n)*)(?:^\|.*\n)+", re.MULTILINE)
 WORDS = re.compile(r"(?P<meaning>.*?)(?: \[(?P<unit>[^\],]+)\])?\.(?: Default: (?P<default>.*)\.)?", re.DOTALL)
@@ -55,7 +71,7 @@ def sections(table: type[BaseModel], prefix: str = "") -> list[tuple[str, type[B
 
 
 def rows(table: str, section: type[BaseModel]) -> list[str]:
-    """A table's row of every key; † marks a default that grows with the vehicle.
+    """A table's row of every key; † marks a default that grows with vehicle and door.
 
     Raises:
         SystemExit: if a key's docstring is missing, or not of the form.
@@ -76,7 +92,39 @@ def rows(table: str, section: type[BaseModel]) -> list[str]:
     return made
 
 
-def docstrings(section: type[BaseModel]) -> dict[str, str]:
+def links_page() -> str:
+    """The page of the links' settings."""
+    parts = [LINKS_TOP]
+    for name, config in LINK_TABLES:
+        about = " ".join(str(config.__doc__).split("\n\n")[0].split())
+        parts.append(
+            f"## `{name}`\n\n`{config.__name__}`: {about}\n\n{HEAD}" + "".join(map("{}\n".format, link_rows(config)))
+        )
+    return "\n".join(parts)
+
+
+def link_rows(config: type[Any]) -> list[str]:
+    """Rows of a class of settings; fields that are settings of their own have a table of their own.
+
+    Raises:
+        SystemExit: if a field has no docstring.
+    """
+    said, made = docstrings(config), []
+    whole = re.search(r"\[([^\]]+)\]\.\Z", str(config.__doc__).strip())
+    for field in dataclasses.fields(config):
+        if not field.init or field.name in ("timeouts", "rates"):
+            continue
+        words = WORDS.fullmatch(said.get(field.name, ""))
+        if words is None:
+            raise SystemExit(f"{config.__name__}.{field.name}: want a docstring that ends with a full stop")
+        value = field.default
+        default = "required" if value is dataclasses.MISSING else "none" if value is None else f"`{written(value)}`"
+        unit = words["unit"] or (whole[1] if whole else "–")
+        made.append(f"| `{field.name}` | {default} | {unit} | {small(words['meaning']).replace('|', chr(92) + '|')} |")
+    return made
+
+
+def docstrings(section: type[Any]) -> dict[str, str]:
     """Docstring by field, on one line."""
     body = ast.parse(textwrap.dedent(inspect.getsource(section))).body[0].body  # type: ignore[attr-defined]
     return {
@@ -119,4 +167,5 @@ def linked(words: str) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    print(f"written: {PAGE.relative_to(ROOT)}")
+    LINKS.write_text(links_page(), encoding="utf-8")
+    print(f"written: {PAGE.relative_to(ROOT)}, {LINKS.relative_to(ROOT)}")

@@ -57,8 +57,10 @@ class Model:
         self.vehicle = Vehicle(scenario.vehicle_urdf, scenario.vehicle)
         self.scale = Scale.of(self.vehicle.radius, self.vehicle.mass)
         """Of the vehicle's units to those of the shipped one, for which defaults are tuned."""
-        self.scenario = scenario = sized(scenario, {"force": self.scale.force, "torque": self.scale.torque})
         self.door = read_door(scenario)
+        self.hinge_scale = self.scale.hinge(self.door)
+        """Of the torques that its hinge is expected to resist with, to those of a room door."""
+        self.scenario = scenario = sized(scenario, self._ratios())
         self.travel = read_travel(scenario, self.door)
         """Where the door is at start and goal."""
         true, contact = scenario.simulation, scenario.contact
@@ -209,6 +211,11 @@ class Model:
         """
         out = self.reduced.step_jacobian(self.check_state(state), vector(inputs, self.nu, "inputs"))
         return out[:, : self.nx].copy(), out[:, self.nx :].copy()
+
+    def _ratios(self) -> dict[str, float]:
+        """Of the defaults that grow with vehicle and door, by unit."""
+        size = self.scale
+        return {"force": size.force, "torque": size.torque, "length": size.length, "hinge": self.hinge_scale}
 
     def _reduced(self, distance_from_hinge: float) -> ReducedModel:
         numbers = task_numbers(self.vehicle, self.door, distance_from_hinge, self._place[1])

@@ -196,6 +196,7 @@ def test_the_tables_of_settings_are_made_from_the_docstrings():
     text = made["PAGE"].read_text(encoding="utf-8")
     assert text == made["page"](text), "run: python docs/make_settings.py"
     assert text == made["page"](text.replace("| rad/s |", "| rad |")), "whatever the tables say, they are made anew"
+    assert made["LINKS"].read_text(encoding="utf-8") == made["links_page"](), "run: python docs/make_settings.py"
 
 
 def scenario_keys(table: type[BaseModel], prefix: str = "") -> dict[str, Any]:

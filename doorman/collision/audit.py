@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from doorman.collision.audit_report import AuditReport, Offender, RowConservatism
 from doorman.collision.reduced_model import ReducedModel
 from doorman.collision.sampling import Constraints, Region
-from doorman.collision.scene import Clearances, CollisionScene, arm_joint_of_links
+from doorman.collision.scene import Clearances, CollisionScene
+from doorman.collision.tip_shapes import arm_joint_of_links
 from doorman.kinematics.coupling import Coupling
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers

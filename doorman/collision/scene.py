@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from doorman.checks import numbers, vector
 from doorman.collision.shapes import Shape, read_shapes
+from doorman.collision.tip_shapes import arm_joint_of_links, tip_shapes
 from doorman.exceptions import DimensionError, UrdfError
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.urdf.shapes import link_name, read_parents
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.one_line import OneLine
 
@@ -54,9 +54,9 @@ class Clearances(OneLine):
 class CollisionScene:
     """Vehicle and door as FCL shapes.
 
-    Every shape of the vehicle is paired with every shape of the door, but not the tip with the leaf, which touch by design.
-    Every shape of the arm is paired with those fixed to the base link, but not those of the arm's first link, which hangs on
-    it.
+    Every shape of the vehicle is paired with every shape of the door, but not the tip (`tip_shapes`) with the leaf, which touch
+    by design. Every shape of the arm is paired with those fixed to the base link, but not those of the arm's first link, which
+    hangs on it.
 
     Args:
         vehicle: The vehicle.
@@ -177,11 +177,11 @@ class CollisionScene:
         return Clearances(distances, tuple(names[k] for k in closest))
 
     def _relevant_pairs(self, ignored: set[tuple[str, str]]) -> list[tuple[int, int]]:
-        joint = arm_joint_of_links(self.vehicle)
-        ignored = ignored | {(tip_link(self.vehicle), self.door.section.leaf)}
+        joint, tip, leaf = arm_joint_of_links(self.vehicle), tip_shapes(self.vehicle), self.door.section.leaf
         own, others = range(self._n_vehicle), range(self._n_vehicle, len(self.shapes))
         links = [shape.link for shape in self.shapes]
         pairs = [(i, j) for i in own for j in others if (links[i], links[j]) not in ignored]
+        pairs = [(i, j) for i, j in pairs if i not in tip or links[j] != leaf]
         pairs += [(i, j) for i in own for j in own if joint[links[i]] >= 2 and joint[links[j]] == 0]
         return pairs
 
@@ -256,32 +256,3 @@ def _numbers(values: ArrayLike, field: str) -> Array:
             "not finite", field=field, given=float(array[~np.isfinite(array)][0]), allowed="finite numbers"
         )
     return array
-
-
-def tip_link(vehicle: Vehicle) -> str:
-    """Name of the tip's link; a scenario may also name the tip by the joint that carries it.
-
-    Args:
-        vehicle: The vehicle.
-    """
-    return link_name(vehicle.urdf, vehicle.names.tip)
-
-
-def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
-    """For every link how many of the arm's joints move it: 0 is fixed to the base link.
-
-    Args:
-        vehicle: The vehicle.
-
-    Returns:
-        Number of joints by link name.
-    """
-    parents = read_parents(vehicle.urdf)
-    counts = {}
-    for link in vehicle.link_placements(np.zeros(vehicle.n_arm)):
-        count, at = 0, link
-        while at in parents:
-            joint, at = parents[at]
-            count += joint in vehicle.joint_names
-        counts[link] = count
-    return counts

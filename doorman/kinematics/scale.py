@@ -9,8 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from doorman.kinematics.doors.door import Door
+
 _SHIPPED_RADIUS, _SHIPPED_MASS = 0.40, 3.0
 """R_A and m_A of the vehicle for which the numbers are tuned [m], [kg]."""
+_SHIPPED_LEAF = 11.0 * 1.2
+"""Mass of the shipped leaf times its width [kg m]."""
 
 
 @dataclass(frozen=True)
@@ -64,3 +68,12 @@ class Scale:
     def damping(self) -> float:
         """Of forces per speed."""
         return self.force / self.speed
+
+    def hinge(self, door: Door) -> float:
+        """Of torques that a hinge is expected to resist with: those of a room door, unless leaf and vehicle are both smaller.
+
+        Args:
+            door: The door.
+        """
+        lever = door.per_angle if door.slides else door.height if door.lies else door.width
+        return min(max(self.torque, door.mass * lever / _SHIPPED_LEAF), 1.0)

@@ -16,22 +16,22 @@ _LEARNT = 1.0
 _STICKS = 0.01
 """A slower door sticks [rad/s]."""
 _NUDGE = 0.8
-"""Growth of the friction that plans are told of while a door sticks [N m/s]."""
+"""Growth of the friction that plans are told of while a door sticks, of the shipped vehicle [N m/s]."""
 _FORGOTTEN = 0.3
 """Time in which it is forgotten once the door moves [s]."""
 _MOST_STICTION = 1.5
-"""[N m]."""
+"""Of the shipped vehicle, as this is as much as plans are made to push harder [N m]."""
 _ARRIVED = math.radians(0.5)
 _ARRIVING = 0.05
 """A gripped door that comes this near to the goal, and is no faster, is left to its friction [rad], [rad/s]."""
 _NO_FRICTION = 0.1
-"""A gripped door with less, by estimate, does not rest by itself [N m]."""
+"""A gripped room door with less, by estimate, does not rest by itself [N m]."""
 _LEFT_TO_FRICTION = 0.7
 """Share of its friction that is then counted on."""
 _UNSURE = 0.2
-"""By which a closer may seem to be stronger than friction for a gripped door to be tried nevertheless [N m]."""
+"""By which a room door's closer may seem to be stronger than friction for a gripped door to be tried nevertheless [N m]."""
 _LEAST_RESISTANCE = 0.15
-"""A door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
+"""A room door that resisted a grip by less has no friction to speak of: it would drift away when let go [N m]."""
 
 
 class Resistance:
@@ -49,6 +49,11 @@ class Resistance:
         self._tolerance = model.scenario.push.hold_tolerance
         self._observed = control.door_observer_rate > 0.0
         self._most = control.max_door_disturbance
+        self._hinge = model.hinge_scale
+        self._growth, self._most_stiction = (
+            _NUDGE * model.scale.torque / model.scale.time,
+            _MOST_STICTION * model.scale.torque,
+        )
         self.in_swing = 0.0
         """Torque against the way to the goal while the door swung last [N m]."""
         self._stiction = 0.0
@@ -104,15 +109,15 @@ class Resistance:
             estimate: Of door and hinge.
         """
         hinge = estimate.hinge
-        unsure = min(hinge.spare_deviation, _UNSURE)
-        return self.in_swing >= _LEAST_RESISTANCE and hinge.spare + unsure > 0.0
+        unsure = min(hinge.spare_deviation, _UNSURE * self._hinge)
+        return self.in_swing >= _LEAST_RESISTANCE * self._hinge and hinge.spare + unsure > 0.0
 
     def _nudge(self, off: float, rate: float, time_step: float) -> None:
         """Tell plans of more and more friction while the door sticks beside the goal: they push, or pull, harder."""
         stays = self._rest is not None and self._progress.passes > 1
         if self._observed and not stays and abs(rate) < _STICKS and abs(off) > self._tolerance:
-            stiction = self._stiction + math.copysign(_NUDGE * min(abs(off) / NEARLY, 1.0) * time_step, off)
-            self._stiction = min(max(stiction, -_MOST_STICTION), _MOST_STICTION)
+            stiction = self._stiction + math.copysign(self._growth * min(abs(off) / NEARLY, 1.0) * time_step, off)
+            self._stiction = min(max(stiction, -self._most_stiction), self._most_stiction)
         else:
             self._stiction *= math.exp(-time_step / _FORGOTTEN)
 
@@ -123,7 +128,7 @@ class Resistance:
         follows whatever it is pushed with: what is estimated brings it to the goal, and a torque of the moment away from it.
         """
         torque, rate = estimate.door_disturbance, self._progress.rate
-        if estimate.hinge.friction < _NO_FRICTION:
+        if estimate.hinge.friction < _NO_FRICTION * self._hinge:
             self._rest = None
         elif abs(off) > self._progress.at_goal:
             self._rest = None

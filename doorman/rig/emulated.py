@@ -21,7 +21,6 @@ from doorman.hardware.vehicle import VehicleConfig
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
-from doorman.rig.ardupilot_sitl import SERVO_PORT, ArduPilotSitl
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.allocation import add_rotors
 from doorman.rig.emulators.autopilot.dialects import DIALECTS, Flavour
@@ -30,8 +29,9 @@ from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup
 from doorman.rig.plant import RigPlant
-from doorman.rig.px4_sitl import Px4Sitl, simulator_port
-from doorman.rig.rotor_pilot import RotorPilot
+from doorman.rig.sitl.ardupilot import SERVO_PORT, ArduPilotSitl
+from doorman.rig.sitl.px4 import Px4Sitl, simulator_port
+from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.plant.rotors import rotor_layout
 
 AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]

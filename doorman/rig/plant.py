@@ -17,7 +17,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.landing_gear import LandingGear
-from doorman.rig.rotor_pilot import RotorPilot
+from doorman.rig.sitl.rotor_pilot import RotorPilot
 from doorman.simulation.plant.engine import engine
 from doorman.simulation.simulator import Disturbance, Simulator
 from doorman.simulation.truth import Truth

@@ -1,6 +1,6 @@
-"""Defaults that grow with the vehicle: forces in proportion to its weight, torques to weight and length.
+"""Defaults that grow with the vehicle: forces in proportion to its weight, torques to weight and length, and those of a hinge.
 
-The defaults of these keys are those of the shipped vehicle. What a scenario gives itself stays as it is.
+The defaults of these keys are those of the shipped vehicle and door. What a scenario gives itself stays as it is.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ def sized(scenario: Scenario, ratios: Mapping[str, float]) -> Scenario:
 
     Args:
         scenario: As it was read.
-        ratios: Of the vehicle's force and torque to those of the shipped one, by unit.
+        ratios: Of force, torque, length and hinge to those of shipped vehicle and door, by unit (`kinematics.scale`).
 
     Returns:
         With the defaults of `SIZED` in proportion, as if it gave them itself.
@@ -38,5 +38,6 @@ def _sized(section: Section, ratios: Mapping[tuple[str, ...], float]) -> dict[st
         if () not in inner:
             changed[name] = value.model_copy(update=_sized(value, inner))
         elif name not in section.model_fields_set:
-            changed[name] = inner[()] * value
+            ratio = inner[()]
+            changed[name] = tuple(ratio * each for each in value) if isinstance(value, tuple) else ratio * value
     return changed

@@ -14,8 +14,8 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.urdf.robot import frozen
 from doorman.model import GRAVITY, Model
 from doorman.rig import Rig, RigSetup
-from doorman.rig.ardupilot_sitl import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.rig.plant import RigPlant
+from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.scenario import Scenario
 from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
 

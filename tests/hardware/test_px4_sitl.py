@@ -16,7 +16,7 @@ from doorman.kinematics.urdf.robot import frozen
 from doorman.model import GRAVITY, Model
 from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
-from doorman.rig.px4_sitl import SIMULATOR_PORT, STATE_RATE, Px4Sitl
+from doorman.rig.sitl.px4 import SIMULATOR_PORT, STATE_RATE, Px4Sitl
 from doorman.scenario import Scenario
 from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
-from urdf_variants import VEHICLE, write_scaled
+from urdf_variants import DOOR, VEHICLE, write_scaled
 
 from doorman.campaign.specification import portable
 from doorman.model import Model
 from doorman.scenario import Scenario
 from doorman.scenario.sized import sized
 from doorman.scenario.sized_keys import SIZED
+
+POWERS = {"force": 3, "torque": 4, "length": 1, "hinge": 4}
+"""Of the size, by unit, where the door is of that size as well."""
 
 
 def value(scenario: Scenario, key: str) -> float:
@@ -21,13 +25,29 @@ def value(scenario: Scenario, key: str) -> float:
     return found  # type: ignore[return-value]
 
 
+def of_size(folder: Path, vehicle: float, door: float) -> Scenario:
+    """The paper's task with vehicle and door of other sizes."""
+    keys = {
+        "vehicle.urdf": str(write_scaled(folder / "vehicle.urdf", VEHICLE, vehicle)),
+        "door.urdf": str(write_scaled(folder / "door.urdf", DOOR, door)),
+        "contact.distance_from_hinge": 0.7 * door, "contact.height": 0.8 * door,
+    }  # fmt: skip
+    return Model(Scenario.load("paper", keys)).scenario
+
+
 @pytest.mark.parametrize("size", [0.5, 1.5])
 def test_defaults_are_shares_of_the_vehicle_s_weight_and_length(tmp_path: Path, size: float) -> None:
-    vehicle = write_scaled(tmp_path / "vehicle.urdf", VEHICLE, size)
-    larger = Model(Scenario.load("paper", {"vehicle.urdf": str(vehicle)})).scenario
-    usual = Scenario.load("paper")
+    other, usual = of_size(tmp_path, size, size), Scenario.load("paper")
     for key, unit in SIZED.items():
-        assert value(larger, key) == pytest.approx(value(usual, key) * size ** (3 if unit == "force" else 4)), key
+        ratio = size ** POWERS[unit]
+        ratio = min(ratio, 1.0) if unit == "hinge" else ratio
+        assert value(other, key) == pytest.approx(np.multiply(value(usual, key), ratio)), key
+
+
+@pytest.mark.parametrize(("vehicle", "door"), [(0.6, 1.0), (1.0, 0.6), (1.5, 1.0), (1.0, 1.2)])
+def test_a_hinge_is_a_room_door_s_unless_both_are_smaller(tmp_path: Path, vehicle: float, door: float) -> None:
+    other = of_size(tmp_path, vehicle, door)
+    assert other.estimation.friction == pytest.approx(Scenario.load("paper").estimation.friction)
 
 
 def test_the_shipped_vehicle_has_them_as_they_are() -> None:
@@ -37,11 +57,13 @@ def test_the_shipped_vehicle_has_them_as_they_are() -> None:
 
 def test_what_is_given_stays_and_is_not_grown_again() -> None:
     given = Scenario.load("paper", {"control.max_push": 7.0, "estimation.contact.touched_above": 0.4})
-    once = sized(given, {"force": 2.0, "torque": 3.0})
+    ratios = {"force": 2.0, "torque": 3.0, "length": 4.0, "hinge": 0.5}
+    once = sized(given, ratios)
     assert (once.control.max_push, once.estimation.contact.touched_above) == (7.0, 0.4)
     assert (once.control.max_disturbance, once.control.max_door_disturbance) == (20.0, 15.0)
+    assert once.planner.margin == 0.12 and once.estimation.friction == (0.4, 0.3)
     assert once.source == given.source
-    again = sized(once, {"force": 2.0, "torque": 3.0})
+    again = sized(once, ratios)
     assert again == once
 
 

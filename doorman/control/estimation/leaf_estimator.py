@@ -37,7 +37,7 @@ _AJAR = 0.04
 _TIP_NOISE, _TIP_TIME = 0.003, 0.05
 """Noise of the tip's place, which is a new one after the latter [m], [s]."""
 _LEAST = 0.2
-"""Force of a tip that touches [N]."""
+"""Force of the shipped vehicle's tip that touches [N]."""
 _CARRIED = 0.5
 """Share of the normal force that friction is believed to carry."""
 _ON_LEAF = 0.5
@@ -47,10 +47,11 @@ _MOVES = 0.02
 _LEARNT = 0.3
 """in this time [s]."""
 _NUDGE, _QUICKENS, _NUDGE_FADES = 0.6, 2.5, 0.5
-"""Growth of the resistance that a plan is told of while a door sticks [N m/s], twice as quick at the second [N m], and its end
-when the door moves [s]. Its bound is the torque of the largest push."""
+"""Growth of the resistance that a plan is told of while a door sticks [N m/s], twice as quick at the second [N m], of the shipped
+vehicle, and its end when the door moves [s]. Its bound is the torque of the largest push."""
 _QUICK, _GIVES_WAY = 8.0, 0.8
-"""A seal or a latch gives way at once: an observer this quick [rad/s] that finds so much less resistance is believed [N m]."""
+"""A seal or a latch gives way at once: an observer this quick [rad/s] that finds so much less resistance of a room
+door is believed [N m]."""
 _BREAKS_LOOSE = 0.05
 """A leaf that has gone no farther may still be held by a seal or a latch: it tells nothing of the wind [rad]."""
 _NUDGED_WITHIN = 0.07
@@ -62,13 +63,14 @@ _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
 what shuts a leaf whose closer is stronger than its friction, does not touch; nor does one that draws back by more than the second
 [rad],"""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
-"""nor one that moves on, faster than this [rad/s] and for longer [s], as if the leaf opened by itself with more [N m],"""
+"""nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with
+more [N m],"""
 _SETTLED = 0.5
 """once the touch is older [s]."""
 _PAST = 0.007
 """A tip that is farther than it last was in contact has met the leaf again [rad]."""
 _LEAST_RESISTANCE, _FIRST_RESISTANCE = 0.05, 0.3
-"""Of a hinge, and what is believed at first [N m]."""
+"""Of a room door's hinge, and what is believed at first [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,13 +121,20 @@ class LeafEstimator:
         self._start = float(model.start_state[3])
         self._most_resistance = largest_push(model, model.scenario.control.max_tilt) * self._lever
         """Torque of the largest push [N m]."""
+        size = model.scale
+        self._least = _LEAST * size.force
+        self._nudge, self._quickens, self._hinge = (
+            _NUDGE * size.torque / size.time,
+            _QUICKENS * size.torque,
+            model.hinge_scale,
+        )
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
         self._monitor.declare(model.scenario.mission.start == "contact")
         self._model, self._leaf, self._touched_at = model, model.door, 0.0
         self._stood = -math.inf
         self._begin()
-        self._wind, self._friction = WindFilter(), np.zeros(2)
+        self._wind, self._friction = WindFilter(size.force, self._hinge), np.zeros(2)
         self._face, self._face_variance, self._closed = 0.0, _FACE**2, True
         self._met: float | None = None
         self._measured = 0.0
@@ -189,7 +198,7 @@ class LeafEstimator:
     def _friction_share(self) -> float:
         """Share of friction in what the hinge resists with, beside the leaf's weight."""
         closer = max(self._door.stiffness * (self._rest - self._door.angle), 0.0) + abs(self._leaf.closing_torque)
-        slides = self._door.friction + 0.05
+        slides = self._door.friction + _LEAST_RESISTANCE * self._hinge
         return slides / (slides + closer)
 
     def _tip(self, measured: Measurement, velocity: Array) -> tuple[float, float]:
@@ -235,7 +244,7 @@ class LeafEstimator:
         self._stood = -math.inf
         self._deepest, self._ghost = math.inf, 0.0
         driven = max(-self._weight(), 0.0)  # its friction is more, as it stands
-        self._resists, self._moved, self._more = _FIRST_RESISTANCE + driven, False, 0.0
+        self._resists, self._moved, self._more = _FIRST_RESISTANCE * self._hinge + driven, False, 0.0
 
     def _contact(
         self, tip: tuple[float, float], normal: Array, push: float, now: float, time_step: float, seeks: bool
@@ -261,7 +270,7 @@ class LeafEstimator:
         if near and not touching and tip[0] < self._deepest - _PAST and math.isfinite(self._deepest):
             touching, self._touched_at = True, now
             monitor.declare(True)
-            expected = max((self._resists + self._more + self._weight()) / self._lever, _LEAST)
+            expected = max((self._resists + self._more + self._weight()) / self._lever, self._least)
             self._wind.met(normal, expected - force)
             force = expected
         if touching and self._is_none(tip, push + float(normal @ felt), force, now, time_step):
@@ -274,7 +283,9 @@ class LeafEstimator:
         """Whether what the tip does contradicts a contact."""
         self._deepest = min(self._deepest, tip[0])
         gains = moves / self._mass / self._lever
-        opens_itself = tip[1] < -_GHOST_RATE and self._lever * force - self._door.inertia * gains < -_GHOST
+        opens_itself = (
+            tip[1] < -_GHOST_RATE and self._lever * force - self._door.inertia * gains < -_GHOST * self._hinge
+        )
         self._ghost = self._ghost + time_step if opens_itself else max(0.0, self._ghost - time_step)
         bears = max(self._resists + self._more + self._weight(), 0.0)
         friction = self._friction_share() * (self._resists + self._more)
@@ -294,20 +305,22 @@ class LeafEstimator:
         if touching and opening > _MOVES:
             self._learn(time_step)
         if touching and opening < min(0.3 * wanted, _MOVES) and left > _STANDS_AT_GOAL:
-            self._more += _NUDGE * (1.0 + self._more / _QUICKENS) * min(left / _NUDGED_WITHIN, 1.0) * time_step
+            self._more += (
+                self._nudge * (1.0 + self._more / self._quickens) * min(left / _NUDGED_WITHIN, 1.0) * time_step
+            )
             self._more = min(self._more, max(self._most_resistance - self._resists, 0.0))
         else:
             self._more *= math.exp(-time_step / _NUDGE_FADES)
-        return min(max(self._resists + self._more, _LEAST_RESISTANCE), self._most_resistance)
+        return min(max(self._resists + self._more, _LEAST_RESISTANCE * self._hinge), self._most_resistance)
 
     def _learn(self, time_step: float) -> None:
         """What a door that moves resists with. What it was pushed with beyond that, while it stuck, is part of it."""
-        least = -self._quick.estimate + _GIVES_WAY
+        least = -self._quick.estimate + _GIVES_WAY * self._hinge
         if self._torque.rate > 0.0 and -self._torque.estimate > least:
             self._torque.restart(-least)
         before, share = self._resists, min(time_step / _LEARNT, 1.0) if self._moved else 1.0
         learnt = before + share * (-self._torque.estimate - before)
-        self._resists, self._moved = min(learnt, max(least, _LEAST_RESISTANCE)), True
+        self._resists, self._moved = min(learnt, max(least, _LEAST_RESISTANCE * self._hinge)), True
         self._more = max(min(self._more, self._more + before - self._resists, least), 0.0)
 
     def _forces(self, normal: Array, felt: Array, acting: float, resistance: float, time_step: float) -> float:
@@ -315,7 +328,7 @@ class LeafEstimator:
         leaf, vehicle = self._door.inertia, self._mass * self._lever
         reaction = resistance if -self._door.rate > _MOVES else max(-self._torque.estimate, 0.0)
         reaction += self._weight()
-        force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * self._lever), _LEAST)
+        force = max((leaf * acting + vehicle * reaction) / (leaf + vehicle * self._lever), self._least)
         along, up = self._leaf.leaf_direction(self._door.angle), self._leaf.up
         tip_force = self._wind.force - felt
         pressed = float(normal @ tip_force)
@@ -325,7 +338,7 @@ class LeafEstimator:
         over = dragged - self._friction
         self._wind.unexplained(along, float(over[0]), time_step)
         self._wind.unexplained(up, float(over[1]), time_step)
-        self._wind.unexplained(normal, min(pressed - _LEAST, 0.0), time_step)
+        self._wind.unexplained(normal, min(pressed - self._least, 0.0), time_step)
         return force
 
     def _attitude(self, measured: Measurement) -> tuple[Array, Array]:

@@ -31,11 +31,11 @@ class ServoConfig:
     port: str
     """Serial device, best as its link in /dev/serial/by-id."""
     lower_limits: ArrayLike
-    """Of the joints, shape (n,) [rad]."""
+    """Least joint angles, shape (n,) [rad]."""
     upper_limits: ArrayLike
-    """Of the joints, shape (n,) [rad]."""
+    """Largest joint angles, shape (n,) [rad]."""
     rate_limits: ArrayLike
-    """Of the joints, shape (n,) [rad/s]."""
+    """Largest joint rates, shape (n,) [rad/s]."""
     ids: tuple[int, ...] = (1, 2, 3, 4)
     """Servo of every joint; a gripper's is the last."""
     gripper: bool = False
@@ -44,19 +44,19 @@ class ServoConfig:
     directions: tuple[int, ...] | None = None
     """+1 where the servo's positive direction (counter-clockwise, seen onto its horn) is the joint's, else −1."""
     zero_positions: tuple[int, ...] | None = None
-    """Present position at the joint's zero [tick]; by default the middle of the turn, 2048."""
+    """Present position at the joint's zero; by default the middle of the turn, 2048 [tick]."""
     homing_offsets: tuple[int, ...] | None = None
-    """Homing offset that every servo must hold in its EEPROM [tick]; by default 0."""
+    """Homing offset that every servo must hold in its EEPROM; by default 0 [tick]."""
     models: tuple[int, ...] = tuple(MODELS)
     """Model numbers that are accepted."""
     baud_rate: int = 1_000_000
-    """[bit/s]."""
+    """Rate of the bus [bit/s]."""
     rate: float = 200.0
     """Cycles per second; each reads all servos and commands them [1/s]."""
     latency: float = 0.004
     """What USB adapter and computer may add to an answer's time on the wire [s]."""
     setup_latency: float = 0.03
-    """What both may add while servos are set up, when nothing is urgent [s]."""
+    """What adapter and computer may add while servos are set up, when nothing is urgent [s]."""
     open_timeout: float = 10.0
     """`open` gives up after this [s]."""
     boot_timeout: float = 3.0
@@ -70,17 +70,17 @@ class ServoConfig:
     missing_after: float = 0.25
     """A servo without a fresh answer for this long counts as missing [s]."""
     warm_temperature: float = 60.0
-    """Reported above this [°C]."""
+    """Temperature above which a servo is reported as warm [°C]."""
     hot_temperature: float = 70.0
-    """The arm stops above this, until it is 5 °C colder [°C]; a servo shuts down at its own limit, 80 by default."""
+    """Temperature above which the arm stops, until it is 5 °C colder; a servo shuts down at its own limit, 80 by default [°C]."""
     strain_current: float = 1.4
-    """Reported as strained above this current [A] …"""
+    """Current above which a servo is reported as strained, after `strain_time` [A]."""
     strain_time: float = 0.3
-    """… for this long [s]."""
+    """How long a servo draws `strain_current` before it is reported as strained [s]."""
     deceleration: float = 10.0
-    """With which the joints can brake ahead of a limit [rad/s²]."""
+    """Deceleration with which the joints brake ahead of a limit [rad/s²]."""
     reaction_time: float = 0.03
-    """Between a command and the servo's motion; the braking law reckons with it [s]."""
+    """Time between a command and the servo's motion, which the braking law allows for [s]."""
     limit_margin: float = 0.01
     """The joints stop this far before their limits [rad]."""
     limit_tolerance: float = 0.03

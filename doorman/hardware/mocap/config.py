@@ -25,7 +25,7 @@ class MocapConfig:
     """
 
     object_name: str
-    """Of the tracked object, as in Tracker."""
+    """Name of the tracked object, as in Tracker."""
     connection: str = "udp:51001"
     """`udp:[HOST:]PORT`: where Tracker's stream is received; loopback unless a host is written. `KIND:HOST[:PORT]`: cameras that
     the extra `mocap` speaks to, see `parse_cameras`."""
@@ -46,7 +46,7 @@ class MocapConfig:
     stale_after: float = 0.03
     """Age up to which a pose is fresh [s]."""
     prediction_limit: float = 0.1
-    """Age up to which a pose is predicted [s]; older ones are lost."""
+    """Age up to which a pose is predicted; older ones are lost [s]."""
     silent_after: float = 0.2
     """Without a packet for this long, the stream is silent [s]."""
     max_delay: float = 0.02
@@ -54,15 +54,15 @@ class MocapConfig:
     velocity_window: float = 0.05
     """Poses of this time give the velocity, which lags by half of it [s]."""
     max_speed: float = 5.0
-    """Of the vehicle [m/s]."""
+    """Largest speed of the vehicle [m/s]."""
     max_acceleration: float = 20.0
-    """Of the vehicle [m/s²]."""
+    """Largest acceleration of the vehicle [m/s²]."""
     max_rotation_rate: float = 8.0
-    """Of the vehicle [rad/s]."""
+    """Largest body rate of the vehicle [rad/s]."""
     position_slack: float = 0.005
     """What noise and vibration add to a step of the position [m]."""
     attitude_slack: float = 0.05
-    """What they add to a step of the attitude [rad]."""
+    """What noise and vibration add to a step of the attitude [rad]."""
     acquire_frames: int = 5
     """Poses in a row that agree, before the object is taken as found."""
     missing_frames: int = 3

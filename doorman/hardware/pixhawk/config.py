@@ -19,13 +19,13 @@ class Timeouts:
     """After which time something counts as lost, refused or failed [s]."""
 
     open: float = 10.0
-    """For the first heartbeat, attitude and clock."""
+    """For the first heartbeat, attitude and clock, when the link is opened."""
     link: float = 0.5
     """Without any valid message."""
     heartbeat: float = 3.0
     """Without a heartbeat: autopilots send one a second."""
     state: float = 0.2
-    """Age of attitude or position."""
+    """Age of attitude or position from which a state is stale."""
     clock: float = 3.0
     """Without an answer to TIMESYNC that could be used."""
     setpoint: float = 0.2
@@ -39,10 +39,13 @@ class Timeouts:
     stream_before_mode: float = 1.0
     """Setpoints stream so long before the mode is asked for."""
     mode: float = 10.0
+    """From the request of a mode to the heartbeat that shows it."""
     arming: float = 60.0
-    """ArduPilot's gyros alone take about 22 s."""
+    """For arming, tried again and again; ArduPilot's gyros alone take about 22 s."""
     take_off: float = 30.0
+    """For the climb to the wanted height."""
     landing: float = 60.0
+    """From the request to land until the vehicle is disarmed."""
     stop: float = 1.5
     """For the autopilot to confirm that it lands, when the link is closed in the air."""
 
@@ -52,12 +55,17 @@ class Rates:
     """Messages per second [1/s]."""
 
     attitude: float = 200.0
+    """Attitude and body rates asked of the autopilot."""
     position: float = 100.0
+    """Position and velocity asked of the autopilot."""
     setpoint: float = 100.0
+    """Setpoints to the autopilot; 10 at least."""
     heartbeat: float = 2.0
+    """Our heartbeats."""
     timesync: float = 10.0
+    """Requests by which the autopilot's clock is known."""
     mocap: float = 50.0
-    """At most; poses that come faster are thinned."""
+    """Poses to the autopilot at most; those that come faster are thinned."""
 
 
 @dataclass(frozen=True)
@@ -71,24 +79,24 @@ class PixhawkConfig:
     mocap: bool = False
     """Whether poses are sent to the autopilot and their loss is watched."""
     hover_force: float | None = None
-    """Weight of the vehicle [N]; with it, a missing thrust curve is made from the autopilot's own hover thrust."""
+    """Weight of the vehicle, from which a missing thrust curve is made by the autopilot's own hover thrust [N]."""
     thrust_curve: ThrustCurve | None = None
     """Newtons to normalised thrust; needed for attitude setpoints."""
     rotors: TiltedRotors | None = None
     """Rotors of a fully actuated vehicle; attitude setpoints carry a force to the side then."""
     local_frame: LocalFrame = LocalFrame()
-    """Of the autopilot in the world."""
+    """Place and heading of the autopilot's local frame in the world."""
     vehicle_system: int | None = None
     """System id of the vehicle; by default that of the first multirotor heard."""
     system_id: int = 255
-    """Ours; 255 is what autopilots expect of the station whose loss they act on."""
+    """Our system id; 255 is what autopilots expect of the station whose loss they act on."""
     component_id: int = 190
-    """Ours."""
+    """Our component id."""
     ground_station: bool = True
     """Whether our heartbeat is a ground station's, whose loss trips the autopilot's own failsafe."""
     origin: tuple[float, float, float] | None = (47.397742, 8.545594, 488.0)
-    """Latitude [°], longitude [°], altitude [m] given to ArduPilot without GPS; any place will do, but for sea level: at an
-    altitude of zero it sets its height to zero every second."""
+    """Latitude [°], longitude [°], altitude [m] given to ArduPilot without GPS. Any place will do, except sea level: at an
+    altitude of zero ArduPilot resets its height every second."""
     signing_key: Path | None = None
     """File with the MAVLink signing key; unsigned messages are then ignored."""
     listen_only: bool = False
@@ -96,6 +104,7 @@ class PixhawkConfig:
     write_parameters: bool = False
     """Whether `fix_parameters` may write."""
     on_mocap_loss: Literal["land", "report"] = "land"
+    """What follows when poses stay away for `timeouts.mocap`."""
     on_stop: Literal["land", "leave"] = "land"
     """What a vehicle that we still fly does when the link is closed."""
     min_battery: float = 0.2
@@ -103,7 +112,7 @@ class PixhawkConfig:
     min_voltage: float | None = None
     """Voltage below which it counts as low [V]."""
     climb_rate: float = 0.5
-    """Of the setpoint during take-off [m/s]."""
+    """Speed of the climb at take-off [m/s]."""
     timeouts: Timeouts = Timeouts()
     rates: Rates = Rates()
 

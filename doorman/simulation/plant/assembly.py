@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from doorman.collision.tip_shapes import tip_link, tip_shapes
 from doorman.exceptions import BackendError, ScenarioError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf.shapes import link_name
@@ -60,8 +61,11 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     _check_first_contact(model)
     spec = mujoco.MjSpec()
     _set_options(spec, mujoco, time_step)
-    door = _part(mujoco, model.true_door.urdf, (model.scenario.door.hinge,), _DOOR_BIT, _VEHICLE_BIT)
-    vehicle = _part(mujoco, model.vehicle.urdf, model.vehicle.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
+    door, hinge = read_spec(mujoco, model.true_door.urdf), (model.scenario.door.hinge,)
+    _prepare(mujoco, door, model.true_door.urdf, hinge, _DOOR_BIT, _VEHICLE_BIT)
+    tip_name, flown = tip_link(model.vehicle), model.vehicle
+    vehicle = read_spec(mujoco, flown.urdf, tip_name, tip_shapes(flown))
+    _prepare(mujoco, vehicle, flown.urdf, flown.joint_names, _VEHICLE_BIT, _VEHICLE_BIT | _DOOR_BIT)
     make_true(vehicle, vehicle.body(link_name(model.vehicle.urdf, model.vehicle.names.base_link)), model)
     root = spec.worldbody.add_body(name=ROOT, mass=_SMALLEST_MASS, inertia=[_SMALLEST_INERTIA] * 3)
     root.explicitinertial = True
@@ -69,7 +73,7 @@ def assemble(mujoco: Any, model: Model, layout: RotorLayout, time_step: float) -
     spec.attach(vehicle, prefix=VEHICLE, frame=root.add_frame())  # first: its free joint leads qpos and qvel
     spec.attach(door, prefix=DOOR, frame=_standing(spec, model.true_door))
     base = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.base_link))
-    tip = spec.body(VEHICLE + link_name(model.vehicle.urdf, model.vehicle.names.tip))
+    tip = spec.body(VEHICLE + tip_name)
     leaf = spec.body(DOOR + link_name(model.true_door.urdf, model.true_door.section.leaf))
     base.add_site(name="base")
     tip.add_site(name="tip")
@@ -107,9 +111,8 @@ def _count_contacts(spec: Any, mujoco: Any, tip: Any, leaf: Any) -> None:
     )
 
 
-def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> Any:
-    """One URDF as a specification: only the named joints move, every body has mass, every shape a name."""
-    part = read_spec(mujoco, urdf)
+def _prepare(mujoco: Any, part: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: int) -> None:
+    """One URDF's specification for the plant: only the named joints move, every body has mass, every shape a name."""
     part.compiler.fusestatic = False  # would weld the root link into the world and lose its mass
     part.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
     part.compiler.boundmass, part.compiler.boundinertia = _SMALLEST_MASS, _SMALLEST_INERTIA
@@ -121,7 +124,6 @@ def _part(mujoco: Any, urdf: Path, moving: tuple[str, ...], kind: int, meets: in
         for index, shape in enumerate(body.geoms):
             shape.name = shape.name or f"{body.name}_{index}"
             shape.contype, shape.conaffinity = kind, meets
-    return part
 
 
 def _round_inertia(body: Any, urdf: Path) -> None:

@@ -1,24 +1,35 @@
-"""A URDF for MuJoCo: its meshes are the convex hulls that FCL and coal have, whatever format their files are in."""
+"""A URDF for MuJoCo: its meshes are the convex hulls that FCL and coal have, whatever format their files are in.
+
+Shapes that count as a vehicle's tip are the tip's there, whichever link of the URDF carries them.
+"""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
 
 from doorman.exceptions import BackendError, UrdfError
 from doorman.kinematics.urdf.mesh_hull import Hull, convex_hull
 from doorman.kinematics.urdf.shapes import UrdfShape, read_collisions
 from doorman.kinematics.urdf.structure import check_structure
 
+Array = NDArray[np.float64]
 
-def read_spec(mujoco: Any, urdf: Path) -> Any:
+
+def read_spec(mujoco: Any, urdf: Path, tip: str = "", tip_shapes: Mapping[int, Array] | None = None) -> Any:
     """A URDF's links, joints and collision shapes as a specification.
 
     Args:
         mujoco: The engine.
         urdf: The file.
+        tip: Link of the tip.
+        tip_shapes: Placement of a shape's link in the tip's, shape (4, 4), by the index of each shape that the tip is given.
 
     Returns:
         MjSpec.
@@ -34,6 +45,7 @@ def read_spec(mujoco: Any, urdf: Path) -> Any:
         hulls[name] = _hull(urdf, shape)
         element.set("filename", f"{name}.stl")
         element.attrib.pop("scale", None)  # the hull has it
+    _give_to_tip(root, urdf, tip, tip_shapes or {})
     try:
         spec = mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode"))
     except ValueError as error:
@@ -65,6 +77,24 @@ def _meshes(root: ElementTree.Element, urdf: Path) -> Iterator[tuple[str, Elemen
     for index, (element, shape) in enumerate(zip(elements, read_collisions(urdf), strict=True)):
         if shape.kind == "mesh":
             yield f"hull_{index}", element, shape
+
+
+def _give_to_tip(root: ElementTree.Element, urdf: Path, tip: str, shapes: Mapping[int, Array]) -> None:
+    """Hang shapes of other links on the tip's, where they are."""
+    links = {link.get("name"): link for link in root.findall("link")}
+    elements = [(link, element) for link in links.values() for element in link.findall("collision")]
+    for index, ((link, element), shape) in enumerate(zip(elements, read_collisions(urdf), strict=True)):
+        if index not in shapes or shape.link == tip:
+            continue
+        placement = pinocchio.SE3(shapes[index] @ shape.placement)
+        for origin in element.findall("origin"):
+            element.remove(origin)
+        angles = pinocchio.rpy.matrixToRpy(placement.rotation)
+        xyz, rpy = (" ".join(map(repr, part.tolist())) for part in (placement.translation, angles))
+        ElementTree.SubElement(element, "origin", xyz=xyz, rpy=rpy)
+        element.set("name", element.get("name") or shape.name)
+        link.remove(element)
+        links[tip].append(element)
 
 
 def _hull(urdf: Path, shape: UrdfShape) -> Hull:

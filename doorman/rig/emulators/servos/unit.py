@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+from doorman.rig.emulators.servos.instructions import Instructions
 from doorman.rig.emulators.servos.memory import WATCHDOG_ERROR, PacketError, ServoMemory
 from doorman.rig.emulators.servos.packets import BROADCAST, Instruction
 from doorman.rig.emulators.servos.position import POSITION_MODES, position_rate
@@ -34,7 +34,6 @@ LAST_ID = 252
 ALERT = 0x80
 VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 """Bits of hardware error status and of shutdown."""
-CLEAR_KEY = b"\x01\x44\x58\x4c\x22"
 READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mode": VELOCITY_MODE})
 """EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
 READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
@@ -77,7 +76,7 @@ class EmulatedServo:
         self.lasting_errors = 0
         """Hardware error bits whose cause persists; a reboot does not help against them."""
         self._turn_base: int | None = None
-        self._registered: tuple[int, bytes] | None = None
+        self._instructions = Instructions(self)
         self._heard = 0.0
         self._booted = 0.0
         self._silent_until = -math.inf
@@ -196,16 +195,7 @@ class EmulatedServo:
         Returns:
             Error number and data of the status packet, or None if the servo does not answer.
         """
-        handlers: dict[int, Callable[[Instruction], tuple[PacketError, bytes]]] = {
-            0x01: self._ping, 0x02: self._read, 0x03: self._write, 0x04: self._register_write,
-            0x05: self._action, 0x06: self._factory_reset, 0x08: self._accept, 0x10: self._clear,
-        }  # fmt: skip
-        if not instruction.intact:
-            error, data = PacketError.CRC, b""
-        elif instruction.code in handlers:
-            error, data = handlers[instruction.code](instruction)
-        else:
-            error, data = PacketError.INSTRUCTION, b""
+        error, data = self._instructions.carry_out(instruction)
         level = {0x01: 0, 0x02: 1}.get(instruction.code, 2)
         answers = self.memory.get("status return level") >= level
         if instruction.servo_id == BROADCAST:
@@ -260,10 +250,14 @@ class EmulatedServo:
         self.memory.set("present temperature", temperature)
         self.memory.set("present input voltage", voltage)
         self._turn_base = None
-        self._registered = None
+        self._instructions.forget()
         self._reboots_at = math.inf
         self._booted = self._heard = time
         self._silent_until = time + self.setup.boot_time
+
+    def forget_turns(self) -> None:
+        """Count the position within one turn again, from the next motion on."""
+        self._turn_base = None
 
     def trip(self, bits: int) -> None:
         """Raise hardware errors, as an overload does; those in `shutdown` take the torque.
@@ -337,46 +331,3 @@ class EmulatedServo:
             bits |= VOLTAGE
         if bits or self._is_shut_down():
             self.trip(bits)
-
-    def _ping(self, _: Instruction) -> tuple[PacketError, bytes]:
-        model, firmware = self.memory.get("model number"), self.memory.get("firmware version")
-        return PacketError.NONE, model.to_bytes(2, "little") + bytes((firmware,))
-
-    def _read(self, instruction: Instruction) -> tuple[PacketError, bytes]:
-        if len(instruction.parameters) != 4:
-            return PacketError.DATA_LENGTH, b""
-        address, length = (int.from_bytes(instruction.parameters[i : i + 2], "little") for i in (0, 2))
-        return self.memory.read(address, length)
-
-    def _write(self, instruction: Instruction) -> tuple[PacketError, bytes]:
-        address = int.from_bytes(instruction.parameters[:2], "little")
-        return self.write(address, instruction.parameters[2:]), b""
-
-    def _register_write(self, instruction: Instruction) -> tuple[PacketError, bytes]:
-        address = int.from_bytes(instruction.parameters[:2], "little")
-        error, _ = self.memory.check_write(address, instruction.parameters[2:])
-        if error is PacketError.NONE:
-            self._registered = (address, instruction.parameters[2:])
-            self.memory.set("registered instruction", 1)
-        return error, b""
-
-    def _action(self, _: Instruction) -> tuple[PacketError, bytes]:
-        if self._registered is None:
-            return PacketError.INSTRUCTION, b""
-        (address, data), self._registered = self._registered, None
-        self.memory.set("registered instruction", 0)
-        return self.write(address, data), b""
-
-    def _factory_reset(self, _: Instruction) -> tuple[PacketError, bytes]:
-        return PacketError.RESULT_FAIL, b""  # nothing here should ever ask for it
-
-    def _accept(self, _: Instruction) -> tuple[PacketError, bytes]:
-        return PacketError.NONE, b""
-
-    def _clear(self, instruction: Instruction) -> tuple[PacketError, bytes]:
-        if instruction.parameters != CLEAR_KEY:
-            return PacketError.DATA_RANGE, b""
-        if self.memory.get("present velocity"):
-            return PacketError.RESULT_FAIL, b""
-        self._turn_base = None
-        return PacketError.NONE, b""

@@ -23,7 +23,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.quaternions import from_attitude
 from doorman.rig.emulators.autopilot.motors import MotorKind
-from doorman.rig.rotor_pilot import listener, specific_force
+from doorman.rig.sitl.rotor_pilot import listener, specific_force
 from doorman.simulation.plant.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 

@@ -1,0 +1,79 @@
+"""Which collision shapes of a vehicle are its tip: simulator, collision scene, audit and flown checks ask here alone.
+
+The tip touches the leaf by design. A last link whose hull holds the tip's frame, or ends beside it, touches with that hull.
+"""
+
+from __future__ import annotations
+
+import fcl
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.shapes import Shape, read_shapes
+from doorman.kinematics.urdf.shapes import link_name, read_parents
+from doorman.kinematics.vehicles.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+_POINT = 1e-6
+"""Radius of the ball that stands for the tip's frame [m]."""
+
+
+def tip_link(vehicle: Vehicle) -> str:
+    """Link of the tip, which a scenario may also name by the joint that carries it."""
+    return link_name(vehicle.urdf, vehicle.names.tip)
+
+
+def arm_joint_of_links(vehicle: Vehicle) -> dict[str, int]:
+    """For every link how many of the arm's joints move it: 0 is fixed to the base link.
+
+    Args:
+        vehicle: The vehicle.
+
+    Returns:
+        Number of joints by link name.
+    """
+    parents = read_parents(vehicle.urdf)
+    counts = {}
+    for link in vehicle.link_placements(np.zeros(vehicle.n_arm)):
+        count, at = 0, link
+        while at in parents:
+            joint, at = parents[at]
+            count += joint in vehicle.joint_names
+        counts[link] = count
+    return counts
+
+
+def tip_shapes(vehicle: Vehicle) -> dict[int, Array]:
+    """Shapes that may touch the leaf: those of the tip's link, and those fixed to it at whose hull the tip is.
+
+    The tip is at a hull that holds it, or that is no farther from it than half the hull's own thickness.
+
+    Args:
+        vehicle: The vehicle.
+
+    Returns:
+        Placement of the shape's link in the tip's link, homogeneous, shape (4, 4), by the shape's index in the URDF.
+
+    Raises:
+        UrdfError: if a mesh is missing or cannot be read.
+    """
+    placements, tip = vehicle.link_placements(np.zeros(vehicle.n_arm)), tip_link(vehicle)
+    moved, found = arm_joint_of_links(vehicle), {}
+    for index, shape in enumerate(read_shapes(vehicle.urdf)):
+        if moved[shape.link] != vehicle.n_arm:
+            continue
+        link_in_tip = np.asarray(np.linalg.solve(placements[tip], placements[shape.link]), dtype=np.float64)
+        if shape.link == tip or _is_at(
+            shape, np.asarray(np.linalg.inv(link_in_tip @ shape.placement)[:3, 3], dtype=np.float64)
+        ):
+            found[index] = link_in_tip
+    return found
+
+
+def _is_at(shape: Shape, point: Array) -> bool:
+    """Whether a point is at the shape's hull: shape (3,), from the centre of its bounding box [m]."""
+    ball = fcl.CollisionObject(fcl.Sphere(_POINT), fcl.Transform(point))
+    request = fcl.DistanceRequest(enable_signed_distance=True)
+    distance = fcl.distance(ball, fcl.CollisionObject(shape.geometry), request, fcl.DistanceResult())
+    return bool(distance <= shape.half_extents.min())
