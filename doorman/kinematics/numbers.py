@@ -37,6 +37,9 @@ class Numbers:
 
         Args:
             vector: Shape (np,).
+
+        Returns:
+            Views of the vector, each of the name's size.
         """
         other = np.asarray(vector, dtype=np.float64)
         return {name: other[place] for name, place in self._places.items()}

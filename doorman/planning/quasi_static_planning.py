@@ -52,6 +52,9 @@ class GripPlanning(ABC):
         Args:
             start: x, shape (nx,).
             hinge: What is known of it.
+
+        Returns:
+            x, shape (nx,).
         """
         return leaning(self.model, self.goal_state, hinge)
 

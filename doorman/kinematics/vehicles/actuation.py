@@ -124,6 +124,9 @@ class TiltedThrust(Actuation):
         Args:
             force: Shape (3,), world frame [N].
             attitude: Φ that the vehicle has, shape (3,) [rad].
+
+        Returns:
+            Shape (3,), body frame [N].
         """
         return np.array([0.0, 0.0, float(np.linalg.norm(force))])
 
@@ -182,6 +185,9 @@ class BodyForce(Actuation):
         Args:
             force: Shape (3,), world frame [N].
             attitude: Φ that the vehicle has, shape (3,) [rad].
+
+        Returns:
+            Shape (3,), body frame [N].
         """
         return np.asarray(rotation_body_to_world(attitude).T @ force)
 

@@ -52,6 +52,9 @@ def read_only(array: Array) -> Array:
 
     Args:
         array: Of any shape.
+
+    Returns:
+        In the array's shape.
     """
     copy = array.copy()
     copy.setflags(write=False)

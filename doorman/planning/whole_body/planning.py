@@ -136,6 +136,9 @@ class WholeBodyPlanning:
         Args:
             start: x, shape (nx,).
             hinge: What is known of it.
+
+        Returns:
+            x, shape (nx,).
         """
         return self.goal_state
 

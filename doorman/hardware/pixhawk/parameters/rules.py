@@ -191,7 +191,7 @@ def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
 
 
 def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
-    """ArduPilot's own look at the voltage must not land the vehicle in the doorway before the mission is given up.
+    """Rules of ArduPilot's own look at the voltage: it must not land the vehicle in the doorway before the mission is given up.
 
     Args:
         min_voltage: At which it is given up [V]; None: by the charge alone.

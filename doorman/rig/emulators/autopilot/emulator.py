@@ -101,7 +101,7 @@ class EmulatedAutopilot(Uncopied):
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it is bound."""
+        """Address to which it is bound."""
         return self._line.address
 
     @property

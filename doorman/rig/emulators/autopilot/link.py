@@ -57,7 +57,7 @@ class FaultyUdp:
 
     @property
     def address(self) -> tuple[str, int]:
-        """What was bound."""
+        """Address that was bound."""
         host, port = self._socket.getsockname()
         return str(host), int(port)
 
