@@ -77,7 +77,7 @@ class Campaign:
         return flights
 
     def flight(self, run: int) -> Flight:
-        """One run.
+        """Flight of one run.
 
         Args:
             run: Its number.

@@ -39,7 +39,7 @@ _NEVER = -1.0
 
 
 def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundings = "doorway") -> list[Constraint]:
-    """All of them.
+    """All collision constraints of a task with these surroundings.
 
     Args:
         task: The door task.

@@ -96,7 +96,7 @@ class LagrangianTask(Task):
 
     @cached_property
     def contact_force(self) -> Any:
-        """Of the tip on the door, (3, 1), world frame [N]."""
+        """Force of the tip on the door, (3, 1), world frame [N]."""
         return -self.rotation @ self._force_on_tip(*self.accelerations)
 
     @property

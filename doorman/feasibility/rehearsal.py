@@ -73,7 +73,7 @@ class Rehearsal:
         return float(self.states[-1, 3])
 
     def time_within(self, target: float, tolerance: float) -> float | None:
-        """First time after which |α − target| stays below a tolerance.
+        """First time after which α stays within a tolerance of a target.
 
         Args:
             target: [rad].

@@ -94,7 +94,7 @@ class Coupling:
         return self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
 
     def angle_of_face(self, before: float) -> float:
-        """By how much α of a tip on the face is less if that stands so far before its place [rad].
+        """By how much α of a tip on the face is less if the face stands before its place [rad].
 
         Args:
             before: Towards the vehicle [m].

@@ -23,7 +23,7 @@ HEADING_LOST = math.radians(55.0)
 
 
 class DoorOpening(ABC):
-    """Of one attempt, from the touch until the door is open.
+    """Opening of one attempt, from the touch until the door is open.
 
     Args:
         model: Model of the scenario.

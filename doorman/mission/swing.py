@@ -28,7 +28,7 @@ _CLOSE = math.radians(0.8)
 
 
 class Swing(DoorOpening):
-    """Of one attempt, from the touch until the door is open.
+    """Opening of one attempt by pushes, from the touch until the door is open.
 
     Args:
         model: Model of the scenario.

@@ -57,7 +57,7 @@ class Mechanism(ABC):
         """
 
     def weight_torque(self, position: Any, center: Any, weight: Any) -> Any:
-        """G(q), in the sense of damping [N m, or N].
+        """Torque G(q) of a weight, in the sense of damping [N m, or N].
 
         Args:
             position: q [rad or m].

@@ -192,7 +192,7 @@ class Planner(CopiedWhole):
 
     @property
     def numbers(self) -> Numbers:
-        """Of the task, as the last plan took them."""
+        """Numbers of the task, as the last plan took them."""
         return self._numbers
 
     @property

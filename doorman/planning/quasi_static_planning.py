@@ -186,7 +186,7 @@ class QuasiStaticPlanning(GripPlanning):
         return force
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`.
+        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`. See `PlanningModel`.
 
         Args:
             disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].

@@ -88,7 +88,7 @@ class MessageType:
             tails: What follows each of them; nothing where the type has no texts.
 
         Returns:
-            Times, shape (m,) [s], and for every field an array of shape (m, *shape); all of them read-only.
+            Times, shape (m,) [s], and for every field an array of m rows in the field's shape; all of them read-only.
 
         Raises:
             ValueError: if a tail is not one of this type.

@@ -76,7 +76,7 @@ class DoorLocator:
 
     @property
     def offset_deviation(self) -> Array:
-        """Its standard deviation along the world's x and y, shape (2,) [m]."""
+        """Standard deviation of `offset` along the world's x and y, shape (2,) [m]."""
         return np.asarray(np.sqrt(np.diag(self._covariance)[:2]))
 
     def update(self, measured: Measurement, touches: bool, grips: bool, time_step: float) -> None:

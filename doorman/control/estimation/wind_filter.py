@@ -43,7 +43,7 @@ _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class WindFilter:
-    """Of one flight.
+    """Filter of the wind in one flight.
 
     Args:
         force: Scale of the vehicle's forces.

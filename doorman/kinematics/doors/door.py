@@ -345,7 +345,7 @@ class Door:
 
     @property
     def largest_opening(self) -> float:
-        """That the joint's limits leave [rad or m]."""
+        """Largest opening that the joint's limits leave [rad or m]."""
         return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:

@@ -170,7 +170,7 @@ class AnyLeaf(VerticalLeaf):
         return self.in_heading(self.lever)
 
     def across(self, tip: Any) -> Any:
-        """See `VerticalLeaf`.
+        """Distance of O_B from the hinge along the closed leaf [m]. See `VerticalLeaf`.
 
         Args:
             tip: R d, (3, 1), world frame [m].
@@ -178,7 +178,7 @@ class AnyLeaf(VerticalLeaf):
         return ca.dot(self._door.along, self.contact_from_hinge - tip)
 
     def into(self, tip_in_heading: Any) -> Any:
-        """See `VerticalLeaf`.
+        """Distance of O_B behind the hinge through the doorway, negative before it [m]. See `VerticalLeaf`.
 
         Args:
             tip_in_heading: R d, (3, 1) [m].

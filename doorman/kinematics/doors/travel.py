@@ -22,7 +22,7 @@ class Travel:
 
     @property
     def length(self) -> float:
-        """Of the way [rad]."""
+        """Length of the way [rad]."""
         return abs(self.goal - self.start)
 
     def left(self, angle: float) -> float:

@@ -94,7 +94,7 @@ class TiltedThrust(Actuation):
         self.lift = (0.0, max_thrust)
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Cut to thrust and tilt, see `Actuation`.
+        """Force cut to thrust and tilt. See `Actuation`.
 
         Args:
             force: Shape (3,), world frame [N].
@@ -107,7 +107,7 @@ class TiltedThrust(Actuation):
         return saturate(force, self.max_thrust, max_tilt)
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """The body's z axis along the force, see `Actuation`.
+        """Attitude with the body's z axis along the force. See `Actuation`.
 
         Args:
             force: Shape (3,), world frame, vertical part positive [N].
@@ -119,7 +119,7 @@ class TiltedThrust(Actuation):
         return attitude_of_force(force, yaw)
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """All of it along z, see `Actuation`.
+        """All of the force along z. See `Actuation`.
 
         Args:
             force: Shape (3,), world frame [N].
@@ -149,7 +149,7 @@ class BodyForce(Actuation):
         self.side = max(min(float((self._room(lift) / corner).min()) for lift in self.lift), 0.0)
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Cut to the polytope of a level body, see `Actuation`.
+        """Force cut to the polytope of a level body. See `Actuation`.
 
         Args:
             force: Shape (3,), world frame [N].
@@ -168,7 +168,7 @@ class BodyForce(Actuation):
         return np.array([max(share, 0.0) * force[0], max(share, 0.0) * force[1], lift])
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """Level, see `Actuation`.
+        """Level attitude. See `Actuation`.
 
         Args:
             force: Shape (3,), world frame, vertical part positive [N].
@@ -180,7 +180,7 @@ class BodyForce(Actuation):
         return np.array([0.0, 0.0, yaw])
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """The force in body axes, see `Actuation`.
+        """The force in body axes. See `Actuation`.
 
         Args:
             force: Shape (3,), world frame [N].

@@ -33,12 +33,12 @@ class Done(Retreat):
 
     @property
     def tie(self) -> Tie:
-        """None."""
+        """No tie: the tip is free."""
         return Tie.FREE
 
     @property
     def closes_gripper(self) -> bool:
-        """Where the tip is to stay on the leaf."""
+        """Whether the tip is to stay on the leaf."""
         return self.attempt.grips and self.attempt.keeps_hold
 
     def speed_back(self, estimate: Estimate) -> float:

@@ -44,7 +44,7 @@ class Hold(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """All the time."""
+        """True: the gripper stays closed all the time."""
         return self.attempt.grips
 
     def expired(self, now: float) -> bool:

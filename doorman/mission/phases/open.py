@@ -35,7 +35,7 @@ class Open(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """All the time."""
+        """True: the gripper stays closed all the time."""
         return self.attempt.grips
 
     def speed_back(self, estimate: Estimate) -> float:

@@ -34,12 +34,12 @@ class Recover(MissionPhase):
 
     @property
     def tie(self) -> Tie:
-        """As while the tip touches."""
+        """What is known of tip and leaf: the tip holds or presses, as while it touches."""
         return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
 
     @property
     def guarded(self) -> bool:
-        """For a push only."""
+        """Whether the tip only pushes."""
         return not self.attempt.grips
 
     def searches(self, now: float) -> bool:

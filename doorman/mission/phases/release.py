@@ -67,12 +67,12 @@ class Release(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """Until the load has been taken off it."""
+        """Whether the load has not been taken off the gripper yet."""
         return self._let_go_at is None
 
     @property
     def gives_way(self) -> bool:
-        """Once a slam has been felt."""
+        """Whether a slam has been felt."""
         return self._gives_way
 
     def give_way(self, estimate: Estimate) -> None:

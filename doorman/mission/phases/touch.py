@@ -47,12 +47,12 @@ class Touch(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """Once the tip has met the leaf."""
+        """Whether the tip has met the leaf."""
         return self.attempt.grips and self._touched_at is not None
 
     @property
     def guarded(self) -> bool:
-        """For a push only."""
+        """Whether the tip only pushes."""
         return not self.attempt.grips
 
     def holds(self, now: float) -> bool:

@@ -104,7 +104,7 @@ class Solution(OneLine):
 
     @property
     def solve_time(self) -> float:
-        """Of the whole solve [s]."""
+        """Time of the whole solve [s]."""
         return self.timings.total
 
     @property

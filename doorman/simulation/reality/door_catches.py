@@ -24,7 +24,7 @@ _WINDS_UP = 1e-3
 
 
 class DoorCatches:
-    """Of one door.
+    """What holds the leaf of one door beside its friction.
 
     Args:
         simulation: What is true.

@@ -25,7 +25,7 @@ _FRAME = 3
 
 
 class SeenFrame:
-    """Of one flight.
+    """Frame in which the poses of one flight are seen.
 
     Args:
         section: Rates and sizes.

@@ -100,7 +100,7 @@ class Link:
 
     @property
     def known_dialect(self) -> Dialect:
-        """Of the autopilot."""
+        """Dialect of the autopilot."""
         if self.inbox.dialect is None:
             raise BackendError("no autopilot has been heard yet", allowed="open() first")
         return self.inbox.dialect

@@ -40,7 +40,7 @@ class Sender(Protocol):
 
     @property
     def known_dialect(self) -> Dialect:
-        """Of the autopilot."""
+        """Dialect of the autopilot."""
 
 
 @dataclass(frozen=True)

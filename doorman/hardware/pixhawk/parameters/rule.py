@@ -19,7 +19,7 @@ class Severity(Enum):
 
 
 class When(Enum):
-    """For which set-ups a rule holds."""
+    """Set-ups for which a rule holds."""
 
     ALWAYS = "always"
     MOCAP = "mocap"
@@ -48,7 +48,7 @@ class Rule:
 
     @property
     def condition(self) -> str:
-        """For which set-ups it counts, in words."""
+        """Set-ups for which the rule counts, in words."""
         return self.when.value if self.only_with is None else "{} {}".format(*self.only_with)
 
     def counts(self, values: Mapping[str, float]) -> bool:

@@ -124,7 +124,7 @@ def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool) -> float:
-    """One step, with as much regularisation as it takes: how much that was, or −1 if no step helps.
+    """One step, with as much regularisation as it takes.
 
     Args:
         model: The problem's model.
@@ -132,6 +132,9 @@ def descend(model: object, work: Workspace, interior: Interior, last: float, fir
         interior: Memory.
         last: Regularisation that was needed last.
         first: This is the first step: its costates are taken as a whole.
+
+    Returns:
+        Regularisation that it took, or the one of the last step where it took none; −1 if no step helps.
     """
     scale = interior.numbers[NUMBER.SCALE]
     regularization, kept = 0.0, last

@@ -74,7 +74,7 @@ class ParameterStore:
 
     @property
     def names(self) -> list[str]:
-        """In the order of their index."""
+        """Names in the order of their index."""
         return list(self._values)
 
     def add(self, name: str, value: float, whole: bool = False) -> None:
