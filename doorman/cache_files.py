@@ -47,7 +47,14 @@ class CheckedFiles(IndexDataCacheFile):
         self._index = cache_path / f"{filename_base}.nbi"
 
     def load(self, key: Any) -> Any:
-        """What was saved with a key; None if nothing was, or if it is damaged."""
+        """Load the version that was saved with a key.
+
+        Args:
+            key: Of the version, as numba makes it.
+
+        Returns:
+            None if nothing was saved, or if it is damaged.
+        """
         name = self._load_index().get(key)
         content = None if name is None else _read(self._directory / name)
         if content is None:

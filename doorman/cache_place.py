@@ -79,7 +79,11 @@ def fresh_directory() -> Path:
 
 
 def touch(directory: Path) -> None:
-    """Note that a version is in use."""
+    """Note that a version is in use, by the time of its directory.
+
+    Args:
+        directory: Of the version.
+    """
     try:
         os.utime(directory)
     except OSError:

@@ -46,7 +46,16 @@ def vector(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
 
 
 def components(values: ArrayLike, size: int, field: str) -> list[float]:
-    """`vector` as plain numbers, for what is done with them one by one."""
+    """Numbers of a checked `vector`, as a list of floats.
+
+    Args:
+        values: Numbers from outside.
+        size: Number of entries.
+        field: Name of the argument, for the error.
+
+    Raises:
+        DimensionError: if it is no vector of that length, or an entry is not finite.
+    """
     if type(values) is np.ndarray and values.dtype is _FLOAT and values.shape == (size,):
         found: list[float] = values.tolist()
         if math.isfinite(sum(found)):

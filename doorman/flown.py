@@ -25,7 +25,11 @@ _BESIDE = "scenario.toml"
 
 
 def recorded_header(scenario: Scenario) -> dict[str, Any]:
-    """What every recording's header says: the scenario with its values, and its name."""
+    """Header of every recording: the scenario with its values, and its name.
+
+    Args:
+        scenario: The scenario.
+    """
     return {"scenario": scenario.tables(mode="json"), "name": scenario.name}
 
 

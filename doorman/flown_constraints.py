@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 def flown_constraints(model: Model, position: Array, attitude: Array, door_angle: Array, arm_angles: Array) -> Array:
     r"""Rows h ≤ 0 at true states.
 
-    With :math:`r = P - P_h` from the true hinge, the true leaf's normal :math:`n_D`, the distance o of its face before the hinge
-    axis and the direction a of the closed leaf, the rows of the disc are
+    The place from the true hinge is :math:`r = P - P_h`. With the true leaf's normal :math:`n_D`, the distance o of its face
+    before the hinge axis and the direction a of the closed leaf, the rows of the disc are
 
     .. math::
         R_A\sqrt{1 - (n_D^T R e_3)^2} + n_D^T r + o, \qquad a^T r - D_w + R_A, \qquad R_A - a^T r ,

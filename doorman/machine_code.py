@@ -42,7 +42,12 @@ class SelfContained(JITCodeLibrary):
 
     @classmethod
     def entry(cls, codegen: Any, name: str) -> SelfContained:
-        """An empty library for a function that only Python calls."""
+        """An empty library for a function that only Python calls.
+
+        Args:
+            codegen: numba's code generator.
+            name: Of the library.
+        """
         library = cls(codegen, name)
         library.enable_object_caching()
         library._is_last = True
@@ -83,7 +88,11 @@ class SelfContained(JITCodeLibrary):
         return super().serialize_using_object_code()
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Address of a function: 0, as numba has it, where this is no function of the library."""
+        """Address of a function, or 0 where this is no function of the library, as numba has it.
+
+        Args:
+            name: Of the function in the machine code.
+        """
         self._ensure_finalized()
         if not self._made and name in _defined(self._final_module):
             self._make()

@@ -116,6 +116,13 @@ class Model:
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array.
 
+        Args:
+            state: x, shape (5 + n,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (5 + n,).
+
         Raises:
             DimensionError: if it has another shape than (5 + n,) or is not finite.
             SingularityError: if the pitch is not inside ±90°.

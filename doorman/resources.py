@@ -24,5 +24,10 @@ def vehicle_directory() -> Path:
 
 
 def shipped(directory: Path, suffix: str) -> dict[str, Path]:
-    """Map the name of every shipped file, without suffix, to its path."""
+    """Paths of the shipped files of one kind, by name without suffix.
+
+    Args:
+        directory: Of the files.
+        suffix: Of the files, with its dot.
+    """
     return {path.stem: path for path in sorted(directory.glob(f"*{suffix}"))}

@@ -54,5 +54,5 @@ class Command(OneLine):
 
     @property
     def body_force(self) -> Array:
-        """Of the rotors, shape (3,), body frame [N]."""
+        """Force of the rotors, shape (3,), body frame [N]."""
         return np.array([*self.side_force, self.thrust])

@@ -125,12 +125,20 @@ class FlightProcess:
 
 
 def failed(error: str) -> dict[str, Any]:
-    """An answer in place of a flight process's."""
+    """An answer in place of a flight process's, for a flight that failed.
+
+    Args:
+        error: What went wrong, in words.
+    """
     return {"summary": None, "error": error, "wall_time_s": None, "kernels_compiled": 0}
 
 
 def lost(error: str) -> dict[str, Any]:
-    """An answer in place of a flight process's: the flight did not come about, which says nothing about it."""
+    """An answer in place of a flight process's, for a flight that did not come about.
+
+    Args:
+        error: Why, in words.
+    """
     return {**failed(error), "lost": True}
 
 

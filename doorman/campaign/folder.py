@@ -54,7 +54,11 @@ def claimed(folder: Path, campaign: Campaign) -> Iterator[Path]:
 
 
 def identity(campaign: Campaign) -> dict[str, Any]:
-    """What two runs of a campaign must have in common to be rows of one table."""
+    """What two runs of a campaign must have in common to be rows of one table, for JSON.
+
+    Args:
+        campaign: The campaign.
+    """
     scenario = campaign.scenario
     tables = portable(scenario)
     for key in ("runs", "time_out", "low_friction"):
@@ -79,7 +83,14 @@ def write_not_flown(reasons: Mapping[int, str], folder: Path) -> None:
 
 
 def read_not_flown(folder: Path) -> dict[int, str]:
-    """Runs that did not come about when the campaign was last run, and why."""
+    """Runs that did not come about when the campaign was last run, and why.
+
+    Args:
+        folder: Of the campaign.
+
+    Returns:
+        Reasons by run.
+    """
     path = folder / NOT_FLOWN
     return (
         {int(run): why for run, why in json.loads(path.read_text(encoding="utf-8")).items()} if path.is_file() else {}

@@ -38,12 +38,20 @@ def order_of(flight: Flight, files: Mapping[str, bytes]) -> dict[str, Any]:
 
 
 def packed(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Files for JSON."""
+    """Files as texts that JSON can hold, by name.
+
+    Args:
+        files: Content by name.
+    """
     return {name: base64.b64encode(content).decode() for name, content in files.items()}
 
 
 def digests(files: Mapping[str, bytes]) -> dict[str, str]:
-    """Digests of files by name."""
+    """Digests of files by name.
+
+    Args:
+        files: Content by name.
+    """
     return {name: hashlib.sha256(content).hexdigest()[:16] for name, content in sorted(files.items())}
 
 

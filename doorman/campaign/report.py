@@ -43,7 +43,14 @@ def write_report(rows: Sequence[Row], scenario: Scenario, out: Path, planned: in
 
 
 def page(rows: Sequence[Row], found: dict[str, Any], scenario: Scenario, planned: int | None = None) -> str:
-    """The report as Markdown."""
+    """The report as Markdown.
+
+    Args:
+        rows: Rows of the runs.
+        found: What `figures` returned.
+        scenario: Of the campaign.
+        planned: Number of runs; None if it is that of the rows.
+    """
     parts = [f"# Campaign `{scenario.name}`"]
     if planned is not None and planned != len(rows):
         parts.append(f"Not finished: {len(rows)} of {planned} runs.")
@@ -55,7 +62,11 @@ def page(rows: Sequence[Row], found: dict[str, Any], scenario: Scenario, planned
 
 
 def rate_in_words(rate: dict[str, Any]) -> str:
-    """A success rate and its interval, such as `190 of 200, 95.0 % (91.0 % to 97.3 %)`."""
+    """A success rate and its interval, such as `190 of 200, 95.0 % (91.0 % to 97.3 %)`.
+
+    Args:
+        rate: With `runs`, `successes`, `rate` and `interval_95`.
+    """
     if not rate["runs"]:
         return "no runs"
     lower, upper = rate["interval_95"]

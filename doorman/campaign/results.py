@@ -75,7 +75,11 @@ def write_part(row: Row, folder: Path) -> None:
 
 
 def read_parts(folder: Path) -> dict[int, Row]:
-    """Rows that are durable, by run; a part that cannot be read is none."""
+    """Rows that are durable, by run; a part that cannot be read is left out.
+
+    Args:
+        folder: Of the parts.
+    """
     rows: dict[int, Row] = {}
     for path in sorted(folder.glob("run-*.parquet")):
         try:
@@ -86,7 +90,11 @@ def read_parts(folder: Path) -> dict[int, Row]:
 
 
 def known_runs(folder: Path) -> set[int]:
-    """Numbers of the runs that are durable. A damaged part is removed, so that its run is flown again."""
+    """Numbers of the runs that are durable. A damaged part is removed, so that its run is flown again.
+
+    Args:
+        folder: Of the parts.
+    """
     known = set()
     for path in folder.glob("run-*.parquet"):
         if _is_whole(path):

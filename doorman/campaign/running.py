@@ -109,7 +109,11 @@ def run_campaign(
 
 
 def durable_rows(out: Path) -> list[Row]:
-    """Rows that a campaign has written so far, in the order of their runs."""
+    """Rows that a campaign has written so far, in the order of their runs.
+
+    Args:
+        out: Folder of the campaign.
+    """
     rows = read_parts(out / "runs")
     return [rows[run] for run in sorted(rows)]
 
@@ -271,7 +275,12 @@ def close_processes(campaign: str) -> None:
 
 @contextmanager
 def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
-    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for flight processes."""
+    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for flight processes.
+
+    Args:
+        workers: Number of a cluster that is made here.
+        scheduler: Address of a cluster; None makes one here.
+    """
     logging.getLogger("distributed").setLevel(logging.ERROR)
     if scheduler is None:
         with (

@@ -77,7 +77,7 @@ class Campaign:
         return flights
 
     def flight(self, run: int) -> Flight:
-        """One run.
+        """Flight of one run.
 
         Args:
             run: Its number.
@@ -88,7 +88,11 @@ class Campaign:
         return self._flight(draw(self._section, run))
 
     def undrawn(self, run: int) -> Flight:
-        """A run whose draws cannot be flown, with the scenario as it is: for its row in the results."""
+        """A run whose draws cannot be flown, with the scenario unchanged, for its row in the results.
+
+        Args:
+            run: Number of the run.
+        """
         drawn = draw(self._section, run)
         scenario = self.scenario
         command = self._command(drawn.seed, self._section.duration, {**self.overrides, **drawn.values})
@@ -157,7 +161,11 @@ def _ends(distribution: Distribution) -> tuple[Any, ...]:
 
 
 def portable(scenario: Scenario) -> dict[str, Any]:
-    """A scenario as JSON that is the same task in any directory; URDFs that do not ship are absolute paths."""
+    """A scenario as JSON that is the same task in any directory; URDFs that do not ship are absolute paths.
+
+    Args:
+        scenario: The scenario.
+    """
     tables = scenario.tables(mode="json")
     known = shipped(urdf_directory(), ".urdf").values()
     for section, path in (("vehicle", scenario.vehicle_urdf), ("door", scenario.door_urdf)):

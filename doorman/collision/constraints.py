@@ -9,9 +9,9 @@ r"""Analytic collision constraints h(x) ≤ 0 in symbols (the paper's hard const
 (3) holds a vehicle between the jambs wherever it is. Tasks that are done beside the doorway have other rows in its place, by
 their `Surroundings`:
 
-- `corners`: a jamb counts near the wall alone. With the distance b from O_B to the plane of the wall's nearer face and the
-  distance a to the jamb's edge along the wall, both 0 where O_B is inside of it,
-  :math:`R_A - \sqrt{\max(b, 0)^2 + \max(a, 0)^2} \le 0`; between the wall's faces, that is (3).
+- `corners`: a jamb counts near the wall alone,
+  :math:`R_A - \sqrt{\max(b, 0)^2 + \max(a, 0)^2} \le 0`. b is the distance from O_B to the plane of the wall's nearer face,
+  a that to the jamb's edge along the wall; inside, either is 0. Between the wall's faces, that is (3).
 - `wall`: a vehicle that pulls stays before the wall,
   :math:`R_A\sqrt{1 - (i^T R e_3)^2} + i^T(P - P_h) + b_f \le 0` with the direction i through the doorway and the depth
   :math:`b_f` of the frame.
@@ -39,7 +39,7 @@ _NEVER = -1.0
 
 
 def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundings = "doorway") -> list[Constraint]:
-    """All of them.
+    """All collision constraints of a task with these surroundings.
 
     Args:
         task: The door task.
@@ -54,7 +54,14 @@ def collision_constraints(task: Task, margin: Any = 0.0, surroundings: Surroundi
 
 
 def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
-    """Every point of the arm lies on the arm's side of the rotors' plane; one that is fixed to the body is not in its way."""
+    r"""Rows :math:`m - s z_i \le 0` with the arm's side s = ±1: every point is on that side of the rotors' plane.
+
+    A point that is fixed to the body is not in its way.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     return [
         Constraint(name, ca.SX(_NEVER) if point in task.fixed_points else margin - task.arm_side * place[2])
         for name, (point, place) in zip(
@@ -64,14 +71,24 @@ def arm_off_the_rotors(task: Any, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_leaf(task: Task, margin: Any) -> Constraint:
-    """The rotor disc, wherever it tilts, stays on its side of the leaf's plane."""
+    """Row (2): the rotor disc, wherever it tilts, stays on its side of the leaf's plane.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     normal = task.tilt_rotation.T @ task.normal_in_heading
     extent = (normal[0] ** 2 + normal[1] ** 2 + _LEAST_EXTENT) ** 0.5
     return Constraint(LEAF, task.vehicle.radius * extent - normal.T @ task.tip_in_body + margin)
 
 
 def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc stays inside the doorway's width."""
+    """Rows (3): the rotor disc stays inside the doorway's width.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     across, radius = task.across_doorway, task.vehicle.radius
     return [
         Constraint(JAMBS[0], across - task.door.width + radius + margin),
@@ -80,7 +97,12 @@ def disc_clear_of_jambs(task: Task, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc stays clear of the jambs' edges before, in and behind the doorway."""
+    """Rows `corners`: the rotor disc stays clear of the jambs' edges before, in and behind the doorway.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     distances = distances_to_corners(task.across_doorway, task.into_doorway, task.door)
     return [
         Constraint(name, task.vehicle.radius + margin - distance)
@@ -89,7 +111,7 @@ def disc_clear_of_corners(task: Task, margin: Any) -> list[Constraint]:
 
 
 def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
-    """Of a place from the jambs at latch and hinge, as they reach along the wall [m].
+    """Distances of a place from the jambs at latch and hinge, as they reach along the wall [m].
 
     Args:
         across: Distance of the place from the hinge along the closed leaf [m].
@@ -103,7 +125,12 @@ def distances_to_corners(across: Any, into: Any, door: Any) -> tuple[Any, Any]:
 
 
 def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc, wherever it tilts, stays before the wall."""
+    """Row `wall`: the rotor disc, wherever it tilts, stays before the wall.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     facing = task.into_in_heading.T @ task.tilt_rotation[:, 2]
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     nearest = task.into_doorway + task.door.frame_depth
@@ -111,7 +138,12 @@ def disc_clear_of_wall(task: Task, margin: Any) -> list[Constraint]:
 
 
 def disc_clear_of_panel(task: Task, margin: Any) -> list[Constraint]:
-    """The rotor disc, wherever it tilts, stays on its side of a panel that slides."""
+    """Row `panel`: the rotor disc, wherever it tilts, stays on its side of a panel that slides.
+
+    Args:
+        task: The task in symbols.
+        margin: Distance that is kept [m].
+    """
     facing = task.panel_in_heading.T @ task.tilt_rotation[:, 2]
     extent = (1 - facing**2 + _LEAST_EXTENT) ** 0.5
     return [Constraint(PANEL, task.vehicle.radius * extent - task.before_panel + margin)]

@@ -54,7 +54,14 @@ class Region:
         return np.clip(vehicle.lower_limits, -math.pi, None), np.clip(vehicle.upper_limits, None, math.pi)
 
     def contains(self, states: Array) -> NDArray[np.bool_]:
-        """Whether states, shape (m, 5 + n), are in the region: shape (m,)."""
+        """Whether states are in the region.
+
+        Args:
+            states: x of m states, shape (m, 5 + n).
+
+        Returns:
+            Shape (m,).
+        """
         lower, upper = self.joint_range()
         upright = np.cos(states[:, 0]) * np.cos(states[:, 1]) >= math.cos(self.max_tilt)
         swing = (states[:, 3] >= min(self.door_angles)) & (states[:, 3] <= max(self.door_angles))
@@ -62,7 +69,15 @@ class Region:
         return np.asarray(upright & swing & joints)
 
     def allowed(self, states: Array, constraints: Constraints) -> NDArray[np.bool_]:
-        """Whether states, shape (m, 5 + n), are in the region and allowed by constraints: shape (m,)."""
+        """Whether states are in the region and allowed by constraints.
+
+        Args:
+            states: x of m states, shape (m, 5 + n).
+            constraints: h of many states.
+
+        Returns:
+            Shape (m,).
+        """
         return np.asarray(self.contains(states) & (constraints(states).max(axis=1) <= 0.0))
 
     def to_boundary(self, inside: Array, outside: Array, constraints: Constraints) -> Array:

@@ -54,8 +54,8 @@ class Clearances(OneLine):
 class CollisionScene:
     """Vehicle and door as FCL shapes.
 
-    Pairs are every shape of the vehicle against every shape of the door, but not the tip (`tip_shapes`) against the leaf, which
-    touch by design; and every shape of the arm against those fixed to the base link, but not those of the arm's first link, which
+    Every shape of the vehicle is paired with every shape of the door, but not the tip (`tip_shapes`) with the leaf, which touch
+    by design. Every shape of the arm is paired with those fixed to the base link, but not those of the arm's first link, which
     hangs on it.
 
     Args:

@@ -20,7 +20,11 @@ _POINT = 1e-6
 
 
 def tip_link(vehicle: Vehicle) -> str:
-    """Link of the tip, which a scenario may also name by the joint that carries it."""
+    """Name of the tip's link; a scenario may also name the tip by the joint that carries it.
+
+    Args:
+        vehicle: The vehicle.
+    """
     return link_name(vehicle.urdf, vehicle.names.tip)
 
 

@@ -69,7 +69,11 @@ class Doorway:
         return place + (allowed - at) * self._door.along
 
     def along(self, position: Array) -> float:
-        """Distance of a place from the hinge along the closed leaf [m]."""
+        """Distance of a place from the hinge along the closed leaf [m].
+
+        Args:
+            position: Of the place, shape (3,), world frame [m].
+        """
         return float((position - self._door.hinge_position) @ self._door.along)
 
     def beyond(self, position: Array) -> float:

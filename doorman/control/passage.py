@@ -79,7 +79,11 @@ class Passage:
         return float((position - self._origin) @ self._forward)
 
     def outside(self, position: Array) -> bool:
-        """Whether the vehicle is before the doorway, with all of its disc."""
+        """Whether the whole rotor disc is before the doorway.
+
+        Args:
+            position: P of O_B, shape (3,), world frame [m].
+        """
         return self.into(position) < -self._model.door.frame_depth - self._model.vehicle.radius
 
     def _places(self, beside: float) -> list[Array]:
@@ -108,7 +112,11 @@ class Passage:
 
 
 def has_doorway(model: Model) -> bool:
-    """Whether there is something to fly through: behind a hinge that stands, or a slide that moves its panel to the side."""
+    """Whether there is a doorway to fly through: behind a hinge that stands, or a slide that moves its panel to the side.
+
+    Args:
+        model: Model of the scenario.
+    """
     door = model.door
     return not door.lies if not door.slides else door.panel is not None and abs(_panel_normal(model)[2]) < 0.5
 

@@ -23,10 +23,15 @@ Array = NDArray[np.float64]
 
 
 def look_aheads(model: Model) -> tuple[float, float]:
-    """How much ahead of the state acceleration and attitude are taken from the plan: the settings', or by the attitude's lag [s].
+    """How much ahead of the state acceleration and attitude are taken from the plan [s].
+
+    The settings say it, or the attitude loop's lag.
 
     Args:
         model: Model of the scenario.
+
+    Returns:
+        Of the acceleration, and of the attitude.
     """
     settings, loop = model.scenario.control, model.attitude_loop
     acceleration, attitude = settings.acceleration_look_ahead, settings.attitude_look_ahead
@@ -173,15 +178,30 @@ class StateConverter:
         )
 
     def door_rate(self, plan: Plan, time: float) -> float:
-        """α̇ at a time of the plan [rad/s]."""
+        """Rate α̇ of the door at a time of the plan, 0 after its end [rad/s].
+
+        Args:
+            plan: The plan.
+            time: Since its start [s].
+        """
         return float(self._at(plan, time)[0][4])
 
     def heading(self, plan: Plan, time: float) -> float:
-        """ψ at a time of the plan [rad]."""
+        """Heading ψ of the vehicle at a time of the plan [rad].
+
+        Args:
+            plan: The plan.
+            time: Since its start [s].
+        """
         return float(self._at(plan, time)[0][2])
 
     def turning(self, plan: Plan, time: float) -> float:
-        """ψ̇ that leads to the heading `control.attitude_look_ahead` after a time of the plan [rad/s]."""
+        """Rate ψ̇ that reaches the plan's heading after `control.attitude_look_ahead` [rad/s]; 0 without a look-ahead.
+
+        Args:
+            plan: The plan.
+            time: Since its start [s].
+        """
         ahead = self._attitude_ahead
         return (self.heading(plan, time + ahead) - self.heading(plan, time)) / ahead if ahead > 0.0 else 0.0
 

@@ -53,5 +53,5 @@ class AttitudeLoop:
 
     @property
     def look_ahead(self) -> float:
-        """The same for yaw and the force fed forward [s]."""
+        """How much ahead of the state yaw and the force that is fed forward are taken from the plan [s]."""
         return 0.2 / self.quickness

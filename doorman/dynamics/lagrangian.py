@@ -1,8 +1,8 @@
 r"""The coupled equations of motion of vehicle and door (the paper's Lagrangian model), the arm locked within them.
 
-With the contact's lever J and its slope :math:`J' = dJ/d\alpha = o\,n_D - D_V r` (o = 0 in the paper, r along the leaf), the
-vertical k in body axes, and the tip's place :math:`e = d - c` from the centre of mass c, the acceleration of c and the force of
-the door on the tip are
+The contact has the lever J with the slope :math:`J' = dJ/d\alpha = o\,n_D - D_V r` (o = 0 in the paper, r along the leaf). With
+the vertical k in body axes and the tip's place :math:`e = d - c` from the centre of mass c, the acceleration of c and the force
+of the door on the tip are
 
 .. math::
     a = \ddot\alpha J + \dot\alpha^2 J' + e\times\dot\Omega - \Omega\times(\Omega\times e),\quad
@@ -96,7 +96,7 @@ class LagrangianTask(Task):
 
     @cached_property
     def contact_force(self) -> Any:
-        """Of the tip on the door, (3, 1), world frame [N]."""
+        """Force of the tip on the door, (3, 1), world frame [N]."""
         return -self.rotation @ self._force_on_tip(*self.accelerations)
 
     @property

@@ -73,7 +73,7 @@ class Rehearsal:
         return float(self.states[-1, 3])
 
     def time_within(self, target: float, tolerance: float) -> float | None:
-        """First time after which |α − target| stays below a tolerance.
+        """First time after which α stays within a tolerance of a target.
 
         Args:
             target: [rad].
@@ -89,7 +89,11 @@ class Rehearsal:
 
 
 def resistance(model: Model) -> float:
-    """Friction that a rehearsal takes the joint to have: a leaf that begins ajar stands by it [N m]."""
+    """Friction that a rehearsal assumes in the joint; a leaf that begins ajar is held by it [N m].
+
+    Args:
+        model: Model of the scenario.
+    """
     if model.scenario.contact.kind == "push" and model.door.friction == 0.0:
         ajar = model.door.opening_of(model.travel.start) > model.door.per_angle * _AJAR
         holds = _STANDS * abs(_drives(model, model.travel.start)) if ajar else 0.0

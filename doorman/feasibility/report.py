@@ -122,5 +122,10 @@ class Report(OneLine):
 
 
 def graded(ok: bool, worse: Severity = Severity.ERROR) -> Severity:
-    """OK where something holds, else `worse`."""
+    """Severity OK where something holds, else `worse`.
+
+    Args:
+        ok: Whether it holds.
+        worse: Severity where it does not.
+    """
     return Severity.OK if ok else worse

@@ -89,7 +89,7 @@ class FlyingBackend(Backend):
 
         Raises:
             BackendError: if a link cannot be opened, the checklist is not passed or the flight not confirmed, or the vehicle
-                does not get to the hover point; it is on the ground then, or the error has a note that says where else.
+                does not get to the hover point. It is on the ground then, or the error has a note that says where else.
         """
         if self.links.is_open:
             raise BackendError(
@@ -130,7 +130,11 @@ class FlyingBackend(Backend):
         return measurement
 
     def command(self, command: Command) -> None:
-        """As `VehicleBackend.command`."""
+        """Send a command to the vehicle, as `VehicleBackend.command` does.
+
+        Args:
+            command: Of the mission.
+        """
         self.flight.backend.command(command)
 
     def stop(self) -> None:

@@ -103,7 +103,11 @@ class GuardedFlight(Uncopied):
         self._armed_once = self._told_to_arm = False
 
     def say(self, words: str) -> None:
-        """Tell of a step; a listener that fails, as a terminal that is gone, does not concern the flight."""
+        """Tell the listener of a step; a listener that fails, as a terminal that is gone, does not concern the flight.
+
+        Args:
+            words: One line.
+        """
         with contextlib.suppress(Exception, SystemExit):
             self._listener(words)
 

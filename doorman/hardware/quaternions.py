@@ -21,7 +21,7 @@ _SINGULAR = 1.0 - 1e-12
 
 
 def wrap(angle: float) -> float:
-    """The same angle in (−π, π].
+    """Angle of the same direction in (−π, π].
 
     Args:
         angle: [rad].
@@ -50,7 +50,11 @@ def multiply(a: Iterable[float], b: Iterable[float]) -> Quaternion:
 
 
 def conjugate(q: Iterable[float]) -> Quaternion:
-    """Inverse rotation."""
+    """Inverse rotation (w, −x, −y, −z).
+
+    Args:
+        q: Unit quaternion (w, x, y, z).
+    """
     w, x, y, z = q
     return (w, -x, -y, -z)
 
@@ -71,7 +75,11 @@ def rotate(q: Iterable[float], v: Iterable[float]) -> Vector:
 
 
 def rotation_vector(q: Quaternion) -> Vector:
-    """Axis times angle, with an angle of at most π [rad]."""
+    """Axis times angle, with an angle of at most π [rad].
+
+    Args:
+        q: Unit quaternion (w, x, y, z).
+    """
     w, x, y, z = q if q[0] >= 0.0 else (-q[0], -q[1], -q[2], -q[3])
     sine = math.sqrt(x * x + y * y + z * z)
     scale = 2.0 * math.atan2(sine, w) / sine if sine > 1e-9 else 2.0
@@ -79,14 +87,26 @@ def rotation_vector(q: Quaternion) -> Vector:
 
 
 def from_rotation_vector(v: Vector) -> Quaternion:
-    """Rotation by an axis times an angle [rad]."""
+    """Rotation by an axis times an angle [rad].
+
+    Args:
+        v: Axis times angle [rad].
+
+    Returns:
+        Unit quaternion (w, x, y, z).
+    """
     angle = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     scale = math.sin(0.5 * angle) / angle if angle > 1e-9 else 0.5
     return (math.cos(0.5 * angle), scale * v[0], scale * v[1], scale * v[2])
 
 
 def angle_between(a: Quaternion, b: Quaternion) -> float:
-    """Angle that turns one into the other, 0 … π [rad]."""
+    """Angle that turns one into the other, 0 … π [rad].
+
+    Args:
+        a: Unit quaternion (w, x, y, z).
+        b: Another one.
+    """
     x, y, z = rotation_vector(multiply(conjugate(a), b))
     return math.sqrt(x * x + y * y + z * z)
 

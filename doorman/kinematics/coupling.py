@@ -83,11 +83,18 @@ class Coupling:
         return self._own.get(lambda: ArmParameters.of(self.vehicle.arm))
 
     def contact_point(self, door_angle: float) -> Array:
-        """Where the tip touches the leaf at α, shape (3,), world frame [m]."""
+        """Point where the tip touches the leaf.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         return self.door.contact_point(door_angle, self.distance_from_hinge, self.height)
 
     def angle_of_face(self, before: float) -> float:
-        """By how much α of a tip on the face is less if that stands so far before its place [rad].
+        """By how much α of a tip on the face is less if the face stands before its place [rad].
 
         Args:
             before: Towards the vehicle [m].
@@ -160,7 +167,16 @@ class Coupling:
         return self.motion_of(x, vector(body_rates, 3, "body_rates"), vector(arm_rates, n, "arm_rates"))
 
     def motion_of(self, state: Array, body_rates: Array, arm_rates: Array) -> VehicleMotion:
-        """`vehicle_motion` of finite arrays of these shapes, which are not looked at again."""
+        """Motion of the vehicle that belongs to a state, as `vehicle_motion` returns it, without a check of the arrays.
+
+        Args:
+            state: [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            arm_rates: Ḣ, shape (n,) [rad/s or m/s].
+
+        Returns:
+            Position and velocity of O_B, world frame.
+        """
         angle = float(state[3])
         tip = self._tip_in_world(state[:3], body_rates, state[5:], arm_rates)
         lever = self.door.lever(angle, self.distance_from_hinge)

@@ -37,12 +37,19 @@ class Numbers:
 
         Args:
             vector: Shape (np,).
+
+        Returns:
+            Views of the vector, each of the name's size.
         """
         other = np.asarray(vector, dtype=np.float64)
         return {name: other[place] for name, place in self._places.items()}
 
     def one(self, name: str) -> float:
-        """The number of a name that stands for one."""
+        """The number of a name that stands for one.
+
+        Args:
+            name: Of the number.
+        """
         return float(self.vector.item(self._place(name).start))
 
     def replaced(self, changes: Mapping[str, ArrayLike]) -> Numbers:
@@ -71,7 +78,11 @@ class Numbers:
         return changed
 
     def and_also(self, entries: Mapping[str, ArrayLike]) -> Numbers:
-        """Numbers with further names behind these."""
+        """These numbers, with further names behind them.
+
+        Args:
+            entries: Numbers or vectors by name; a name that is here already gets the new value.
+        """
         return Numbers({**{name: self[name] for name in self.sizes}, **entries})
 
     def _place(self, name: str) -> slice:

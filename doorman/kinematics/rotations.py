@@ -103,10 +103,13 @@ def regular_state(state: ArrayLike, size: int, field: str) -> Array:
 
 
 def regular_step(after: Array) -> Array:
-    """The state after a step, which begins with Φ.
+    """State after a step, which begins with Φ, if the pitch stayed inside ±90°.
 
     Args:
         after: Shape (nx,); its pitch is NaN where the step left ±90°.
+
+    Returns:
+        `after` itself.
 
     Raises:
         SingularityError: if it did.

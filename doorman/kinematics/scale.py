@@ -36,37 +36,37 @@ class Scale:
 
     @property
     def force(self) -> float:
-        """Of forces, as of the weight."""
+        """Scale of forces, as of the weight."""
         return self.mass
 
     @property
     def time(self) -> float:
-        """Of times."""
+        """Scale of times."""
         return math.sqrt(self.length)
 
     @property
     def speed(self) -> float:
-        """Of speeds."""
+        """Scale of speeds."""
         return self.length / self.time
 
     @property
     def rate(self) -> float:
-        """Of angular rates."""
+        """Scale of angular rates."""
         return 1.0 / self.time
 
     @property
     def torque(self) -> float:
-        """Of torques."""
+        """Scale of torques."""
         return self.force * self.length
 
     @property
     def stiffness(self) -> float:
-        """Of forces per length."""
+        """Scale of forces per length."""
         return self.force / self.length
 
     @property
     def damping(self) -> float:
-        """Of forces per speed."""
+        """Scale of forces per speed."""
         return self.force / self.speed
 
     def hinge(self, door: Door) -> float:

@@ -55,7 +55,15 @@ def body_rates(attitude: Any, rates: Any) -> Any:
 
 
 def rotation_about(axis: Any, angle: Any) -> Any:
-    """Rotation about a unit vector (Rodrigues), (3, 3)."""
+    r"""Rotation about a unit vector, :math:`c\,1 + s\,\hat a + (1 - c)\,a a^T` (Rodrigues).
+
+    Args:
+        axis: a, unit vector, (3, 1).
+        angle: Of the turn [rad].
+
+    Returns:
+        Shape (3, 3).
+    """
     cross, s, c = ca.skew(axis), ca.sin(angle), ca.cos(angle)
     return c * ca.SX.eye(3) + s * cross + (1 - c) * (axis @ axis.T)
 

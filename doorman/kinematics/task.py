@@ -117,7 +117,7 @@ class Task(ABC):
 
     @cached_property
     def center_of_mass(self) -> Any:
-        """Of vehicle and arm, c in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        """Centre of mass c of vehicle and arm, (3, 1), body frame [m]; O_B itself where the arm has no mass."""
         return ca.SX(3, 1) if self._bodies is None else self._bodies.center
 
     @cached_property
@@ -156,7 +156,7 @@ class Task(ABC):
 
     @property
     def leaf_direction(self) -> Any:
-        """From the hinge along the leaf, (3, 1)."""
+        """Direction from the hinge along the leaf, (3, 1)."""
         return self._leaf.leaf_direction
 
     @property
@@ -206,7 +206,7 @@ class Task(ABC):
 
     @property
     def contact_point(self) -> Any:
-        """Where the tip touches the leaf, (3, 1) [m]."""
+        """Point where the tip touches the leaf, (3, 1) [m]."""
         return self.door.hinge_position + self.contact_from_hinge
 
     @property
@@ -258,7 +258,7 @@ class Task(ABC):
 
     @property
     def normal_force(self) -> Any:
-        """Of the tip on the door along its normal, positive where it presses [N]."""
+        """Force of the tip on the door along its normal, positive where it presses [N]."""
         return self.thrust_along_normal
 
     @property

@@ -35,8 +35,8 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
     Action, each −1 to 1, shape (4 + n,): thrust :math:`m g (1 + \tfrac12 a_0)`; roll and pitch 0.35 a₁ and 0.35 a₂; yaw 0.35 a₃
     from where it is; joint rates by the arm's limits.
 
-    Observation, shape (14 + 2 n,): position from the contact point on the leaf at the start, velocity, attitude, body rates, arm
-    angles, arm rates as the sensors say, and the door's angle from its goal and its rate as they are.
+    Observation, shape (14 + 2 n,). As the sensors say: position from the contact point on the leaf at the start, velocity,
+    attitude, body rates, arm angles and arm rates. As they are: the door's angle from its goal, and its rate.
 
     The episode ends when the door is open, and as a failure by a collision, a fall, or leaving the room; it is cut off after
     `duration`. A scenario whose tip grips holds on by itself.
@@ -92,6 +92,9 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
         Args:
             seed: Of this episode and, if no other comes, of those after it.
             options: None are known.
+
+        Returns:
+            Observation, see the class, and the true door angle [rad].
         """
         super().reset(seed=seed)
         self.close()
@@ -108,6 +111,9 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
 
         Args:
             action: See the class; what is beyond −1 to 1 is cut.
+
+        Returns:
+            Observation, reward, whether the episode has ended, whether it was cut off, and figures of the step by name.
 
         Raises:
             BackendError: if `reset` was not called, or the action is not finite.

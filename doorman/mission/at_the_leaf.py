@@ -95,7 +95,16 @@ class AtTheLeaf:
         self._offset = (0.0, 0.0) if estimate is None else self._converter.tip_offset(estimate.position, estimate.state)
 
     def contact_position(self, estimate: Estimate, yaw: float, arm: Array) -> Array:
-        """Position of O_B, level, with the tip at the contact point of the door as it is now, shape (3,) [m]."""
+        """Position of O_B, level, with the tip at the contact point of the door as it is now.
+
+        Args:
+            estimate: What is known now.
+            yaw: ψ [rad].
+            arm: Posture of the arm, shape (n,) [rad], [m] where a joint slides.
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         level = np.concatenate([(0.0, 0.0, yaw), estimate.state[3:5], arm])
         return self._converter.on_leaf(level, np.zeros(3), np.zeros(self._n_arm)).position
 
@@ -208,16 +217,28 @@ class AtTheLeaf:
         return gap < max(soon, NO_GAP)
 
     def meets_a_jamb(self, estimate: Estimate) -> bool:
-        """Whether the disc is about to touch a jamb."""
+        """Whether the rotor disc is about to touch a jamb.
+
+        Args:
+            estimate: What is known now.
+        """
         return self._doorway.gap_to_jambs(estimate.position, estimate.velocity) < _NO_ROOM
 
     def levels_into_a_jamb(self, estimate: Estimate) -> bool:
-        """Whether the disc would come too near to a jamb, were the vehicle to level with its tip where it is, as it lets go."""
+        """Whether the rotor disc would come too near to a jamb, were the vehicle to level as it lets go.
+
+        Args:
+            estimate: What is known now.
+        """
         level = self.contact_position(estimate, float(estimate.state[2]), estimate.arm_angles)
         return self._doorway.gap_to_jambs(level, np.zeros(3)) < ROOM_TO_LEVEL
 
     def blunted(self, estimate: Estimate) -> bool:
-        """Whether the tip has been stopped where the leaf is."""
+        """Whether the tip has been stopped where the leaf is; call it once per tick.
+
+        Args:
+            estimate: What is known now.
+        """
         if not self._was_fast:
             self._was_fast, self._slow_from = estimate.tip_speed > 0.7 * self._speed, estimate.time
         elif estimate.tip_speed > 0.5 * self._speed:
@@ -225,10 +246,13 @@ class AtTheLeaf:
         return estimate.near and self._was_fast and estimate.time - self._slow_from >= _BLUNTED
 
     def blocked(self, estimate: Estimate) -> bool:
-        """Whether the tip has been stopped before the place of the leaf, which has come nearer then.
+        """Whether the tip has been stopped before the place of the leaf, which has then come nearer; call it once per tick.
 
-        A wind would not stop it for so long: that is estimated, and leaned into. One that a slam has thrown back, and that comes
-        on again, has met nothing.
+        A wind would not stop the tip for so long: it is estimated, and leaned into. A tip that comes on again after a slam has
+        met nothing.
+
+        Args:
+            estimate: What is known now.
         """
         advance = float(self._model.door.normal(estimate.door_angle) @ estimate.position)
         if self._moved_at is None or abs(advance - self._stood) > _MOVES:

@@ -23,7 +23,7 @@ HEADING_LOST = math.radians(55.0)
 
 
 class DoorOpening(ABC):
-    """Of one attempt, from the touch until the door is open.
+    """Opening of one attempt, from the touch until the door is open.
 
     Args:
         model: Model of the scenario.
@@ -39,7 +39,11 @@ class DoorOpening(ABC):
         self._last = 0.0
 
     def may_go_on(self, estimate: Estimate) -> bool:
-        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung."""
+        """Whether another attempt may do better than one that is stuck: plans come and are flown, and the door has swung.
+
+        Args:
+            estimate: What is known now.
+        """
         plans = self._schedule.overdue(estimate.time) <= SILENT and not self._schedule.refusal
         return plans and self._progress.swung
 
@@ -91,7 +95,11 @@ class DoorOpening(ABC):
 
     @abstractmethod
     def stuck(self, estimate: Estimate) -> str:
-        """Why the opening should be given up; empty if it should not."""
+        """Reason to give the opening up; empty if there is none.
+
+        Args:
+            estimate: What is known now.
+        """
 
     def _silence(self, now: float) -> str:
         """That the planner is silent; empty if it is not."""

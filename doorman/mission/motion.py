@@ -65,12 +65,25 @@ class Glide:
         return Setpoint(self.position.copy(), self.velocity.copy(), acceleration, self.yaw, none, none, arm_rates)
 
     def near(self, target: Array, tolerance: float) -> bool:
-        """Whether the reference has come this near to a target [m]."""
+        """Whether the reference is nearer to a target than a tolerance.
+
+        Args:
+            target: Shape (3,), world frame [m].
+            tolerance: Largest distance [m].
+        """
         return bool(np.linalg.norm(target - self.position) < tolerance)
 
 
 def arm_rates_to(target: Array, arm_angles: Array) -> Array:
-    """Joint rates towards a posture on the straight line, which a saturated joint would leave, shape (n,) [rad/s]."""
+    """Joint rates towards a posture on the straight line, which a saturated joint would leave.
+
+    Args:
+        target: Posture, shape (n,) [rad], [m] where a joint slides.
+        arm_angles: Present posture, shape (n,), in the same units.
+
+    Returns:
+        Shape (n,) [rad/s or m/s].
+    """
     rates = _ARM_GAIN * (target - arm_angles)
     return np.asarray(rates * min(1.0, _ARM_RATE / max(float(np.abs(rates).max()), 1e-9)))
 

@@ -106,7 +106,11 @@ class Opening(DoorOpening):
         return replace(setpoint, force=setpoint.force + aid)
 
     def stuck(self, estimate: Estimate) -> str:
-        """Why the opening should be given up; empty if it should not."""
+        """Reason to give the opening up; empty if there is none. See `DoorOpening`.
+
+        Args:
+            estimate: What is known now.
+        """
         if silence := self._silence(estimate.time):
             return silence
         angle = self._model.door.in_words(estimate.door_angle)

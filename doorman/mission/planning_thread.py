@@ -51,7 +51,7 @@ class PlanningThread(Generic[Order, Answer]):
         return self._order is not None or self._answer is not None or self._error is not None
 
     def at_work(self, now: float) -> float:
-        """For how long the present order has been carried out; 0 if there is none [s].
+        """Time for which the present order has been carried out; 0 if there is none [s].
 
         Args:
             now: By the clock of `begin` [s].

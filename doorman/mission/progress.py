@@ -36,7 +36,7 @@ _SWINGING = 4
 
 
 class Progress:
-    """Of one opening.
+    """Progress of one opening.
 
     Args:
         model: Model of the scenario.

@@ -35,7 +35,7 @@ _LEAST_RESISTANCE = 0.15
 
 
 class Resistance:
-    """Of the door in one opening.
+    """Resistance of the door in one opening.
 
     Args:
         model: Model of the scenario.

@@ -87,8 +87,8 @@ def _made_of(answer: _Answer) -> dict[str, Any]:
 class PlanSchedule:
     """Plans once per period; hands out the newest one that is old enough to be known.
 
-    Plans are made in `update` itself, and taken into use so many periods later; or, where time does not wait, in a thread of
-    their own while the controller goes on (`running`), and taken into use as soon as they are there.
+    Plans are made in `update` itself, and taken into use so many periods later. Where time does not wait, they are made in a
+    thread of their own while the controller goes on (`running`), and taken into use as soon as they are there.
 
     Args:
         planner: The planner.

@@ -28,7 +28,7 @@ _CLOSE = math.radians(0.8)
 
 
 class Swing(DoorOpening):
-    """Of one attempt, from the touch until the door is open.
+    """Opening of one attempt by pushes, from the touch until the door is open.
 
     Args:
         model: Model of the scenario.
@@ -63,7 +63,11 @@ class Swing(DoorOpening):
         self.held = True
 
     def may_go_on(self, estimate: Estimate) -> bool:
-        """Whether another attempt may do better: none brings a leaf back from beyond the goal."""
+        """Whether another attempt may do better: none brings a leaf back from beyond the goal. See `DoorOpening`.
+
+        Args:
+            estimate: What is known now.
+        """
         return super().may_go_on(estimate) and not self._is_past(estimate)
 
     def step(self, estimate: Estimate, body_rates: Array) -> Setpoint:
@@ -97,7 +101,11 @@ class Swing(DoorOpening):
         return hinge.spare - max(_GUSTINESS * wind, hinge.closing_wind) > 0.0
 
     def stuck(self, estimate: Estimate) -> str:
-        """Why the opening should be given up; empty if it should not."""
+        """Reason to give the opening up; empty if there is none. See `DoorOpening`.
+
+        Args:
+            estimate: What is known now.
+        """
         if silence := self._silence(estimate.time):
             return silence
         heading = float(self._model.on_the_way(estimate.door_angle)[2])

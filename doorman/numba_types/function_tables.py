@@ -64,7 +64,13 @@ def _unbox_table(typ: FunctionTableType, obj: Any, c: Any) -> NativeValue:
 
 @builtin
 def with_number(typingctx: Any, table: Any, number: Any) -> Any:
-    """The same table with another number beside it."""
+    """A table with another number beside it.
+
+    Args:
+        typingctx: numba's typing context.
+        table: The table.
+        number: Integer, which each of its functions takes second.
+    """
     if table is not TABLE:
         return None
 

@@ -59,7 +59,11 @@ class Handle(Generic[T]):
         _fill(self, content)
 
     def replace(self, content: T) -> None:
-        """Hold another NamedTuple of the same type."""
+        """Hold another NamedTuple of the same type.
+
+        Args:
+            content: The new NamedTuple.
+        """
         self.content = content
         _fill(self, content)
 
@@ -84,7 +88,11 @@ def separate(content: T) -> T:
 
 
 def held(content: T) -> T:
-    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same."""
+    """A handle of a NamedTuple, typed as what it holds: to a kernel they are the same.
+
+    Args:
+        content: The NamedTuple.
+    """
     return cast(T, Handle(content))
 
 
@@ -115,7 +123,7 @@ def _write(typingctx: Any, handle: Any, value: Any) -> Any:
 
 
 def _borrowed(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """The same value with arrays that own nothing."""
+    """A value whose arrays own nothing, with the memory of the given one."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value)
         array.meminfo = ir.Constant(array.meminfo.type, None)

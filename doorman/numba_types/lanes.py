@@ -24,7 +24,11 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 
 
 def builtin(generate: Callable[..., Any]) -> Any:
-    """A function of compiled code whose instructions `generate` writes; typed as Any, as the types are numba's."""
+    """A function of compiled code whose instructions `generate` writes; typed as Any, as the types are numba's.
+
+    Args:
+        generate: As `numba.extending.intrinsic` takes it.
+    """
     return intrinsic(generate)
 
 
@@ -121,7 +125,14 @@ def _indices(context: Any, builder: Any, kind: Any, value: Any) -> list[Any]:
 
 @builtin
 def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
-    """Doubles of a C-contiguous array from `index` (one integer a dimension) on, as many as the tuple `width` is long."""
+    """Consecutive doubles of an array as lanes.
+
+    Args:
+        typingctx: numba's typing context.
+        array: C-contiguous array of doubles.
+        index: Of the first one, an integer for each dimension.
+        width: Tuple as long as there are lanes.
+    """
     lanes = Lanes(len(width))
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -134,7 +145,14 @@ def load(typingctx: Any, array: Any, index: Any, width: Any) -> Any:
 
 @builtin
 def store(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
-    """Write lanes to an array from `index` on."""
+    """Write lanes to consecutive doubles of an array.
+
+    Args:
+        typingctx: numba's typing context.
+        array: C-contiguous array of doubles.
+        index: Of the first one, an integer for each dimension.
+        value: Lanes.
+    """
     if not isinstance(value, Lanes):
         return None
 
@@ -149,7 +167,13 @@ def store(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
 
 @builtin
 def broadcast(typingctx: Any, value: Any, width: Any) -> Any:
-    """The same number in every lane."""
+    """Lanes that all hold one number.
+
+    Args:
+        typingctx: numba's typing context.
+        value: The number.
+        width: Tuple as long as there are lanes.
+    """
     lanes = Lanes(len(width))
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -160,7 +184,13 @@ def broadcast(typingctx: Any, value: Any, width: Any) -> Any:
 
 @builtin
 def lane(typingctx: Any, value: Any, index: Any) -> Any:
-    """One lane as a float."""
+    """One lane as a float.
+
+    Args:
+        typingctx: numba's typing context.
+        value: Lanes.
+        index: Of the lane.
+    """
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.extract_element(
@@ -315,40 +345,72 @@ def _tanh(typingctx: Any, x: Any) -> Any:
 
 
 def sincos(x: Any) -> tuple[Any, Any]:
-    """Sine and cosine of a float or of lanes [rad], good to 1 ulp of 1 for |x| < 1e5.
+    """Sine and cosine of a float or of lanes [rad], good to 1 ulp of 1 for x between ±1e5.
 
     Range reduction by multiples of π/2 in three parts, minimax polynomials of Moshier's Cephes library.
+
+    Args:
+        x: Float or lanes [rad].
     """
     return np.sin(x), np.cos(x)
 
 
 def square_root(x: Any) -> Any:
-    """√x of a float or of lanes."""
+    """Square root √x.
+
+    Args:
+        x: Float or lanes.
+    """
     return np.sqrt(x)
 
 
 def larger(x: Any, y: Any) -> Any:
-    """The larger of two, lane by lane; NaN in `x` stays."""
+    """The larger of two numbers, lane by lane; NaN in `x` stays.
+
+    Args:
+        x: Float or lanes.
+        y: Float or lanes.
+    """
     return max(x, y)
 
 
 def tanh(x: Any) -> Any:
-    """Hyperbolic tangent of a float or of lanes, good to 2 ulp."""
+    """Hyperbolic tangent of a float or of lanes, good to 2 ulp.
+
+    Args:
+        x: Float or lanes.
+    """
     return np.tanh(x)
 
 
 def zero(lanes: tuple[int, ...]) -> Any:
-    """Zero, in as many lanes as the tuple is long; a float for an empty one."""
+    """Zero in lanes, or as a float.
+
+    Args:
+        lanes: Tuple as long as there are lanes; empty for a float.
+    """
     return 0.0
 
 
 def get(array: Any, index: Any, lanes: tuple[int, ...]) -> Any:
-    """Number of an array, or the lanes along its last axis if `lanes` is not empty; `index` leaves that axis out."""
+    """Number of an array, or the lanes along its last axis if `lanes` is not empty; `index` leaves that axis out.
+
+    Args:
+        array: C-contiguous array of doubles.
+        index: Of the number, or of the lanes without the last axis.
+        lanes: Tuple as long as there are lanes; empty for a float.
+    """
     return array[index]
 
 
 def put(array: Any, index: Any, value: Any) -> None:
-    """Write a number, or lanes along the last axis; `index` leaves that axis out."""
+    """Write a number, or lanes along the last axis.
+
+    Args:
+        array: C-contiguous array of doubles.
+        index: Of the number, or of the lanes without the last axis.
+        value: Float or lanes.
+    """
     array[index] = value
 
 
@@ -452,7 +514,11 @@ def multiply_rows(
 
 @builtin
 def clock(typingctx: Any) -> Any:
-    """Time of the monotonic clock, the one of `time.monotonic` [s]."""
+    """Time of the monotonic clock, the one of `time.monotonic` [s].
+
+    Args:
+        typingctx: numba's typing context.
+    """
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         long = ir.IntType(64)

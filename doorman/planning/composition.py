@@ -31,7 +31,11 @@ class Extras:
 
     @classmethod
     def of(cls, constraints: Sequence[Constraint], costs: Sequence[Cost | Residual]) -> Extras:
-        """Checked.
+        """Checked constraints and costs of a user.
+
+        Args:
+            constraints: Each a `Constraint`.
+            costs: Each a `Cost` or a `Residual`.
 
         Raises:
             SolverError: if an entry is of another type.
@@ -44,7 +48,7 @@ class Extras:
         return cls(tuple(constraints), tuple(costs))
 
     def rows_of(self, names: Sequence[str]) -> tuple[int, ...]:
-        """Which rows of a problem are the user's.
+        """Indices of a problem's rows that are the user's.
 
         Args:
             names: Of the problem's rows.

@@ -51,7 +51,13 @@ def door_problem(model: Model, numbers: Numbers | None = None, extras: Extras = 
 
 
 def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
-    """Problem of reduced states and inputs with a scenario's horizon, cost and bounds."""
+    """Problem of reduced states and inputs with a scenario's horizon, cost and bounds.
+
+    Args:
+        model: Model of the scenario.
+        text: Of the problem, from `task_text`.
+        numbers: Values of the problem's parameters.
+    """
     planner = model.scenario.planner
     return printed_problem(
         text, planner.horizon_steps, planner.time_step, door_cost(model), reduced_bounds(model), numbers.vector
@@ -59,14 +65,24 @@ def scenario_problem(model: Model, text: str, numbers: Numbers) -> Problem:
 
 
 def door_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task, with margin and tilt, and of an arm with mass its bodies and what balances them."""
+    """Numbers of the scenario's task, by name: geometry, margin and tilt, and the balance of an arm with mass.
+
+    Args:
+        model: Model of the scenario.
+    """
     limits = {"limits.margin": model.scenario.planner.margin, "limits.least_cosine": least_cosine(model)}
     side = {"actuation.side": np.zeros(2)} if model.actuation.fully else {}
     return model.reduced.numbers.and_also({**limits, **side, **balance_numbers(model.vehicle)})
 
 
 def quasi_static_task(pattern: ArmPattern, point_names: tuple[str, ...], numbers: Numbers) -> Any:
-    """The task in symbols."""
+    """The task in symbols, with quasi-static dynamics.
+
+    Args:
+        pattern: Of the arm's constants.
+        point_names: Of the arm's constrained points, the tip last.
+        numbers: Their names and sizes become symbols.
+    """
     from doorman.dynamics.quasi_static import QuasiStaticTask  # CasADi
 
     return QuasiStaticTask(pattern, point_names, numbers)
@@ -93,6 +109,9 @@ def door_cost(model: Model) -> QuadraticCost:
     """The scenario's cost; the paper's weights where it gives none, extended to the arm's joints.
 
     A vehicle of another size has the paper's weights of forces, rates and times in its own units: it does the same, larger.
+
+    Args:
+        model: Model of the scenario.
 
     Raises:
         ScenarioError: if a vector of weights does not fit the arm.

@@ -23,7 +23,7 @@ class Hinge(NamedTuple):
 
     @classmethod
     def of(cls, door: Door, disturbance: float = 0.0) -> Hinge:
-        """As the scenario names it.
+        """Hinge as the scenario names it.
 
         Args:
             door: The door.
@@ -41,7 +41,7 @@ class Hinge(NamedTuple):
         return self.stiffness * (angle - rest_angle) + self.disturbance
 
     def numbers(self) -> dict[str, float]:
-        """By the names that a task knows them by."""
+        """Numbers of the hinge in SI units, by the names that a task knows them by."""
         return {
             "door.friction": self.friction, "door.disturbance": self.disturbance, "door.inertia": self.inertia,
             "door.damping": self.damping, "door.stiffness": self.stiffness,

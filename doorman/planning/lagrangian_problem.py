@@ -1,9 +1,9 @@
 r"""The door problem with the full Lagrangian dynamics: x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d].
 
-Constraints and goal are those of the paper's problem. So are the weights of what both models have; the paper's weights of the
+Constraints and goal are those of the paper's problem. So are the weights of what both models have. The paper's weights of the
 body rates, which are inputs there, go to Φ̇, since Ω = W⁻¹(Φ)Φ̇ and W is nearly I at the tilts that are flown. At the last
 state Φ̇ has the same weights, as the paper has L = Q. A torque costs per (N m)² what the thrust costs per N²: in flight this
-opens the paper's door in 6.2 s; with a tenth of it the plans ask for torques that the rotors do not have, and with ten times as
+opens the paper's door in 6.2 s. With a tenth of it the plans ask for torques that the rotors do not have. With ten times as
 much they lag behind the door.
 """
 
@@ -62,7 +62,11 @@ def lagrangian_problem(model: Model, numbers: Numbers | None = None, extras: Ext
 
 
 def lagrangian_numbers(model: Model) -> Numbers:
-    """Numbers of the scenario's task."""
+    """Numbers of the scenario's task, by name: those of the door problem, inertias and the limits of the body rates.
+
+    Args:
+        model: Model of the scenario.
+    """
     rates = largest_body_rates(model)
     limits = {"limits.body_rates": rates} if rates.size else {}
     numbers = door_numbers(model)

@@ -39,7 +39,7 @@ def reduced_bounds(model: Model) -> Bounds:
 
 
 def lagrangian_bounds(model: Model) -> Bounds:
-    """The same of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
+    """Bounds of [Φ, α, Φ̇, α̇, H] and [f_t, T, Ḣ_d]; the body rates are constraints there, see `largest_body_rates`.
 
     Args:
         model: Model of the scenario.
@@ -59,7 +59,14 @@ def lagrangian_bounds(model: Model) -> Bounds:
 
 
 def largest_body_rates(model: Model) -> Array:
-    """Largest |Ω| of `[limits]`, shape (3,) [rad/s]; shape (0,) if they are switched off."""
+    """Largest magnitudes of the body rates Ω, of `[limits]`, body frame [rad/s].
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        Shape (3,); shape (0,) if the limits are switched off.
+    """
     limits = model.scenario.limits
     return np.array(limits.body_rates if limits.enabled else [], dtype=np.float64)
 
@@ -103,6 +110,9 @@ def least_cosine(model: Model) -> float:
     """Least cosine of the tilt, the angle between the body's z axis and the world's; −1 where it is free.
 
     A fully actuated vehicle stays level.
+
+    Args:
+        model: Model of the scenario.
     """
     limits = model.scenario.limits
     if model.actuation.fully:

@@ -57,7 +57,7 @@ class Mechanism(ABC):
         """
 
     def weight_torque(self, position: Any, center: Any, weight: Any) -> Any:
-        """G(q), in the sense of damping [N m, or N].
+        """Torque G(q) of a weight, in the sense of damping [N m, or N].
 
         Args:
             position: q [rad or m].
@@ -80,15 +80,32 @@ class Revolute(Mechanism):
         self._axis, self._origin, self._sense = ca.SX(axis), origin, sense
 
     def carried(self, position: Any, direction: Any) -> Any:
-        """Turned by q. See `Mechanism`."""
+        r"""Direction turned by q, :math:`\mathrm{Rot}(a, q)\,d`. See `Mechanism`.
+
+        Args:
+            position: q [rad or m].
+            direction: At q = 0, (3, 1).
+
+        Returns:
+            (3, 1).
+        """
         return rotation_about(self._axis, self._sense * position) @ direction
 
     def moved(self, position: Any, point: Any) -> Any:
-        """On a circle about the axis. See `Mechanism`."""
+        r"""Point on a circle about the axis, :math:`o + \mathrm{Rot}(a, q)(p - o)`. See `Mechanism`.
+
+        Args:
+            position: q [rad or m].
+            point: Where it is at q = 0, (3, 1) [m].
+        """
         return self._origin + self.carried(position, point - self._origin)
 
     def lever(self, point: Any) -> Any:
-        """A × (x − o). See `Mechanism`."""
+        """Lever a × (x − o). See `Mechanism`.
+
+        Args:
+            point: Where the point is now, (3, 1) [m].
+        """
         return self._sense * ca.cross(self._axis, point - self._origin)
 
 
@@ -103,15 +120,32 @@ class Prismatic(Mechanism):
         self._axis = ca.SX(axis)
 
     def carried(self, position: Any, direction: Any) -> Any:
-        """Unchanged. See `Mechanism`."""
+        """The direction itself: a slide does not turn. See `Mechanism`.
+
+        Args:
+            position: q [rad or m].
+            direction: At q = 0, (3, 1).
+
+        Returns:
+            (3, 1).
+        """
         return direction
 
     def moved(self, position: Any, point: Any) -> Any:
-        """On a line along the axis. See `Mechanism`."""
+        """Point on a line along the axis, :math:`p + a q`. See `Mechanism`.
+
+        Args:
+            position: q [rad or m].
+            point: Where it is at q = 0, (3, 1) [m].
+        """
         return point + self._axis * position
 
     def lever(self, point: Any) -> Any:
-        """A. See `Mechanism`."""
+        """Lever a, at any point. See `Mechanism`.
+
+        Args:
+            point: Where the point is now, (3, 1) [m].
+        """
         return self._axis
 
 

@@ -192,7 +192,7 @@ class Planner(CopiedWhole):
 
     @property
     def numbers(self) -> Numbers:
-        """Of the task, as the last plan took them."""
+        """Numbers of the task, as the last plan took them."""
         return self._numbers
 
     @property
@@ -259,10 +259,10 @@ class Planner(CopiedWhole):
     ) -> Plan:
         """Plan from the previous plan, shifted with its multipliers, with `planner.iterations` iterations.
 
-        Where there is no previous plan the plan is cold. Where the previous one is no guess any more, as after a jump of the
-        state or of the door's parameters, or the iterations end in a plan that costs much more, the planner aims anew within the
-        budget; without one it may miss the deadline. Where nothing usable comes of that, the plan is the previous one bent to the
-        state, if that is usable.
+        Where there is no previous plan the plan is cold. The planner aims anew within the budget where the previous plan is no
+        guess any more, as after a jump of the state or of the door's parameters, or where the plan costs much more. Without a
+        budget it may miss the deadline then. Where nothing usable comes of that, the plan is the previous one bent to the state,
+        if that is usable.
 
         Args:
             state: x, shape (nx,); [Φ, α, α̇, H] with the quasi-static model.

@@ -36,18 +36,51 @@ class GripPlanning(ABC):
 
     @abstractmethod
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        """Reduced states and inputs, see `PlanningModel`."""
+        """Reduced states and inputs, see `PlanningModel`.
+
+        Args:
+            states: x, shape (nx,) or (m, nx).
+            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
+
+        Returns:
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
+        """
 
     def goal(self, start: Array, hinge: Hinge) -> Array:
-        """The scenario's, leaning, see `PlanningModel`."""
+        """The scenario's goal, leaning against the hinge. See `PlanningModel`.
+
+        Args:
+            start: x, shape (nx,).
+            hinge: What is known of it.
+
+        Returns:
+            x, shape (nx,).
+        """
         return leaning(self.model, self.goal_state, hinge)
 
     def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
-        """A door that resists by more than the vehicle can push, see `PlanningModel`."""
+        """Whether the door resists by more than the vehicle can push. See `PlanningModel`.
+
+        Args:
+            hinge: What is known of it.
+            start: x, shape (nx,).
+
+        Returns:
+            `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
+        """
         return too_stiff(self.model, hinge, float(start[3]))
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
-        """Share of the thrust along the door's normal, see `PlanningModel`."""
+        """Share of the thrust along the door's normal. See `PlanningModel`.
+
+        Args:
+            numbers: What `fitted` returned.
+            states: x_0 … x_N, shape (N + 1, nx).
+            inputs: u_0 … u_{N−1}, shape (N, nu).
+
+        Returns:
+            At every input, shape (N,) [N].
+        """
         return push_along_normal(self.model, *self.reduced(states, inputs))
 
 
@@ -73,34 +106,96 @@ class QuasiStaticPlanning(GripPlanning):
         self.numbers = door_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
-        """A state as a contiguous float array, see `PlanningModel`."""
+        """A state as a contiguous float array. See `PlanningModel`.
+
+        Args:
+            state: x, shape (nx,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (nx,).
+
+        Raises:
+            DimensionError: if it has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
         return self.model.check_state(state, field)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
-        """The paper's problem, see `PlanningModel`."""
+        """The paper's problem. See `PlanningModel`.
+
+        Args:
+            extras: Constraints and costs of the user.
+
+        Returns:
+            The problem; its parameters are in the order of `numbers`.
+
+        Raises:
+            ScenarioError: if a vector of weights does not fit the arm.
+            SolverError: if an expression of the user is none.
+        """
         return door_problem(self.model, self.numbers, extras)
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
-        """The same constraints wherever a plan starts, see `PlanningModel`."""
+        """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`.
+
+        Args:
+            hinge: What is known of it.
+            margin: Distance from door and frame [m].
+            start: x, shape (nx,).
+            given: Numbers that replace these.
+        """
         known = {**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin}
         return self.numbers.replaced({**known, **given})
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        """The reduced state itself: body rates are inputs here."""
+        """The reduced state itself: body rates are inputs here. See `PlanningModel`.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+
+        Returns:
+            x, shape (nx,).
+        """
         return np.array(reduced, dtype=np.float64)
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        """States and inputs themselves."""
+        """States and inputs themselves. See `PlanningModel`.
+
+        Args:
+            states: x, shape (nx,) or (m, nx).
+            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
+
+        Returns:
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
+        """
         return states, inputs
 
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model."""
+        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            rotors: Their force, shape (3,), body frame [N].
+            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
+
+        Returns:
+            Shape (3,), world frame [N].
+        """
         force: Array = rotation_body_to_world(reduced[:3]) @ rotors
         force[2] -= self.model.vehicle.mass * GRAVITY
         return force
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`, see `PlanningModel`."""
+        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`. See `PlanningModel`.
+
+        Args:
+            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
+
+        Returns:
+            x⁺ = f(x, u) over `planner.time_step`.
+        """
         model = self.model
         moving = model.door.inertia + model.vehicle.mass * model.coupling.lever_length**2
         known = {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}

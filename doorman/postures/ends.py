@@ -67,7 +67,11 @@ class End:
 
     @property
     def free(self) -> NDArray[np.int64]:
-        """Indices of x = [Φ, α, α̇, H] that a search may change: a vehicle that is free to turn stays level."""
+        """Indices of x = [Φ, α, α̇, H] that a search may change: a vehicle that is free to turn stays level.
+
+        Returns:
+            Shape (k,).
+        """
         yaw = [] if self.attitude is not None else [YAW]
         return np.array([*yaw, *(range(5, 5 + self.n_arm) if self.arm is None else ())], dtype=np.int64)
 
@@ -84,7 +88,11 @@ class End:
         return np.array([*attitude, self.door_angle, 0.0, *(arm if self.arm is None else self.arm)])
 
     def paper_state(self) -> Array | None:
-        """Posture with the paper's arm; None for an arm of another number of joints that is not pinned down."""
+        """Posture with the paper's arm; None for an arm with another number of joints that is not pinned down.
+
+        Returns:
+            x, shape (5 + n,).
+        """
         arm = self.paper_arm
         return None if self.arm is None and self.n_arm != len(arm) else self.state(arm)
 

@@ -94,6 +94,9 @@ def pinned(start: Array, state: Array, free: NDArray[np.int64]) -> Array:
         start: The posture, shape (5 + n,).
         state: The other, shape (5 + n,).
         free: Indices of x that may change.
+
+    Returns:
+        x, shape (5 + n,).
     """
     other = state.copy()
     other[free] = start[free]

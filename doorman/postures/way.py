@@ -17,7 +17,16 @@ _ACROSS = np.linspace(0.0, 1.0, 15)
 
 
 def turned(room: Room, state: Array, door_angle: float) -> Array:
-    """The same posture relative to the leaf at another door angle."""
+    """The posture relative to the leaf, at another door angle.
+
+    Args:
+        room: Of the vehicle and its door.
+        state: x, shape (5 + n,).
+        door_angle: α [rad].
+
+    Returns:
+        x, shape (5 + n,).
+    """
     other = state.copy()
     other[YAW] -= room.heading(state)
     other[3] = door_angle

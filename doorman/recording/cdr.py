@@ -97,10 +97,13 @@ class Layout:
         return b"".join(parts)
 
     def read_tail(self, tail: bytes) -> list[str]:
-        """The texts that `tail` has written.
+        """The texts behind the fixed part of a message, as `tail` writes them.
+
+        Args:
+            tail: Bytes behind the fixed part.
 
         Raises:
-            ValueError: if it holds others.
+            ValueError: if a text is missing, cut off, or followed by other bytes.
         """
         place, start = 0, self.dtype().itemsize - len(HEADER)
         texts = []
@@ -150,6 +153,9 @@ def _line(field: Field, taken: set[str]) -> str:
 def read_fields(schema: str) -> list[Field]:
     """The fields that a schema of `Layout.schema` describes.
 
+    Args:
+        schema: Text of it.
+
     Raises:
         ValueError: if it is none.
     """
@@ -165,13 +171,25 @@ def read_fields(schema: str) -> list[Field]:
 
 
 def type_name(topic: str) -> str:
-    """Name of a topic's type, as ROS 2 has it."""
+    """Name of a topic's type in ROS 2, such as `doorman/msg/Plan`.
+
+    Args:
+        topic: Name of the topic.
+    """
     words = re.findall(r"[0-9A-Za-z]+", topic)
     name = "".join(word[:1].upper() + word[1:] for word in words) or "Message"
     return f"doorman/msg/{name if name[0].isalpha() else f'T{name}'}"
 
 
 def native(rows: NDArray[Any], field: Field) -> NDArray[Any]:
-    """A field of many rows, with an array of their own; single precision comes back as double."""
+    """Values of a field in many rows, copied to an array of their own; single precision becomes double.
+
+    Args:
+        rows: Fixed parts of messages, shape (m,), of `Layout.dtype`.
+        field: The field.
+
+    Returns:
+        Shape (m, …).
+    """
     dtype = np.float64 if field.kind == "single" else np.dtype(STORED[field.kind]).newbyteorder("=")
     return np.array(rows[field.name], dtype=dtype, order="C")

@@ -66,13 +66,24 @@ class McapFile:
         self._write(_bytes_of([Header(profile, "doorman")]))
 
     def add_metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write a metadata record."""
+        """Write a metadata record.
+
+        Args:
+            name: Of the record.
+            entries: Texts by key.
+        """
         data = _bytes_of([Metadata(name=name, metadata=dict(entries))])
         self._metadata.append(MetadataIndex(offset=self._place, length=len(data), name=name))
         self._write(data)
 
     def add_attachment(self, name: str, media_type: str, content: bytes) -> None:
-        """Write an attachment."""
+        """Write an attachment.
+
+        Args:
+            name: Of the attachment.
+            media_type: Of the content, such as `application/xml`.
+            content: Its bytes.
+        """
         data = _bytes_of([Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=content)])
         index = AttachmentIndex(
             offset=self._place, length=len(data), create_time=0, log_time=0, data_size=len(content), name=name,

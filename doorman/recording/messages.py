@@ -51,6 +51,10 @@ class MessageType:
     def of(cls, topic: str, message: Mapping[str, Value]) -> MessageType:
         """The type of a topic whose first message is given.
 
+        Args:
+            topic: Name of the topic.
+            message: Its first message.
+
         Raises:
             RecordingError: if a value is neither a number, a text, nor an array of one of these.
         """
@@ -59,6 +63,10 @@ class MessageType:
     @classmethod
     def from_schema(cls, topic: str, schema: str) -> MessageType:
         """The type that `schema` describes, as `MessageType.schema` writes it.
+
+        Args:
+            topic: Name of the topic.
+            schema: Text of the schema.
 
         Raises:
             RecordingError: if the schema was not written by doorman.
@@ -80,7 +88,7 @@ class MessageType:
             tails: What follows each of them; nothing where the type has no texts.
 
         Returns:
-            Times, shape (m,) [s], and for every field an array of shape (m, *shape); all of them read-only.
+            Times, shape (m,) [s], and for every field an array of m rows in the field's shape; all of them read-only.
 
         Raises:
             ValueError: if a tail is not one of this type.
@@ -104,7 +112,12 @@ class MessageType:
         return found
 
     def other_value(self, name: str, value: object) -> RecordingError:
-        """The error for a value of another type or shape than the field has."""
+        """The error for a value of another type or shape than the field has.
+
+        Args:
+            name: Of the field.
+            value: The value.
+        """
         field = next(field for field in self.fields if field.name == name)
         return RecordingError(
             "another type or shape than in the topic's first message",
@@ -112,7 +125,11 @@ class MessageType:
         )  # fmt: skip
 
     def other_fields(self, message: Mapping[str, Value]) -> RecordingError:
-        """The error for a message with other fields."""
+        """The error for a message with other fields.
+
+        Args:
+            message: The message.
+        """
         names = ", ".join(field.name for field in self.fields)
         return RecordingError(
             "other fields than in the topic's first message", field=self.topic, given=", ".join(message), allowed=names
@@ -120,7 +137,11 @@ class MessageType:
 
 
 def converter(field: Field) -> Callable[[Any], Any]:
-    """A function that takes a value of this field as it is stored, or raises TypeError, ValueError or OverflowError."""
+    """A function that converts a value of a field to what is stored; it raises TypeError, ValueError or OverflowError.
+
+    Args:
+        field: The field.
+    """
     return _array_converter(field) if field.shape else _SCALAR_CONVERTERS[field.kind]
 
 

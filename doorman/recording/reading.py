@@ -282,7 +282,11 @@ def _type(topic: str, schema: bytes) -> MessageType | RecordingError:
 
 
 def header_value(text: str) -> Any:
-    """Value of the header from the text in its metadata record."""
+    """Value of the header from the text in its metadata record.
+
+    Args:
+        text: JSON, or words.
+    """
     try:
         return json.loads(text)
     except ValueError:
@@ -290,5 +294,9 @@ def header_value(text: str) -> Any:
 
 
 def header_text(value: Any) -> str:
-    """Text of a value of the header: the words themselves where they are no JSON, so that they read well."""
+    """Text of a value of the header: the words themselves where they are no JSON, so that they read well.
+
+    Args:
+        value: Of the header, as JSON has it.
+    """
     return value if isinstance(value, str) and header_value(value) is value else json.dumps(value)

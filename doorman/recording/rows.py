@@ -38,7 +38,7 @@ class Framed(NamedTuple):
 
     @classmethod
     def of(cls, channel: int, message: bytes) -> Framed:
-        """One message of time 0.
+        """One message of time 0, framed.
 
         Args:
             channel: Number of its topic in the file.

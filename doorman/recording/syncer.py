@@ -65,7 +65,11 @@ class Syncer:
 
 
 def sync_folder(folder: Path) -> None:
-    """Have the disk take the names of new files in a folder, where its file system can."""
+    """Write the names of new files in a folder to the disk, where its file system can.
+
+    Args:
+        folder: The folder.
+    """
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:

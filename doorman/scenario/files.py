@@ -53,7 +53,11 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def is_path(text: str) -> bool:
-    """Whether a text is the path of an own file: it has a slash or a suffix; a bare name is that of a shipped file."""
+    """Whether a text is the path of an own file: it has a slash or a suffix; a bare name is that of a shipped file.
+
+    Args:
+        text: As a scenario names a file.
+    """
     return not text.startswith(SHIPPED) and any(mark in text for mark in {"/", os.sep, "."})
 
 

@@ -92,7 +92,7 @@ class Scenario(Section):
         return source if isinstance(source, Scenario) else cls.load(source)
 
     def replace(self, overrides: Mapping[str, Any] | None = None, /, **more: Any) -> Scenario:
-        """The same scenario with other values, checked.
+        """This scenario with other values, checked.
 
         Args:
             overrides: Values by dotted key, as `load` takes them: `scenario.replace({"contact.height": 0.9})`.

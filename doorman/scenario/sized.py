@@ -14,7 +14,7 @@ from doorman.scenario.values import Section
 
 
 def sized(scenario: Scenario, ratios: Mapping[str, float]) -> Scenario:
-    """The same scenario for a vehicle of another size.
+    """A scenario for a vehicle of another size.
 
     Args:
         scenario: As it was read.

@@ -37,7 +37,11 @@ def _key(key: str) -> str:
 
 
 def value_text(value: Any) -> str:
-    """A number, text, list or table as TOML has it within a line."""
+    """A value as TOML writes it within a line.
+
+    Args:
+        value: Number, text, date, list or table.
+    """
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(value_text, value))}]"
     if isinstance(value, dict):

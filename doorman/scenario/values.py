@@ -75,7 +75,11 @@ class Section(BaseModel, metaclass=_Checked):
 
 
 def hashed(values: Any) -> int:
-    """Hash of numbers, texts, and lists and tables of them; equal values have equal hashes."""
+    """Hash of numbers, texts, and lists and tables of them; equal values have equal hashes.
+
+    Args:
+        values: May be nested.
+    """
     return hash(_hashable(values))
 
 

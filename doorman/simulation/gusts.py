@@ -114,7 +114,12 @@ class Gust:
 
 
 def together(one: Disturbance, other: Disturbance) -> Disturbance:
-    """Two disturbances at once."""
+    """Sum of two disturbances.
+
+    Args:
+        one: A disturbance.
+        other: Another one.
+    """
     return Disturbance(
         force=_sum(one.force, other.force),
         torque=_sum(one.torque, other.torque),

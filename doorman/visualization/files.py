@@ -17,10 +17,19 @@ class Drawn(Protocol):
         """What places its panels, if anything still does."""
 
     def set_layout_engine(self, layout: Any) -> None:
-        """Take another one."""
+        """Take another layout engine.
+
+        Args:
+            layout: Matplotlib's engine or its name; None for none.
+        """
 
     def savefig(self, fname: Any, *, dpi: Any) -> None:
-        """Write it."""
+        """Write the figure to a file.
+
+        Args:
+            fname: Path of the file.
+            dpi: Pixels per inch.
+        """
 
 
 def lay_out(figure: Drawn) -> None:

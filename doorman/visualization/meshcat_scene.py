@@ -30,12 +30,23 @@ def show(path: str, shape: VisualShape) -> list[Command]:
 
 
 def place(path: str, placement: Array) -> Command:
-    """The command that puts a node at a placement, shape (4, 4)."""
+    """The command that puts a node at a placement.
+
+    Args:
+        path: Of the node.
+        placement: Homogeneous, shape (4, 4), in the parent's frame.
+    """
     return {"type": "set_transform", "path": path, "matrix": placement.T.ravel().round(6).tolist()}
 
 
 def set_property(path: str, name: str, value: Any) -> Command:
-    """The command that sets a property of a node."""
+    """The command that sets a property of a node.
+
+    Args:
+        path: Of the node.
+        name: Of the property.
+        value: Of the property, as JSON has it.
+    """
     return {"type": "set_property", "path": path, "property": name, "value": value}
 
 

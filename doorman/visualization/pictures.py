@@ -63,7 +63,13 @@ class Helper(Protocol):
     """Draws figures beside whoever asks."""
 
     def begin(self, figures: Sequence[str], recording: Path, folder: Path) -> None:
-        """Order figures of a recording's file."""
+        """Order figures of a recording, drawn beside whoever asks.
+
+        Args:
+            figures: Names of the figures.
+            recording: Path of the recording.
+            folder: Where the figures are written.
+        """
 
     def answers(self) -> list[Drawing]:
         """What was drawn, once all is."""

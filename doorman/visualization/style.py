@@ -51,12 +51,23 @@ CYCLE = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED, BLACK)
 
 
 def flight_name(recording: Recording) -> str:
-    """Name of the scenario that was flown, as matplotlib shows it: a dollar sign is none of mathematics."""
+    """Name of the scenario that was flown, with dollar signs escaped for matplotlib.
+
+    Args:
+        recording: Of the flight.
+    """
     return str(recording.header.get("name", "flight")).replace("$", r"\$")
 
 
 def true_states(recording: Recording) -> tuple[Array, Array] | None:
-    """Times (m,) and states x (m, 5 + n) of the simulator; None if there was none."""
+    """Times and states of the simulator; None if there was none.
+
+    Args:
+        recording: Of the flight.
+
+    Returns:
+        Times, shape (m,) [s], and x = [Φ, α, α̇, H], shape (m, 5 + n).
+    """
     if "truth" not in recording:
         return None
     truth = recording["truth"]

@@ -40,11 +40,19 @@ class BackgroundPrinter:
         self._thread.join(_PATIENCE)
 
     def print(self, words: str) -> None:
-        """Print a line, soon."""
+        """Print a line in the printer's thread.
+
+        Args:
+            words: Without a line break.
+        """
         self._put(f"{words}\n")
 
     def print_over(self, words: str) -> None:
-        """Print a line that the next one may replace, where the stream is a terminal."""
+        """Print a line in the printer's thread that the next one may replace, where the stream is a terminal.
+
+        Args:
+            words: Without a line break.
+        """
         self._put(words + self._over)
 
     def _put(self, text: str | None) -> None:

@@ -72,7 +72,11 @@ class ContactMonitor:
         return watch_contact(self.numbers, self.memory, normal_force, time_step, distance)
 
     def declare(self, touching: bool) -> None:
-        """Set the state on other evidence."""
+        """Set the contact state on other evidence.
+
+        Args:
+            touching: The new state.
+        """
         self.memory[TOUCHING], self.memory[LASTED], self.memory[EXPECTED] = touching, 0.0, 0.0
 
     def expect(self) -> None:

@@ -136,7 +136,7 @@ class DoorFilter:
 
     @property
     def rate(self) -> float:
-        """α̇ [rad/s]."""
+        """Rate α̇ of the door [rad/s]."""
         return float(self.state[RATE])
 
     @property

@@ -75,7 +75,7 @@ class DoorLocator:
 
     @property
     def offset_deviation(self) -> Array:
-        """Its standard deviation along the world's x and y, shape (2,) [m]."""
+        """Standard deviation of `offset` along the world's x and y, shape (2,) [m]."""
         return np.asarray(np.sqrt(np.diag(self._covariance)[:2]))
 
     @property
@@ -116,7 +116,11 @@ class DoorLocator:
             self._sum, self._count, self._since = np.zeros(3), 0, 0.0
 
     def seen(self, measured: Measurement) -> Measurement:
-        """A measurement as it would be if the door stood where the map has it."""
+        """A measurement as it would be if the door stood where the map has it.
+
+        Args:
+            measured: The measurement, world frame.
+        """
         if not self._moved:
             return measured
         back = self._turn.T
@@ -131,7 +135,11 @@ class DoorLocator:
         )  # fmt: skip
 
     def told(self, command: Command) -> Command:
-        """A command to the vehicle, from one for a door that stands where the map has it."""
+        """A command to the vehicle, from one for a door that stands where the map has it.
+
+        Args:
+            command: To a vehicle before the map's door; its yaw is turned.
+        """
         if not self._turned:
             return command
         attitude = np.array(command.attitude)
@@ -139,7 +147,14 @@ class DoorLocator:
         return Command(command.thrust, attitude, command.arm_rates, command.grip, command.side_force)
 
     def place(self, point: Array) -> Array:
-        """A place in the map, from one that is seen, shape (3,), world frame [m]."""
+        """Where a place beside the map's door truly is.
+
+        Args:
+            point: Of the map, shape (3,), world frame [m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         if not self._moved:
             return point
         origin = self._door.hinge_position
@@ -148,11 +163,22 @@ class DoorLocator:
         return there
 
     def vector(self, vector: Array) -> Array:
-        """A vector in the map, from one that is seen, shape (3,), world frame."""
+        """A vector at the map's door, turned as the true door is.
+
+        Args:
+            vector: Shape (3,), world frame.
+
+        Returns:
+            Shape (3,), world frame, in the vector's unit.
+        """
         return self._turn @ vector if self._moved else vector
 
     def heading(self, yaw: float) -> float:
-        """A heading in the map, from one that is seen [rad]."""
+        """A heading at the map's door, turned as the true door is [rad].
+
+        Args:
+            yaw: ψ [rad].
+        """
         return yaw + self._turned
 
     def _take(self, tip: Array, grips: bool) -> None:

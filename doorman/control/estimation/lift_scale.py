@@ -22,7 +22,7 @@ _LEAST, _MOST = 0.7, 1.3
 
 
 class LiftScale:
-    """Of one flight.
+    """Scale of the lift in one flight.
 
     Args:
         weight: m g [N].

@@ -11,8 +11,8 @@ unstable. So
 .. math::
     t \le \frac{0.6}{r\,\omega_c}
 
-with the ratio r of both. Flights of `paper` and `push` with poses of 1 mm and 0.2° of noise end near the goal at r = 2.7, miss
-it by 1 to 2° at 2.4, and lose door or contact at 2.0.
+with the ratio r of both. Flights of `paper` and `push` with poses of 1 mm and 0.2° of noise end near the goal at r = 2.7. They
+miss it by 1 to 2° at 2.4, and lose door or contact at 2.0.
 """
 
 from __future__ import annotations

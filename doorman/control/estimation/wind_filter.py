@@ -34,7 +34,7 @@ _HINGE = (1.0, 1.5)
 
 
 class WindFilter:
-    """Of one flight.
+    """Filter of the wind in one flight.
 
     Args:
         force: Scale of the vehicle's forces.

@@ -86,7 +86,16 @@ def align_disturbance(
 
 @kernel
 def bound_windup(observer: Array, numbers: Array, memory: Array, velocity: Array, normal: Array, pushes: bool) -> None:
-    """Keep δ̂ near what it was in free flight: upwards, and along the leaf where the tip pushes."""
+    """Keep δ̂ near what it was in free flight: upwards within `MOST_LIFT`, and along the leaf where the tip pushes.
+
+    Args:
+        observer: Memory of the observer, shape (OBSERVER,), changed.
+        numbers: Of the controller, shape (NUMBERS,).
+        memory: Of the controller, shape (MEMORY,).
+        velocity: Ṗ, shape (3,), world frame [m/s].
+        normal: Unit normal of the leaf, or zero, shape (3,), world frame.
+        pushes: Whether the tip pushes on the leaf.
+    """
     x, y, up, most = memory[FREE], memory[FREE + 1], memory[FREE + 2], numbers[MOST_LIFT]
     if pushes:
         align_disturbance(observer, -normal[1], normal[0], 0.0, x, y, up, velocity)

@@ -105,7 +105,16 @@ def advance_door(
 
 @kernel
 def expect_wind(numbers: Array, memory: Array, z: Array, p: Array, wind_x: float, wind_y: float) -> None:
-    """Expect wind on the leaf, and gusts, as the wind on the vehicle makes them likely."""
+    """Expect wind on the leaf, and gusts, as the wind on the vehicle makes them likely.
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        memory: Of the filter, shape (MEMORY,); its noises grow.
+        z: State, shape (STATES,); its wind is set.
+        p: Covariance of the state, shape (STATES, STATES); its torque and wind are changed.
+        wind_x: Force of the wind on the vehicle along the world's x axis [N].
+        wind_y: Force of the wind on the vehicle along the world's y axis [N].
+    """
     strength = math.hypot(wind_x, wind_y)
     memory[PUSH_NOISE] += numbers[PUSH_IN_WIND] * strength
     memory[TORQUE_DEVIATION] += numbers[TORQUE_IN_WIND] * strength
@@ -123,7 +132,13 @@ def expect_wind(numbers: Array, memory: Array, z: Array, p: Array, wind_x: float
 
 @kernel
 def friction_holds(numbers: Array, leaf: Array, z: Array) -> bool:
-    """Whether friction holds a free door that stands."""
+    """Whether friction holds a free door that stands.
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        leaf: Of the door, see `leaf_numbers`, shape (17,).
+        z: State, shape (STATES,).
+    """
     known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
     return bool(z[FRICTION] > abs(z[STIFFNESS] * (z[ANGLE] - numbers[REST])) + abs(known))
 
@@ -134,6 +149,13 @@ def follow_standing(z: Array, p: Array, tip_angle: float, age: float, time_step:
 
     Where the door comes loose, angle and rate lag behind, and as much as they lag they are uncertain together; to take
     the rate's lag for motion would make the leaf light. The tip's angle is that of `age` ago besides.
+
+    Args:
+        z: State, shape (STATES,), changed.
+        p: Covariance of the state, shape (STATES, STATES), changed.
+        tip_angle: Measured α of the tip [rad].
+        age: Of the measurement [s].
+        time_step: Of the period [s].
     """
     parts = math.ceil(time_step / _LONGEST_STEP)
     step, off = time_step / parts, 0.0
@@ -154,7 +176,16 @@ def follow_standing(z: Array, p: Array, tip_angle: float, age: float, time_step:
 
 @kernel
 def come_loose(numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, push: float) -> None:
-    """Notice a seal as the leaf begins to move, and its end."""
+    """Notice a seal as the leaf begins to move, and notice the end of the seal.
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        leaf: Of the door, see `leaf_numbers`, shape (17,).
+        memory: Of the filter, shape (MEMORY,), changed.
+        z: State, shape (STATES,), changed.
+        p: Covariance of the state, shape (STATES, STATES), changed.
+        push: Force of the tip along the normal, positive where it presses [N].
+    """
     if memory[STOOD] != 0.0:
         memory[STOOD] = 0.0
         known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
@@ -175,7 +206,19 @@ def predict_door(
     numbers: Array, leaf: Array, memory: Array, z: Array, p: Array, work: Array, push: float, touching: bool,
     time_step: float,
 ) -> None:  # fmt: skip
-    r"""Move the state on by the model, and its covariance by :math:`A P A^T + Q`; A differs from 1 in three rows."""
+    r"""Move the state on by the model, and its covariance by :math:`A P A^T + Q`; A differs from 1 in three rows.
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        leaf: Of the door, see `leaf_numbers`, shape (17,).
+        memory: Of the filter, shape (MEMORY,).
+        z: State, shape (STATES,), changed.
+        p: Covariance of the state, shape (STATES, STATES), changed.
+        work: Scratch, shape (2 or more, STATES).
+        push: Force of the tip along the normal, positive where it presses [N].
+        touching: Whether the tip touches the leaf.
+        time_step: Of the period [s].
+    """
     lever, inertia, x, y = numbers[LEVER], z[INERTIA], 0.0, 0.0
     if touching:
         inertia += numbers[VEHICLE_INERTIA]
@@ -211,7 +254,15 @@ def predict_door(
 
 @kernel
 def move_covariance(p: Array, row: Array, moved: Array, time_step: float, fade: float) -> None:
-    r""":math:`A P A^T` in place, with the rows of A: angle and rate times the step, `row` for the rate, `fade` for the torque."""
+    r""":math:`A P A^T` in place, with the rows of A: angle and rate times the step, `row` for the rate, `fade` for the torque.
+
+    Args:
+        p: Covariance of the state, shape (STATES, STATES), changed.
+        row: Of A for the rate, shape (STATES,).
+        moved: Scratch, shape (STATES,).
+        time_step: Of the period [s].
+        fade: Entry of A for the torque, in (0, 1].
+    """
     for column in range(STATES):
         total = 0.0
         for k in range(STATES):
@@ -241,7 +292,13 @@ def pass_leaf(numbers: Array, z: Array, tip_angle: float) -> None:
 
 @kernel
 def stop_where_closed(numbers: Array, leaf: Array, z: Array) -> None:
-    """Stop a door that its closer or its weight presses shut where it is closed."""
+    """Stop a door that its closer or its weight presses shut where it is closed.
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        leaf: Of the door, see `leaf_numbers`, shape (17,).
+        z: State, shape (STATES,), changed.
+    """
     known = numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE])
     if known != 0.0 and leaf[OPENS] * leaf[PER_ANGLE] * (z[ANGLE] - 0.5 * math.pi) < 0.0:
         z[ANGLE], z[RATE] = 0.5 * math.pi, 0.0
@@ -249,7 +306,17 @@ def stop_where_closed(numbers: Array, leaf: Array, z: Array) -> None:
 
 @kernel
 def correct_door(numbers: Array, memory: Array, z: Array, p: Array, work: Array, tip_angle: float, age: float) -> None:
-    """Take in the angle as it was `age` ago, in Joseph's form: right for a gain that is not the best."""
+    """Correct the state by the angle as it was `age` ago, in Joseph's form, which holds for any gain.
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        memory: Of the filter, shape (MEMORY,).
+        z: State, shape (STATES,), changed.
+        p: Covariance of the state, shape (STATES, STATES), changed.
+        work: Scratch, shape (2 or more, STATES).
+        tip_angle: Measured α of the tip [rad].
+        age: Of the measurement [s].
+    """
     spread, gain, noise = work[0], work[1], numbers[ANGLE_NOISE] ** 2
     for k in range(STATES):
         spread[k] = p[k, ANGLE] - age * p[k, RATE]
@@ -276,7 +343,15 @@ def correct_door(numbers: Array, memory: Array, z: Array, p: Array, work: Array,
 
 @kernel
 def hinge_of(numbers: Array, leaf: Array, z: Array, p: Array, out: Array) -> None:
-    """Parameters of the hinge in the order of `HingeEstimate`, into `out` of shape (12,)."""
+    """Parameters of the hinge in the order of `HingeEstimate`, into `out` of shape (12,).
+
+    Args:
+        numbers: Constants of the filter, shape (NUMBERS,).
+        leaf: Of the door, see `leaf_numbers`, shape (17,).
+        z: State, shape (STATES,).
+        p: Covariance of the state, shape (STATES, STATES).
+        out: Filled in SI units, shape (12,).
+    """
     known = abs(numbers[PRELOAD] + leaf_weight(leaf, z[ANGLE]))
     turned = abs(numbers[REST] - z[ANGLE])
     squares = p[FRICTION, FRICTION] + turned * turned * p[STIFFNESS, STIFFNESS]

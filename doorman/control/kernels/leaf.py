@@ -71,7 +71,7 @@ def leaf_direction(leaf: Array, door_angle: float) -> tuple[float, float, float]
 
 @kernel
 def leaf_weight(leaf: Array, door_angle: float) -> float:
-    """G(α) of the leaf's weight, in the sense of damping [N m].
+    """Torque G(α) of the leaf's weight, in the sense of damping [N m].
 
     Args:
         leaf: What `leaf_numbers` returns.

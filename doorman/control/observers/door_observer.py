@@ -8,9 +8,9 @@ with the push F_n. The observer gives :math:`\hat\tau_d = Q(s)\,\tau_d` with a f
 rate. The planner takes it into α̈. Torques and rate are filtered each by itself: an inertia that is learnt in flight counts
 as if it had been known from the start.
 
-Coulomb friction is left to the observer, all of it: in the smooth model τ_c tanh(α̇/ε) a door at rest has none and a moving
-one the whole, so that a plan from rest would pay for the friction that already holds the door a second time, and the
-opening stalls degrees short of the goal.
+Coulomb friction is left to the observer, all of it. In the smooth model τ_c tanh(α̇/ε) a door at rest has none and a moving
+one the whole. A plan from rest would pay a second time for the friction that already holds the door, and the opening would
+stall degrees short of the goal.
 """
 
 from __future__ import annotations

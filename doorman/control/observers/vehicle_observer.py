@@ -10,8 +10,8 @@ gains are those of the sampled observer with three poles at :math:`\theta = e^{-
 :math:`\tfrac32(1 - \theta^2)(1 - \theta)/T` and :math:`(1 - \theta)^3/T^2`. Gains in proportion to T would overshoot
 after a gap. A position that is t old is compared with :math:`\hat p - t\hat v`, which slows the poles: to 0.94 from 0.89, at
 T = 8 ms and t = 20 ms. (To carry what it corrects on to now keeps them, and is noisier: fewer doors were opened.) For
-:math:`\omega t > 0.85` it would be unstable, so older positions are taken in with a smaller ω, and the model counts for more;
-so are new ones soon after old ones, or delays that come and go would excite it. One that has been seen before is not compared
+:math:`\omega t > 0.85` it would be unstable, so older positions are taken in with a smaller ω, and the model counts for more.
+So are new ones soon after old ones, or delays that come and go would excite it. One that has been seen before is not compared
 at all, so a gap is bridged by the model.
 
 Of an arm with mass it is the centre of mass that moves so; O_B is where that is not.

@@ -57,7 +57,11 @@ class Host:
 
     @staticmethod
     def may(device: Path) -> bool:
-        """Whether we may read and write a device."""
+        """Whether we may read and write a device.
+
+        Args:
+            device: Path of the device.
+        """
         return os.access(device, os.R_OK | os.W_OK)
 
     @staticmethod
@@ -68,7 +72,11 @@ class Host:
 
     @staticmethod
     def free_space(folder: Path) -> int:
-        """Free on the disk of a folder [bytes]."""
+        """Free space on the disk of a folder [bytes].
+
+        Args:
+            folder: The folder.
+        """
         return shutil.disk_usage(folder).free
 
     @staticmethod

@@ -19,7 +19,7 @@ class SystemFile:
 
     @property
     def text(self) -> str:
-        """Its content."""
+        """Content of the file."""
         return (_FOLDER / self.name).read_text(encoding="utf-8")
 
 

@@ -127,7 +127,7 @@ class ServoConfig:
 
     @property
     def period(self) -> float:
-        """Of a cycle [s]."""
+        """Period of a cycle [s]."""
         return 1.0 / self.rate
 
     @property

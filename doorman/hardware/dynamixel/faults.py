@@ -89,7 +89,7 @@ LATCHED = (
     | ServoFault.WRONG_MODEL
     | ServoFault.INTERNAL
 )
-"""The same until `ServoBus.recover` succeeds."""
+"""Every joint is commanded to zero velocity until `ServoBus.recover` succeeds."""
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ class ServoSample:
         return union
 
     def at(self, now: float, stale_after: float) -> ServoSample:
-        """The same sample with its age at a later time.
+        """This sample with its age at a later time.
 
         Args:
             now: By `time.monotonic` [s].

@@ -102,7 +102,7 @@ class MocapConfig:
 
     @property
     def period(self) -> float:
-        """Of a frame [s]."""
+        """Period of a frame [s]."""
         return 1.0 / self.rate
 
     def alignment(self) -> Alignment:

@@ -94,7 +94,11 @@ class EventLog:
         self._events: deque[MocapEvent] = deque(maxlen=size)
 
     def write(self, event: MocapEvent) -> None:
-        """Append an event."""
+        """Append an event.
+
+        Args:
+            event: The event.
+        """
         self._events.append(event)
 
     def take(self) -> list[MocapEvent]:
@@ -148,11 +152,20 @@ class FaultBook:
         self._change(fault, holds, now, text)
 
     def note(self, now: float, text: str) -> None:
-        """Write down what is no fault."""
+        """Write down what is worth knowing and is no fault.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+            text: What happened, in words.
+        """
         self._log.write(MocapEvent(now, MocapFault.NONE, True, text))
 
     def tick(self, now: float) -> None:
-        """Let faults end that have not struck for a while."""
+        """Let faults end that have not struck for a while.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+        """
         for fault in [fault for fault, end in self._ends.items() if end <= now]:
             del self._ends[fault]
             self._change(fault, False, now, "")

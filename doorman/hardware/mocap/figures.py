@@ -89,12 +89,12 @@ class Figures:
         self._delays.append(delay)
 
     def pose(self, lag: float, frame: int, position: Sequence[float]) -> None:
-        """A pose was used.
+        """Count a pose that was used.
 
         Args:
-            lag: Of the velocity [s].
+            lag: Of its velocity [s].
             frame: Its number.
-            position: [m].
+            position: World frame [m].
         """
         self.poses += 1
         self._lags.append(lag)

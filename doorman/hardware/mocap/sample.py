@@ -147,7 +147,14 @@ def nothing_yet() -> PoseSample:
 
 
 def read_only(values: tuple[float, ...] | Array) -> Array:
-    """Array that cannot be written to."""
+    """Array that cannot be written to.
+
+    Args:
+        values: Of the array.
+
+    Returns:
+        A copy of them as floats, in their shape.
+    """
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

@@ -34,7 +34,7 @@ class Reading(NamedTuple):
     frame: int
     """Number of its frame, without wraps."""
     frame_number: int
-    """The same modulo 2³²."""
+    """Its number modulo 2³², as the cameras send it."""
     arrival: float
     """By `time.monotonic` [s]."""
     time: float
@@ -76,7 +76,7 @@ class StreamReader:
 
     @property
     def frame_rate(self) -> float:
-        """As measured; the nominal one until it is [1/s]."""
+        """Measured frame rate; the nominal one until it is measured [1/s]."""
         return self._config.rate * (1.0 - self.monitor.deviation)
 
     def read(self, datagram: bytes, sender: Sender, arrival: float, raw: float) -> Reading | None:

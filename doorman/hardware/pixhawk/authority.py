@@ -15,7 +15,7 @@ from doorman.hardware.pixhawk.wire.messages import Message, command_message, mav
 _REPEAT = 0.4
 """Between requests to land, until the heartbeat shows it [s]."""
 _UNTIL_SHOWN = 1.5
-"""The same after one was accepted: the mode that a pilot chooses before a heartbeat shows it is not overruled [s]."""
+"""Between an accepted request and the next: the mode that a pilot chooses meanwhile is not overruled [s]."""
 _LANDING_COMMANDS = (mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_NAV_LAND)
 _TERMINATED = mavlink.MAV_STATE_FLIGHT_TERMINATION
 """PX4 says so while a kill switch holds its motors: still armed, in the mode that it had, for 5 s."""
@@ -75,7 +75,11 @@ class AuthorityKeeper:
             self._landing = self._disarm_expected = False
 
     def withdraw(self, now: float) -> None:
-        """Stop commanding, on our own account."""
+        """Stop commanding of our own accord.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+        """
         with self._lock:
             self._stream.stop()
             self._state = Authority.NONE
@@ -83,11 +87,23 @@ class AuthorityKeeper:
             self._end_conditions(now)
 
     def expect_disarm(self, expected: bool) -> None:
-        """Whether the next disarming is ours."""
+        """Set whether the next disarming is ours.
+
+        Args:
+            expected: Whether it is.
+        """
         self._disarm_expected = expected
 
     def hold(self, place: PositionSetpoint, *, latch: bool) -> bool:
-        """Hold a point; refused unless the vehicle is ours."""
+        """Hold a point; refused unless the vehicle is ours.
+
+        Args:
+            place: Point and yaw, world frame.
+            latch: Whether the controller is kept out until `SetpointStream.release`.
+
+        Returns:
+            Whether it was not refused.
+        """
         with self._lock:
             if self._state is not Authority.ENGAGED:
                 return False
@@ -95,7 +111,16 @@ class AuthorityKeeper:
             return True
 
     def climb(self, place: PositionSetpoint, height: float, now: float) -> bool:
-        """Climb by a height [m] from a point; refused unless the vehicle is ours."""
+        """Climb from a point; refused unless the vehicle is ours.
+
+        Args:
+            place: Point and yaw at the start, world frame.
+            height: Of the climb [m].
+            now: On this computer's monotonic clock [s].
+
+        Returns:
+            Whether it was not refused.
+        """
         with self._lock:
             if self._state is not Authority.ENGAGED:
                 return False
@@ -121,7 +146,13 @@ class AuthorityKeeper:
             return True
 
     def requests(self, now: float, dialect: Dialect, target: tuple[int, int]) -> list[Message]:
-        """Requests to land that are due: by mode, and every other time by command."""
+        """Requests to land that are due: by mode, and every other time by command.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+            dialect: Of the autopilot.
+            target: System and component of the autopilot.
+        """
         with self._lock:
             if not self._landing or now < self._next_request:
                 return []
@@ -135,13 +166,26 @@ class AuthorityKeeper:
             return [command_message(target, mavlink.MAV_CMD_DO_SET_MODE, *mode, confirmation=confirmation)]
 
     def accepted(self, command: int, now: float) -> None:
-        """Take in that the autopilot accepted a command."""
+        """Take in that the autopilot accepted a command.
+
+        Args:
+            command: MAV_CMD.
+            now: On this computer's monotonic clock [s].
+        """
         with self._lock:
             if self._landing and command in _LANDING_COMMANDS:
                 self._next_request = now + _UNTIL_SHOWN
 
     def heartbeat(self, mode: Mode, armed: bool, system_status: int, dialect: Dialect, now: float) -> None:
-        """Take in what a heartbeat says."""
+        """Take in a heartbeat of the autopilot.
+
+        Args:
+            mode: Flight mode.
+            armed: Whether the vehicle is armed.
+            system_status: MAV_STATE.
+            dialect: Of the autopilot.
+            now: On this computer's monotonic clock [s].
+        """
         with self._lock:
             self._note_changes(mode, armed, now)
             if system_status == _TERMINATED:
@@ -176,7 +220,11 @@ class AuthorityKeeper:
             )
 
     def rebooted(self, now: float) -> None:
-        """The autopilot started anew: whatever it obeyed before, it does not now."""
+        """Take in that the autopilot has started anew, and obeys nothing from before.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+        """
         with self._lock:
             if self._state is not Authority.NONE:
                 self._lose("the autopilot rebooted", now)

@@ -33,12 +33,21 @@ class Mode:
 
 
 def px4_number(main: int, sub: int = 0) -> int:
-    """`custom_mode` of a main and sub mode of PX4."""
+    """Number `custom_mode` of a main and a sub mode of PX4.
+
+    Args:
+        main: Main mode.
+        sub: Sub mode, 0 for none.
+    """
     return main << 16 | sub << 24
 
 
 def px4_mode(number: int) -> Mode:
-    """PX4's mode of a `custom_mode`; the sub mode counts in auto only."""
+    """Mode of PX4 from a `custom_mode`; the sub mode counts in auto only.
+
+    Args:
+        number: `custom_mode`.
+    """
     main, sub = number >> 16 & 0xFF, number >> 24 & 0xFF
     name = _PX4_MAIN.get(main, f"mode {main}")
     if main == 4:
@@ -47,5 +56,9 @@ def px4_mode(number: int) -> Mode:
 
 
 def ardupilot_mode(number: int) -> Mode:
-    """ArduCopter's mode of a `custom_mode`."""
+    """Mode of ArduCopter from a `custom_mode`.
+
+    Args:
+        number: `custom_mode`.
+    """
     return Mode(number, _ARDUPILOT.get(number, f"mode {number}"))

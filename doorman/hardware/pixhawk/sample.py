@@ -16,7 +16,14 @@ Array = NDArray[np.float64]
 
 
 def unknown(size: int) -> Array:
-    """A read-only vector of NaN: nothing has been received yet."""
+    """A read-only vector of NaN: nothing has been received yet.
+
+    Args:
+        size: Number of entries.
+
+    Returns:
+        Shape (size,).
+    """
     values = np.full(size, math.nan)
     values.flags.writeable = False
     return values

@@ -112,7 +112,14 @@ def engage(link: Link, unarmed: bool = False) -> Outcome:
 
 
 def arm(link: Link, timeout: float) -> Outcome:
-    """Arm, again and again until it is accepted or the time is over, and see it in the heartbeat; not one that is to land."""
+    """Ask to arm until the autopilot accepts it or the time is over, and see it in the heartbeat.
+
+    A vehicle that is to land is not armed.
+
+    Args:
+        link: To the autopilot.
+        timeout: Longest time [s].
+    """
     deadline = time.monotonic() + timeout
     while True:
         if not _may_arm(link):
@@ -137,7 +144,11 @@ def _may_arm(link: Link) -> bool:
 
 
 def disarm(link: Link) -> Outcome:
-    """Disarm; autopilots refuse it in the air."""
+    """Disarm; autopilots refuse it in the air.
+
+    Args:
+        link: To the autopilot.
+    """
     link.authority.expect_disarm(True)
     outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     link.authority.expect_disarm(outcome.done or outcome.status is OutcomeStatus.TIMED_OUT)
@@ -147,7 +158,12 @@ def disarm(link: Link) -> Outcome:
 
 
 def take_off(link: Link, height: float) -> Outcome:
-    """Climb by a height from where the vehicle stands, and hold there."""
+    """Climb by a height from where the vehicle stands, and hold there.
+
+    Args:
+        link: To the autopilot.
+        height: Above the present place [m].
+    """
     sample = link.tracker.sample
     place = here(sample)
     if link.authority.state is not Authority.ENGAGED or not sample.armed or place is None:
@@ -194,7 +210,11 @@ def _take_off_by_command(link: Link, height: float) -> Outcome:
 
 
 def land(link: Link) -> Outcome:
-    """Ask for the landing mode until the heartbeat shows it, then wait until the vehicle is disarmed on the ground."""
+    """Ask for the landing mode until the heartbeat shows it, then wait until the vehicle is disarmed on the ground.
+
+    Args:
+        link: To the autopilot.
+    """
     authority, deadline = link.authority, time.monotonic() + link.config.timeouts.landing
     if not link.tracker.sample.armed:
         authority.withdraw(time.monotonic())
@@ -217,7 +237,11 @@ def land(link: Link) -> Outcome:
 
 
 def leave(link: Link) -> None:
-    """Before the link is closed: tell a vehicle that still flies by our setpoints to land, and see that it does."""
+    """Tell a vehicle that still flies by our setpoints to land, and see that it does, before the link is closed.
+
+    Args:
+        link: To the autopilot.
+    """
     flying = link.tracker.sample.armed and link.authority.state is Authority.ENGAGED
     if flying and link.config.on_stop == "land" and link.open and link.request_landing():
         _until(link, lambda: link.authority.state is not Authority.ENGAGED, link.config.timeouts.stop)
@@ -225,7 +249,16 @@ def leave(link: Link) -> None:
 
 
 def wait_for_sample(link: Link, accept: Callable[[VehicleSample], bool], timeout: float) -> bool:
-    """Wait until the newest sample is accepted; returns whether it was, within the time-out [s]."""
+    """Wait until the newest sample is accepted.
+
+    Args:
+        link: To the autopilot.
+        accept: Whether a sample is.
+        timeout: Longest time [s].
+
+    Returns:
+        Whether one was accepted in time.
+    """
     return _until(link, lambda: accept(link.tracker.sample), timeout)
 
 

@@ -157,5 +157,9 @@ ACTIONS: dict[Fault, Action] = {rule.fault: rule.action for rule in RULES} | {
 
 
 def finite(values: np.ndarray) -> bool:
-    """Whether all values are numbers."""
+    """Whether all values are finite numbers.
+
+    Args:
+        values: Of any shape.
+    """
     return bool(np.isfinite(values).all())

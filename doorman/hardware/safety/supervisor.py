@@ -139,7 +139,7 @@ class Supervisor(Uncopied):
         self._take(Finding(fault, ACTIONS[fault], now, 0.0))
 
     def wish(self, fault: Fault) -> None:
-        """The same from a signal's handler, which may interrupt whoever holds a lock: heeded at the next look.
+        """Report a fault from a signal's handler, which may interrupt whoever holds a lock: it is heeded at the next look.
 
         Args:
             fault: What.

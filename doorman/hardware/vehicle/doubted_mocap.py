@@ -23,9 +23,9 @@ DOUBTED = 0.25
 BELIEVED = 0.15
 """Nearer than this they are believed again [m]."""
 DOUBTED_TURN = 0.45
-"""The same of the attitude: less than half of what is between two arms of a hexarotor [rad],"""
+"""Angle between their attitudes beyond which poses are lost: less than half of what two arms of a hexarotor enclose [rad]."""
 BELIEVED_TURN = 0.3
-"""and more than a vehicle that turns 2 rad/s does in the time by which the autopilot's state is later [rad]."""
+"""Below this angle they are believed again: a vehicle that turns 2 rad/s does less while the autopilot's state is late [rad]."""
 
 
 class DoubtedMocap(MocapReceiver):
@@ -53,7 +53,12 @@ class DoubtedMocap(MocapReceiver):
         return self._judged(super().read())
 
     def wait(self, sample: PoseSample, timeout: float) -> PoseSample:
-        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted."""
+        """A newer measurement, see `MocapReceiver.wait`; lost while it is doubted.
+
+        Args:
+            sample: Pose that is known.
+            timeout: Longest time to wait [s].
+        """
         return self._judged(super().wait(sample, timeout))
 
     def _judged(self, pose: PoseSample) -> PoseSample:

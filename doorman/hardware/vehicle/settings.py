@@ -22,7 +22,7 @@ Config = TypeVar("Config")
 
 
 def with_settings(config: Config, settings: Mapping[str, object], prefix: str = "") -> Config:
-    """The same configuration with other values.
+    """A configuration with other values for some of its settings.
 
     Args:
         config: A `VehicleConfig`, or with a prefix one of its links.

@@ -146,20 +146,48 @@ class Door:
         """Rows `into`, `along` and `up`, (3, 3): from the world to the doorway; its determinant is the door's `hand`."""
 
     def leaf_direction(self, door_angle: float) -> Array:
-        """Unit vector along the leaf from hinge to latch, world frame."""
+        """Unit vector c along the leaf from hinge to latch.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Shape (3,), world frame.
+        """
         return self._in_world(self._motion.leaf(door_angle))
 
     def normal(self, door_angle: float) -> Array:
-        """Unit normal n_D of the leaf that points away from the vehicle, world frame; a growing α moves the leaf against it."""
+        """Unit normal n_D of the leaf that points away from the vehicle; a growing α moves the leaf against it.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Shape (3,), world frame.
+        """
         return self._in_world(self._motion.normal(door_angle))
 
     def normals(self, door_angles: Array) -> Array:
-        """`normal` at many angles, shape (m, 3) from (m,)."""
+        """Unit normal n_D at many angles, see `normal`.
+
+        Args:
+            door_angles: α, shape (m,) [rad].
+
+        Returns:
+            Shape (m, 3), world frame.
+        """
         components = np.array([self._motion.normal(angle) for angle in door_angles.tolist()]).reshape(-1, 2)
         return np.asarray(components @ self.axes[:2])
 
     def bend(self, door_angle: float) -> Array:
-        """Change of the normal with α, dn_D/dα, shape (3,), world frame [1/rad]."""
+        """Change of the normal with α, dn_D/dα.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Shape (3,), world frame [1/rad].
+        """
         return self._in_world(self._motion.bend(door_angle))
 
     def _in_world(self, components: tuple[float, float]) -> Array:
@@ -169,52 +197,105 @@ class Door:
         return np.array((into * ix + along * ax, into * iy + along * ay, into * iz + along * az))
 
     def face(self, door_angle: float) -> tuple[Array, Array]:
-        """Two directions in the face, the more level one first: along leaf and hinge, or hinge and leaf, world frame."""
+        """Two unit vectors in the face, the more level one first: along leaf and hinge, or along hinge and leaf.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Shape (3,) each, world frame.
+        """
         leaf = self.leaf_direction(door_angle)
         return (leaf, self.up) if abs(self.up[2]) >= abs(leaf[2]) else (self.up, leaf)
 
     def heading(self, door_angle: float) -> float:
-        """Yaw of a vehicle that looks along the leaf's normal [rad]."""
+        """Yaw of a vehicle that looks along the leaf's normal [rad].
+
+        Args:
+            door_angle: α [rad].
+        """
         if self.vertical:
             return self.azimuth + self.hand * (door_angle - 0.5 * math.pi)
         normal = self.normal(door_angle)
         return self.azimuth + math.remainder(math.atan2(normal[1], normal[0]) - self.azimuth, 2.0 * math.pi)
 
     def angle_of(self, offset: Array) -> float:
-        """α at which a point of the leaf's surface has an offset from P_h, shape (3,), world frame [rad]."""
+        """Angle α at which a point of the leaf's surface has an offset from P_h [rad].
+
+        Args:
+            offset: From P_h to the point, shape (3,), world frame [m].
+        """
         middle = 0.5 * (self.lower_limit + self.upper_limit)
         return self._motion.angle_of(float(offset @ self.into), float(offset @ self.along), self.contact_offset, middle)
 
     def in_doorway(self, vector: Array) -> Array:
-        """A vector's components along `into`, along the closed leaf, and along `up`, (…, 3) from (…, 3) in the world frame."""
+        """A vector's components along `into`, along the closed leaf, and along `up`.
+
+        Args:
+            vector: Shape (…, 3), world frame.
+
+        Returns:
+            Shape (…, 3), in the vector's unit.
+        """
         return np.asarray(vector @ self.axes.T)
 
     def from_doorway(self, components: Array) -> Array:
-        """The inverse of `in_doorway`."""
+        """A vector from its components in the doorway; the inverse of `in_doorway`.
+
+        Args:
+            components: Along `into`, along the closed leaf, and along `up`, shape (…, 3).
+
+        Returns:
+            Shape (…, 3), world frame, in the components' unit.
+        """
         return np.asarray(components @ self.axes)
 
     def joint_value(self, door_angle: float) -> float:
-        """Value of the URDF's joint at α [rad or m]."""
+        """Value of the URDF's joint at α [rad or m].
+
+        Args:
+            door_angle: α [rad].
+        """
         return self.closed + self._sense * self.opening_of(float(door_angle))
 
     def joint_rate(self, door_rate: float) -> float:
-        """Rate of the URDF's joint [rad/s or m/s]."""
+        """Rate of the URDF's joint [rad/s or m/s].
+
+        Args:
+            door_rate: α̇ [rad/s].
+        """
         return self._sense * self._turns * self.per_angle * door_rate
 
     def joint_torque(self, torque: float) -> float:
-        """Torque, or force, in the URDF's joint that a torque in the sense of α is [N m or N]."""
+        """Torque, or force, in the URDF's joint [N m or N].
+
+        Args:
+            torque: In the sense of α [N m].
+        """
         return self._sense * self._turns * torque / self.per_angle
 
     def angle_of_joint(self, value: float) -> float:
-        """α at a value of the URDF's joint [rad]."""
+        """α at a value of the URDF's joint [rad].
+
+        Args:
+            value: Of the URDF's joint [rad or m].
+        """
         return self.angle_of_opening(self._sense * (float(value) - self.closed))
 
     def opening_of(self, door_angle: float) -> float:
-        """How far the door is open at α [rad or m]."""
+        """How far the door is open from closed [rad or m].
+
+        Args:
+            door_angle: α [rad].
+        """
         return self._turns * self.per_angle * (door_angle - 0.5 * math.pi)
 
     def torque_of_closer(self, preload: float) -> float:
-        """Torque in the sense of damping of a closer that shuts the door with so much at any opening [N m]."""
+        """Torque of a closer that shuts the door, in the sense of damping [N m].
+
+        Args:
+            preload: Torque with which it shuts, the same at any opening [N m].
+        """
         return self._turns * preload
 
     def angle_of_opening(self, opening: float) -> float:
@@ -226,7 +307,12 @@ class Door:
         return 0.5 * math.pi + self._turns * opening / self.per_angle
 
     def in_words(self, door_angle: float, digits: int = 1) -> str:
-        """α as people say it: in degrees with so many digits, or a slide's opening in metres."""
+        """Angle as people say it: in degrees, or a slide's opening in metres.
+
+        Args:
+            door_angle: α [rad].
+            digits: Behind the point of the degrees; an opening has three.
+        """
         return (
             f"{round(self.opening_of(door_angle), 3) + 0.0:.3f} m"
             if self.slides
@@ -234,20 +320,32 @@ class Door:
         )
 
     def torque_in_words(self, torque: float) -> str:
-        """A torque in the hinge, or a slide's force."""
+        """A torque in the hinge in N m, or a slide's force in N.
+
+        Args:
+            torque: In the sense of α [N m].
+        """
         return f"{torque / self.per_angle:.2f} {'N' if self.slides else 'N m'}"
 
     def rate_in_words(self, rate: float) -> str:
-        """A rate of α, or a slide's speed."""
+        """A rate of α in rad/s, or a slide's speed in m/s.
+
+        Args:
+            rate: α̇ [rad/s].
+        """
         return f"{self.per_angle * rate:.3f} {self.unit}/s"
 
     def way_in_words(self, way: float) -> str:
-        """A difference of α as people say it: in degrees, or a slide's in centimetres."""
+        """A difference of α as people say it: in degrees, or a slide's in centimetres.
+
+        Args:
+            way: Difference of α [rad].
+        """
         return f"{1e2 * self.per_angle * way:.1f} cm" if self.slides else f"{math.degrees(way):.1f}°"
 
     @property
     def largest_opening(self) -> float:
-        """That the joint's limits leave [rad or m]."""
+        """Largest opening that the joint's limits leave [rad or m]."""
         return max(self.opening_of(self.lower_limit), self.opening_of(self.upper_limit))
 
     def link_placements(self, door_angle: float) -> dict[str, Array]:
@@ -283,26 +381,54 @@ class Door:
         return np.asarray(self.hinge_position + beside + height * self.up)
 
     def center_of_mass(self, door_angle: float) -> Array:
-        """Of the leaf at α, shape (3,), world frame [m]."""
+        """Centre of mass of the leaf.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         into, along, up = self._center
         before = self.way(door_angle) - into
         beside = along * self.leaf_direction(door_angle) - before * self.normal(door_angle)
         return np.asarray(self.hinge_position + beside + up * self.up)
 
     def way(self, door_angle: float) -> float:
-        """Of a slide's face towards the vehicle, from closed; 0 of a hinge's [m]."""
+        """How far a slide's face has moved towards the vehicle, from closed; 0 for a hinge [m].
+
+        Args:
+            door_angle: α [rad].
+        """
         return self._motion.way(door_angle)
 
     def lever(self, door_angle: float, distance_from_hinge: float) -> Array:
-        r"""How α moves that point, :math:`J = -D_V n_D - o\,c`, shape (3,), world frame [m]."""
+        r"""How α moves the contact point, :math:`J = -D_V n_D - o\,c`, or :math:`-r\,i` of a slide.
+
+        Args:
+            door_angle: α [rad].
+            distance_from_hinge: D_V [m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         return self._in_world(self._motion.lever(door_angle, distance_from_hinge, self.contact_offset))
 
     def lever_length(self, distance_from_hinge: float) -> float:
-        """Speed along the normal of that point for a unit rate of α: D_V, or `per_angle` [m]."""
+        """Speed of the contact point along the normal for a unit rate of α: D_V, or `per_angle` [m].
+
+        Args:
+            distance_from_hinge: D_V [m].
+        """
         return self._motion.lever_length(distance_from_hinge)
 
     def angle_of_face(self, before: float, distance_from_hinge: float) -> float:
-        """By how much α of a tip on the face is less if that stands so far before its place, for its D_V [rad]."""
+        """By how much α of a tip on the face is less if the face stands before its place [rad].
+
+        Args:
+            before: How far before [m].
+            distance_from_hinge: D_V of the tip [m].
+        """
         return self._motion.angle_of_face(before, distance_from_hinge)
 
     def onto_face(self, point: Array, door_angle: float) -> Array:
@@ -320,7 +446,11 @@ class Door:
         return np.asarray(point + (normal @ (self.hinge_position - point) - before) * normal)
 
     def weight_torque(self, door_angle: float) -> float:
-        """G(α) of the leaf's own weight, in the sense of damping [N m]."""
+        """Torque G(α) of the leaf's own weight, in the sense of damping [N m].
+
+        Args:
+            door_angle: α [rad].
+        """
         if self.vertical:
             return 0.0
         leaf, normal = self.leaf_direction(door_angle), self.normal(door_angle)

@@ -38,19 +38,44 @@ class LeafMotion(ABC):
 
     @abstractmethod
     def leaf(self, door_angle: float) -> tuple[float, float]:
-        """Components of c."""
+        """Direction of the leaf, c(α).
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a.
+        """
 
     @abstractmethod
     def normal(self, door_angle: float) -> tuple[float, float]:
-        """Components of n."""
+        """Normal of the leaf, n(α).
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a.
+        """
 
     @abstractmethod
     def bend(self, door_angle: float) -> tuple[float, float]:
-        """Components of dn/dα."""
+        """Change of the normal with α, dn/dα.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a [1/rad].
+        """
 
     @abstractmethod
     def way(self, door_angle: float) -> float:
-        """Of the leaf against i [m]."""
+        """How far the leaf has moved against i, from closed [m].
+
+        Args:
+            door_angle: α [rad].
+        """
 
     @abstractmethod
     def lever(self, door_angle: float, distance: float, offset: float) -> tuple[float, float]:
@@ -115,46 +140,106 @@ class Turning(LeafMotion):
     per_angle = 1.0
 
     def leaf(self, door_angle: float) -> tuple[float, float]:
-        """See `LeafMotion`."""
+        """Direction c: cos α along i, sin α along a. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a.
+        """
         return math.cos(door_angle), math.sin(door_angle)
 
     def normal(self, door_angle: float) -> tuple[float, float]:
-        """See `LeafMotion`."""
+        """Normal n: sin α along i, −cos α along a. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a.
+        """
         return math.sin(door_angle), -math.cos(door_angle)
 
     def bend(self, door_angle: float) -> tuple[float, float]:
-        """It is c. See `LeafMotion`."""
+        """Change of the normal, which is c. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a [1/rad].
+        """
         return self.leaf(door_angle)
 
     def way(self, door_angle: float) -> float:
-        """None. See `LeafMotion`."""
+        """Zero: a hinge does not move along i. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+        """
         return 0.0
 
     def lever(self, door_angle: float, distance: float, offset: float) -> tuple[float, float]:
-        """See `LeafMotion`."""
+        r"""Lever :math:`J = -D_V n - o\,c`. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+            distance: D_V [m].
+            offset: o [m].
+
+        Returns:
+            Components along i and a [m].
+        """
         (n_into, n_along), (c_into, c_along) = self.normal(door_angle), self.leaf(door_angle)
         return -(distance * n_into + offset * c_into), -(distance * n_along + offset * c_along)
 
     def lever_length(self, distance: float) -> float:
-        """See `LeafMotion`."""
+        """D_V itself [m]. See `LeafMotion`.
+
+        Args:
+            distance: D_V [m].
+        """
         return distance
 
     def wind_lever(self, width: float) -> float:
-        """On the middle of the leaf. See `LeafMotion`."""
+        """Half the width: a wind presses on the middle of the leaf [m]. See `LeafMotion`.
+
+        Args:
+            width: Of the leaf, from its hinge [m].
+        """
         return 0.5 * width
 
     def angle_of_face(self, before: float, distance: float) -> float:
-        """See `LeafMotion`."""
+        """Angle arcsin(before/D_V) [rad]. See `LeafMotion`.
+
+        Args:
+            before: So far [m].
+            distance: D_V [m].
+        """
         return math.asin(before / distance)
 
     def angle_of(self, into: float, along: float, offset: float, middle: float) -> float:
-        """See `LeafMotion`."""
+        r"""Angle :math:`\mathrm{atan2}(a^T r,\ i^T r) - \arcsin(o/|r|)` of a point at r from P_h [rad]. See `LeafMotion`.
+
+        Args:
+            into: Along i from P_h [m].
+            along: Along a from P_h [m].
+            offset: o [m].
+            middle: Of the range of α, in which it is looked for [rad].
+        """
         way = math.hypot(along, into)
         before = math.asin(min(max(offset / way, -1.0), 1.0)) if way > 0.0 else 0.0
         return middle + math.remainder(math.atan2(along, into) - before - middle, 2.0 * math.pi)
 
     def weight_torque(self, weight: Array, leaf_up: float, normal_up: float) -> float:
-        """See `LeafMotion`."""
+        """Torque :math:`w_n c_z - w_c n_z` [N m]. See `LeafMotion`.
+
+        Args:
+            weight: m g times the place of the centre of mass along c and n, shape (2,) [N m]; of a slide m g r at first.
+            leaf_up: c_z.
+            normal_up: n_z.
+        """
         return float(weight[1] * leaf_up - weight[0] * normal_up)
 
 
@@ -164,41 +249,101 @@ class Sliding(LeafMotion):
     per_angle = SLIDE_RADIUS
 
     def leaf(self, door_angle: float) -> tuple[float, float]:
-        """See `LeafMotion`."""
+        """Direction a, at any α. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a.
+        """
         return 0.0, 1.0
 
     def normal(self, door_angle: float) -> tuple[float, float]:
-        """See `LeafMotion`."""
+        """Normal i, at any α. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a.
+        """
         return 1.0, 0.0
 
     def bend(self, door_angle: float) -> tuple[float, float]:
-        """None. See `LeafMotion`."""
+        """Zero: a slide keeps its normal. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Components along i and a [1/rad].
+        """
         return 0.0, 0.0
 
     def way(self, door_angle: float) -> float:
-        """See `LeafMotion`."""
+        """Way r (α − π/2) [m]. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+        """
         return self.per_angle * (door_angle - 0.5 * math.pi)
 
     def lever(self, door_angle: float, distance: float, offset: float) -> tuple[float, float]:
-        """See `LeafMotion`."""
+        """Lever J = −r i. See `LeafMotion`.
+
+        Args:
+            door_angle: α [rad].
+            distance: D_V [m].
+            offset: o [m].
+
+        Returns:
+            Components along i and a [m].
+        """
         return -self.per_angle, 0.0
 
     def lever_length(self, distance: float) -> float:
-        """See `LeafMotion`."""
+        """The radius r [m]. See `LeafMotion`.
+
+        Args:
+            distance: D_V [m].
+        """
         return self.per_angle
 
     def wind_lever(self, width: float) -> float:
-        """See `LeafMotion`."""
+        """The radius r [m]. See `LeafMotion`.
+
+        Args:
+            width: Of the leaf, from its hinge [m].
+        """
         return self.per_angle
 
     def angle_of_face(self, before: float, distance: float) -> float:
-        """See `LeafMotion`."""
+        """Angle before/r [rad]. See `LeafMotion`.
+
+        Args:
+            before: So far [m].
+            distance: D_V [m].
+        """
         return before / self.per_angle
 
     def angle_of(self, into: float, along: float, offset: float, middle: float) -> float:
-        """See `LeafMotion`."""
+        """Angle π/2 − (into + o)/r [rad]. See `LeafMotion`.
+
+        Args:
+            into: Along i from P_h [m].
+            along: Along a from P_h [m].
+            offset: o [m].
+            middle: Of the range of α, in which it is looked for [rad].
+        """
         return 0.5 * math.pi - (into + offset) / self.per_angle
 
     def weight_torque(self, weight: Array, leaf_up: float, normal_up: float) -> float:
-        """See `LeafMotion`."""
+        r"""Torque :math:`-r\,m g\,n_z` [N m]. See `LeafMotion`.
+
+        Args:
+            weight: m g times the place of the centre of mass along c and n, shape (2,) [N m]; of a slide m g r at first.
+            leaf_up: c_z.
+            normal_up: n_z.
+        """
         return float(-weight[0] * normal_up)

@@ -74,12 +74,29 @@ class LeafOnJoint:
         return bool(abs(self._axis[2]) >= LEANS)
 
     def rotation(self, value: float) -> Array:
-        """Rotation of the leaf's joint frame into the world at a joint value, (3, 3)."""
+        """Rotation of the leaf's joint frame into the world.
+
+        Args:
+            value: Of the joint [rad or m].
+
+        Returns:
+            Shape (3, 3).
+        """
         pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
         return np.array(self._data.oMi[1].rotation)
 
     def direction(self, value: float) -> Array:
-        """Unit vector along the leaf, away from the hinge and at a right angle to it, at a joint value."""
+        """Unit vector along the leaf, away from the hinge and at a right angle to it.
+
+        Args:
+            value: Of the joint [rad].
+
+        Returns:
+            Shape (3,), world frame.
+
+        Raises:
+            UrdfError: if no edge of the leaf's box is parallel to the hinge.
+        """
         center, edges, size = self._box
         rotation, axis = self.rotation(value), self._axis
         turned, way = rotation @ edges, rotation @ center
@@ -113,7 +130,18 @@ class LeafOnJoint:
         return closed, 1.0 if self.endless or upper - closed > closed - lower else -1.0
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
-        """Along the closed leaf from hinge to latch, and the way that it moves as it opens."""
+        """Direction along the closed leaf from hinge to latch, and the one in which the leaf moves as it opens.
+
+        Args:
+            closed: Joint value of the closed door [rad].
+            sense: 1 where the joint value grows as the door opens, else −1.
+
+        Returns:
+            Unit vectors, shape (3,) each, world frame.
+
+        Raises:
+            UrdfError: if no edge of the leaf's box is parallel to the hinge.
+        """
         along = self.direction(closed)
         return along, sense * np.cross(self._axis, along)
 
@@ -123,17 +151,27 @@ class LeafOnJoint:
         Args:
             into: Through the closed leaf, away from the vehicle.
             along: Along the closed leaf.
+
+        Returns:
+            Shape (3,), world frame.
         """
         right = float(into[1] * self._axis[0] - into[0] * self._axis[1])
         return np.asarray(self._axis * np.sign(self._axis[2] if abs(self._axis[2]) >= LEANS else right))
 
     def center_of_mass(self, value: float) -> Array:
-        """Of what the joint carries at a joint value, shape (3,), world frame [m]."""
+        """Centre of mass of what the joint carries.
+
+        Args:
+            value: Of the joint [rad or m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
         return np.array(self._data.oMi[1].act(self._model.inertias[1].lever))
 
     def mass_and_inertia(self) -> tuple[float, float]:
-        """Of what the joint carries, its inertia about the joint's axis [kg], [kg m²].
+        """Mass of what the joint carries, and its inertia about the joint's axis [kg], [kg m²].
 
         Raises:
             UrdfError: if there is none.
@@ -203,7 +241,14 @@ class LeafOnJoint:
         return -_OVERLAP < gap < _BORDER
 
     def frame(self, name: str, value: float) -> tuple[Array, Array]:
-        """Origin and x axis of a frame on the leaf at a joint value, (3,) each, world frame [m].
+        """Origin and x axis of a frame on the leaf.
+
+        Args:
+            name: Of the frame.
+            value: Of the joint [rad or m].
+
+        Returns:
+            Origin [m] and unit vector, shape (3,) each, world frame.
 
         Raises:
             UrdfError: if there is no such frame, or it does not move with the leaf.

@@ -35,16 +35,39 @@ class LeafOnSlide(LeafOnJoint):
     _upright = False
 
     def direction(self, value: float) -> Array:
-        """Horizontal unit vector across the slide."""
+        """Horizontal unit vector across the slide, in the face.
+
+        Args:
+            value: Of the joint [m]; it changes nothing.
+
+        Returns:
+            Shape (3,), world frame.
+        """
         across = np.cross(_UP, self._axis)
         return np.asarray(across / np.linalg.norm(across))
 
     def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
-        """Across the slide, and the way that the leaf goes as it opens."""
+        """Direction across the slide, and the one in which the leaf moves as it opens.
+
+        Args:
+            closed: Joint value of the closed door [m].
+            sense: 1 where the joint value grows as the door opens, else −1.
+
+        Returns:
+            Unit vectors, shape (3,) each, world frame.
+        """
         return self.direction(closed), sense * self._axis
 
     def up(self, into: Array, along: Array) -> Array:
-        """Unit vector in the face, at a right angle to `along`, upwards."""
+        """Unit vector in the face, at a right angle to `along`, upwards.
+
+        Args:
+            into: Through the doorway, away from the vehicle, unit vector, shape (3,), world frame.
+            along: Along the closed leaf, unit vector, shape (3,), world frame.
+
+        Returns:
+            Shape (3,), world frame.
+        """
         up = np.cross(into, along)
         return np.asarray(up * np.sign(up[2]))
 

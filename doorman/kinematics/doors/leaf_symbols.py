@@ -104,12 +104,23 @@ class VerticalLeaf:
         return of_contact - ca.dot(self.into_in_heading, tip_in_heading)
 
     def in_heading(self, vector: Any) -> Any:
-        """A vector of the world frame, (3, 1)."""
+        """Components of a vector in the frame that looks along the vehicle's heading, z up.
+
+        Args:
+            vector: Shape (3, 1), world frame.
+
+        Returns:
+            Shape (3, 1), in the vector's unit.
+        """
         s, c = ca.sin(self._yaw), ca.cos(self._yaw)
         return ca.vertcat(c * vector[0] + s * vector[1], c * vector[1] - s * vector[0], vector[2])
 
     def lift(self, weight: Any) -> Any:
-        """Torque of a weight that hangs on the lever; 0 where that is horizontal [N m]."""
+        """Torque of a weight that hangs on the lever, in the sense of damping; 0 where the lever is horizontal [N m].
+
+        Args:
+            weight: m g [N].
+        """
         return 0
 
     @property
@@ -159,15 +170,27 @@ class AnyLeaf(VerticalLeaf):
         return self.in_heading(self.lever)
 
     def across(self, tip: Any) -> Any:
-        """See `VerticalLeaf`."""
+        """Distance of O_B from the hinge along the closed leaf [m]. See `VerticalLeaf`.
+
+        Args:
+            tip: R d, (3, 1), world frame [m].
+        """
         return ca.dot(self._door.along, self.contact_from_hinge - tip)
 
     def into(self, tip_in_heading: Any) -> Any:
-        """See `VerticalLeaf`."""
+        """Distance of O_B behind the hinge through the doorway, negative before it [m]. See `VerticalLeaf`.
+
+        Args:
+            tip_in_heading: R d, (3, 1) [m].
+        """
         return ca.dot(self._door.into, self.contact_from_hinge) - ca.dot(self.into_in_heading, tip_in_heading)
 
     def lift(self, weight: Any) -> Any:
-        """See `VerticalLeaf`."""
+        r"""Torque :math:`w\,J_z` of a weight w that hangs on the lever, in the sense of damping [N m].
+
+        Args:
+            weight: w = m g [N].
+        """
         return weight * self.lever[2]
 
     @property

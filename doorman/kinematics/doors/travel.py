@@ -22,21 +22,39 @@ class Travel:
 
     @property
     def length(self) -> float:
-        """Of the way [rad]."""
+        """Length of the way [rad]."""
         return abs(self.goal - self.start)
 
     def left(self, angle: float) -> float:
-        """How far the goal is ahead of α, negative beyond it [rad]."""
+        """How far the goal is ahead of α, negative beyond it [rad].
+
+        Args:
+            angle: α [rad].
+        """
         return self.sense * (self.goal - angle)
 
     def done(self, angle: float) -> float:
-        """How far α is ahead of the start [rad]."""
+        """How far α is ahead of the start [rad].
+
+        Args:
+            angle: α [rad].
+        """
         return self.sense * (angle - self.start)
 
     def share(self, angle: float) -> float:
-        """Share of the way that is done: 0 before the start, 1 beyond the goal."""
+        """Share of the way that is done, in [0, 1]; 1 where there is no way to go.
+
+        Args:
+            angle: α [rad].
+        """
         return min(max(self.done(angle) / self.length, 0.0), 1.0) if self.length > 0.0 else 1.0
 
     def ahead(self, rate: float) -> float:
-        """A rate of α, positive towards the goal [rad/s]; so a torque that turns the leaf, or one that resists [N m]."""
+        """A rate or torque, positive towards the goal, in the given unit.
+
+        Used for a rate of α, for a torque that turns the leaf, and for one that resists.
+
+        Args:
+            rate: Positive where α grows [rad/s or N m].
+        """
         return self.sense * rate

@@ -78,6 +78,12 @@ def load_description(path: Path) -> Any:
 def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:
     """Index of a frame that must exist.
 
+    Args:
+        model: Of the URDF.
+        name: Of a link or joint; a link where both have this name.
+        path: Path of the URDF, for the error.
+        field: What names the frame, for the error.
+
     Raises:
         UrdfError: if the URDF has no link or joint of that name; the error lists the ones it has.
     """
@@ -91,6 +97,12 @@ def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> in
 def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:
     """Index of the frame of a link that must exist, and must not be a joint.
 
+    Args:
+        model: Of the URDF.
+        name: Of the link.
+        path: Path of the URDF, for the error.
+        field: What names the link, for the error.
+
     Raises:
         UrdfError: if the URDF has no link of that name; the error lists the ones it has.
     """
@@ -102,7 +114,14 @@ def link_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int
 
 
 def frozen(values: object) -> NDArray[np.float64]:
-    """Read-only float array with the values of `values`."""
+    """Read-only float array.
+
+    Args:
+        values: Of the array, anything that NumPy converts.
+
+    Returns:
+        A copy, in the shape of `values`.
+    """
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array

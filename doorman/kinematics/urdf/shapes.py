@@ -42,7 +42,7 @@ class UrdfShape:
 
     @property
     def field(self) -> str:
-        """Where in the URDF it is, for an error."""
+        """Place of the shape in the URDF, for an error."""
         return f"link {self.link}/collision {self.name}"
 
 

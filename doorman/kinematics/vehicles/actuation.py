@@ -94,15 +94,40 @@ class TiltedThrust(Actuation):
         self.lift = (0.0, max_thrust)
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Cut to thrust and tilt, see `Actuation`."""
+        """Force cut to thrust and tilt. See `Actuation`.
+
+        Args:
+            force: Shape (3,), world frame [N].
+            yaw: ψ [rad].
+            max_tilt: Largest angle between force and vertical of a vehicle that tilts [rad].
+
+        Returns:
+            Shape (3,), world frame [N]; its vertical part is positive.
+        """
         return saturate(force, self.max_thrust, max_tilt)
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """The body's z axis along the force, see `Actuation`."""
+        """Attitude with the body's z axis along the force. See `Actuation`.
+
+        Args:
+            force: Shape (3,), world frame, vertical part positive [N].
+            yaw: ψ [rad].
+
+        Returns:
+            Φ, shape (3,) [rad].
+        """
         return attitude_of_force(force, yaw)
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """All of it along z, see `Actuation`."""
+        """All of the force along z. See `Actuation`.
+
+        Args:
+            force: Shape (3,), world frame [N].
+            attitude: Φ that the vehicle has, shape (3,) [rad].
+
+        Returns:
+            Shape (3,), body frame [N].
+        """
         return np.array([0.0, 0.0, math.sqrt(force.dot(force))])
 
 
@@ -124,7 +149,16 @@ class BodyForce(Actuation):
         self.side = max(min(float((self._room(lift) / corner).min()) for lift in self.lift), 0.0)
 
     def within_limits(self, force: Array, yaw: float, max_tilt: float) -> Array:
-        """Cut to the polytope of a level body, see `Actuation`."""
+        """Force cut to the polytope of a level body. See `Actuation`.
+
+        Args:
+            force: Shape (3,), world frame [N].
+            yaw: ψ [rad].
+            max_tilt: Largest angle between force and vertical of a vehicle that tilts [rad].
+
+        Returns:
+            Shape (3,), world frame [N]; its vertical part is positive.
+        """
         lift = min(max(float(force[2]), self._lifts[0]), self._lifts[1])
         c, s = math.cos(yaw), math.sin(yaw)
         side = self._side @ np.array([c * force[0] + s * force[1], c * force[1] - s * force[0]])
@@ -134,11 +168,27 @@ class BodyForce(Actuation):
         return np.array([max(share, 0.0) * force[0], max(share, 0.0) * force[1], lift])
 
     def attitude(self, force: Array, yaw: float) -> Array:
-        """Level, see `Actuation`."""
+        """Level attitude. See `Actuation`.
+
+        Args:
+            force: Shape (3,), world frame, vertical part positive [N].
+            yaw: ψ [rad].
+
+        Returns:
+            Φ, shape (3,) [rad].
+        """
         return np.array([0.0, 0.0, yaw])
 
     def body_force(self, force: Array, attitude: Array) -> Array:
-        """The force in body axes, see `Actuation`."""
+        """The force in body axes. See `Actuation`.
+
+        Args:
+            force: Shape (3,), world frame [N].
+            attitude: Φ that the vehicle has, shape (3,) [rad].
+
+        Returns:
+            Shape (3,), body frame [N].
+        """
         return np.asarray(rotation_body_to_world(attitude).T @ force)
 
     def _room(self, lift: float) -> Array:

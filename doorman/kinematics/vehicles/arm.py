@@ -34,7 +34,11 @@ class ArmParameters(NamedTuple):
 
     @classmethod
     def of(cls, arm: ArmGeometry) -> ArmParameters:
-        """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch."""
+        """Copy the constants (kernels take writable arrays only: read-only ones are another type) and add scratch.
+
+        Args:
+            arm: Constants of the arm.
+        """
         n, n_points = len(arm.axes), len(arm.point_offsets)
         vectors = (arm.axes.copy(), arm.links.copy(), arm.slides.copy())
         constants = (*vectors, arm.point_parents.copy(), arm.point_offsets.copy())
@@ -43,7 +47,12 @@ class ArmParameters(NamedTuple):
 
 @kernel
 def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
-    """Fill `arm.joints` and `arm.points` for joint angles of shape (n,)."""
+    """Fill `arm.joints` and `arm.points`, in the body frame.
+
+    Args:
+        arm: Constants of the arm, and scratch that is written.
+        angles: H, shape (n,) [rad], [m] where a joint slides.
+    """
     n_points = arm.point_parents.shape[0]
     px, py, pz = 0.0, 0.0, 0.0
     r00, r01, r02 = 1.0, 0.0, 0.0
@@ -100,7 +109,16 @@ def arm_kinematics(arm: ArmParameters, angles: Array) -> None:
 
 @kernel
 def point_derivative(arm: ArmParameters, point: int, joint: int) -> tuple[float, float, float]:
-    """Derivative of a point's position with respect to one joint's coordinate, after `arm_kinematics`: three numbers."""
+    """Derivative of a point's position by one joint's coordinate, after `arm_kinematics`.
+
+    Args:
+        arm: Constants of the arm, and scratch that `arm_kinematics` has filled.
+        point: Index of the point.
+        joint: Index of the joint.
+
+    Returns:
+        x, y and z, body frame [m/rad], [1] where the joint slides.
+    """
     points, joints = arm.points, arm.joints
     if joint > arm.point_parents[point]:
         return 0.0, 0.0, 0.0

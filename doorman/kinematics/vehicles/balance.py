@@ -86,7 +86,7 @@ class Balance:
         return max(float(ways.min(initial=np.inf)), 0.0)
 
     def numbers(self) -> dict[str, Array]:
-        """By the names that a symbolic task knows them by."""
+        """Normals and reaches in SI units, by the names that a symbolic task knows them by."""
         return {"balance.normals": self.normals.ravel(), "balance.reaches": self.reaches}
 
 
@@ -95,6 +95,9 @@ def balance_numbers(vehicle: Vehicle) -> dict[str, Array]:
 
     Args:
         vehicle: The vehicle.
+
+    Returns:
+        Arrays in SI units; empty for a balanced vehicle.
     """
     polygon = balance_of(vehicle)
     bodies = {} if vehicle.bodies.balanced else vehicle.bodies.numbers()

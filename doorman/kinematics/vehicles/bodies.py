@@ -54,7 +54,7 @@ class Bodies:
         return massless and bool(np.linalg.norm(self.centers[0]) <= _CENTERED)
 
     def numbers(self) -> dict[str, Array]:
-        """By the names that a symbolic task knows them by."""
+        """Masses, centres and inertias in SI units, by the names that a symbolic task knows them by."""
         upper = np.triu_indices(3)
         return {
             "bodies.masses": self.masses,

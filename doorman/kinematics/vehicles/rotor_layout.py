@@ -62,7 +62,7 @@ class RotorLayout:
 
     @property
     def rank(self) -> int:
-        """Of `wrench`: 6 where body force and torque are free, 4 of upright rotors."""
+        """Rank of `wrench`: 6 where body force and torque are free, 4 of upright rotors."""
         lengths = np.array([1.0, 1.0, 1.0, *[1.0 / max(float(np.abs(self.positions).max()), 1e-9)] * 3])
         return int(np.linalg.matrix_rank(lengths[:, None] * self.wrench, tol=1e-6))
 

@@ -65,8 +65,8 @@ class Vehicle:
         names: Names of the base link, the tip and the servo frames, and overrides of radius and thrust.
 
     Raises:
-        UrdfError: if a named frame is missing, the arm has a joint of another kind or one that cannot move or hold anything, a
-            rotor is tilted or has no thrust, or the mass is not positive.
+        UrdfError: if a named frame is missing, a rotor is tilted or has no thrust, or the mass is not positive. Also if the arm
+            has a joint of another kind, or one that cannot move or hold anything.
     """
 
     def __init__(self, urdf: Path, names: VehicleSection | None = None) -> None:

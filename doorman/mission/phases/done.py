@@ -33,22 +33,39 @@ class Done(Retreat):
 
     @property
     def tie(self) -> Tie:
-        """None."""
+        """No tie: the tip is free."""
         return Tie.FREE
 
     @property
     def closes_gripper(self) -> bool:
-        """Where the tip is to stay on the leaf."""
+        """Whether the tip is to stay on the leaf."""
         return self.attempt.grips and self.attempt.keeps_hold
 
     def speed_back(self, estimate: Estimate) -> float:
-        """None."""
+        """Zero: the vehicle hovers.
+
+        Args:
+            estimate: What is known now.
+        """
         return 0.0
 
     def expired(self, now: float) -> bool:
-        """Never."""
+        """False: the end has no time-out.
+
+        Args:
+            now: Time [s].
+        """
         return False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Hover on."""
+        """Hover on.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and nothing that follows.
+        """
         return self._fly(estimate, time_step)[0], None

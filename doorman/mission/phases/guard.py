@@ -30,7 +30,11 @@ class Guard:
         self._clear_at = 0.0
 
     def begin(self, now: float) -> None:
-        """Begin: rotors are clear [s]."""
+        """Begin, with the rotors clear of leaf and jambs.
+
+        Args:
+            now: Time [s].
+        """
         self._clear_at = now
 
     def judge(self, phase: MissionPhase, estimate: Estimate) -> GiveUp | None:

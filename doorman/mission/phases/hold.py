@@ -44,15 +44,28 @@ class Hold(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """All the time."""
+        """True: the gripper stays closed all the time."""
         return self.attempt.grips
 
     def expired(self, now: float) -> bool:
-        """Never: how long a door is held is judged each tick."""
+        """False: how long a door is held is judged each tick.
+
+        Args:
+            now: Time [s].
+        """
         return False
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Go on holding, and judge whether that is over."""
+        """Go on holding, and judge whether that is over.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         then = self._judge(estimate, time_step)
         return self.attempt.opening.step(estimate, body_rates), then
 

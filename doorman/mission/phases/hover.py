@@ -30,7 +30,16 @@ class Hover(MissionPhase):
         self._still_since: float | None = None
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on; the approach follows once the vehicle is still."""
+        """Fly on; the approach follows once the vehicle is still.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         model = self.attempt.model
         setpoint, target = fly_before_the_leaf(self.attempt, self.glide, estimate, model.hover_offset, time_step)
         still = np.linalg.norm(estimate.position - target) < 0.06 and np.linalg.norm(estimate.velocity) < 0.08

@@ -48,17 +48,30 @@ class Open(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """All the time."""
+        """True: the gripper stays closed all the time."""
         return self.attempt.grips
 
     def speed_back(self, estimate: Estimate) -> float:
-        """What the plan of a grip draws back with."""
+        """Speed with which the plan of a grip draws the tip back; 0 for a push [m/s].
+
+        Args:
+            estimate: What is known now.
+        """
         if not self.attempt.grips:
             return 0.0
         return planned_speed_back(self.attempt.converter, self.attempt.schedule.current, estimate.time)
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Follow the plan, and judge where the door is."""
+        """Follow the plan, and judge where the door is.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         attempt = self.attempt
         setpoint = attempt.opening.step(estimate, body_rates)
         if self._shaken_at is not None or (attempt.opening.done(estimate.time) and not self._knows_grip):
@@ -85,7 +98,11 @@ class Open(MissionPhase):
         return leaf.push(estimate, _SHAKE * weight * math.cos(2.0 * math.pi * spent / _SHAKING)), None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """Says where the door stands."""
+        """The end of the attempt, which says where the door stands.
+
+        Args:
+            estimate: What is known now.
+        """
         stands = self.attempt.model.door.in_words(estimate.door_angle)
         return GiveUp(f"open took longer than {self.longest:g} s, the door stands at {stands}")
 

@@ -111,15 +111,27 @@ class MissionPhase(ABC):
         return False
 
     def holds(self, now: float) -> bool:
-        """Whether a gripper should hold the leaf by now, and is no longer pressed onto it."""
+        """Whether a gripper should hold the leaf by now, and is no longer pressed onto it.
+
+        Args:
+            now: Time [s].
+        """
         return self.closes_gripper
 
     def searches(self, now: float) -> bool:
-        """Whether the tip looks for the leaf away from where it last was."""
+        """Whether the tip looks for the leaf away from where it last was.
+
+        Args:
+            now: Time [s].
+        """
         return False
 
     def speed_back(self, estimate: Estimate) -> float:
-        """Speed with which the phase itself draws the tip back from the leaf [m/s]."""
+        """Speed with which the phase itself draws the tip back from the leaf [m/s].
+
+        Args:
+            estimate: What is known now.
+        """
         return 0.0
 
     def without_hold(self, estimate: Estimate) -> GiveUp:
@@ -129,7 +141,11 @@ class MissionPhase(ABC):
         return GiveUp("the gripper does not hold the leaf", at_once=True)
 
     def expired(self, now: float) -> bool:
-        """Whether the phase has lasted too long."""
+        """Whether the phase has lasted too long.
+
+        Args:
+            now: Time [s].
+        """
         return now - self.entered > self.longest
 
     @property
@@ -138,5 +154,9 @@ class MissionPhase(ABC):
         return float(getattr(self.attempt.settings.time_out, self.phase.value))
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """What follows a phase that has lasted too long."""
+        """The phase that follows one that has lasted too long, or the end of the attempt.
+
+        Args:
+            estimate: What is known now.
+        """
         return GiveUp(f"{self.phase.value} took longer than {self.longest:g} s")

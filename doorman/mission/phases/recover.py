@@ -34,32 +34,53 @@ class Recover(MissionPhase):
 
     @property
     def tie(self) -> Tie:
-        """As while the tip touches."""
+        """What is known of tip and leaf: the tip holds or presses, as while it touches."""
         return Tie.GRIPPED if self.attempt.grips else Tie.PUSHING
 
     @property
     def guarded(self) -> bool:
-        """For a push only."""
+        """Whether the tip only pushes."""
         return not self.attempt.grips
 
     def searches(self, now: float) -> bool:
-        """Once the tip is far from where it lost the leaf."""
+        """Whether the tip is far from where it lost the leaf, or not sure to have touched it.
+
+        Args:
+            now: Time [s].
+        """
         return now - self.entered > _FAR or self.attempt.unsure
 
     def expired(self, now: float) -> bool:
-        """Progress gives more time."""
+        """Whether the phase has lasted too long; progress gives more time.
+
+        Args:
+            now: Time [s].
+        """
         begun = min(self._progress_at, self.entered + (_WHOLE_SEARCH - 1.0) * self.longest)
         return now - begun > self.longest
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Press gently where no plan is known yet."""
+        """Press gently where no plan is known yet.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         if estimate.door_angle < self._nearest - _PROGRESS:
             self._nearest, self._progress_at = estimate.door_angle, estimate.time
         setpoint = self.attempt.leaf.push(estimate, self.attempt.settings.touch_force)
         return setpoint, Next(Phase.OPEN, "contact regained") if estimate.touching else None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """A leaf that is past the goal cannot be brought back by a push."""
+        """The end of the attempt, for good where the leaf is past the goal: a push cannot bring it back.
+
+        Args:
+            estimate: What is known now.
+        """
         if estimate.door_angle < float(self.attempt.model.goal_state[3]):
             stands = self.attempt.model.door.in_words(estimate.door_angle, 0)
             return GiveUp(f"the leaf has gone past the goal, to {stands} or farther")

@@ -20,7 +20,7 @@ LOST_PAST = math.radians(2.5)
 _BACKING_OFF = 0.4
 """Force away from the leaf while a tip that pushes lets go, of the shipped vehicle as all forces here [N]."""
 _DRAWING_BACK = 1.0
-"""The same for one that grips: what it held against would else push it back onto a leaf that nothing holds [N]."""
+"""Force away from the leaf while a gripper lets go: what it held against would push it back onto a free leaf [N]."""
 _DRAWN_BACK = 0.15
 """It goes back no faster by itself: it would be a jamb that it comes nearer to [m/s]."""
 _BRAKING, _MOST_BRAKING = 12.0, 4.0
@@ -67,20 +67,33 @@ class Release(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """Until the load has been taken off it."""
+        """Whether the load has not been taken off the gripper yet."""
         return self._let_go_at is None
 
     @property
     def gives_way(self) -> bool:
-        """Once a slam has been felt."""
+        """Whether a slam has been felt."""
         return self._gives_way
 
     def give_way(self, estimate: Estimate) -> None:
-        """Let go at once, and go out before a leaf that is slammed."""
+        """Let go at once, and go out before a leaf that slams.
+
+        Args:
+            estimate: What is known now.
+        """
         self._gives_way, self._let_go_at = True, estimate.time
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Let go on: the gripper opens, the push fades into backing off."""
+        """Go on letting go: the gripper opens, the push fades into backing off.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         attempt, leaf = self.attempt, self.attempt.leaf
         failed, scale = bool(attempt.failure), attempt.model.scale
         if self._let_go_at is None:
@@ -109,7 +122,11 @@ class Release(MissionPhase):
         return setpoint, self._out(spent >= lasts)
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The vehicle leaves."""
+        """The retreat: the vehicle leaves.
+
+        Args:
+            estimate: What is known now.
+        """
         return Next(Phase.RETREAT, f"release took longer than {self.longest:g} s")
 
     def _rest_in_gripper(self, estimate: Estimate) -> tuple[Setpoint, Then]:

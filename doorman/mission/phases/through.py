@@ -37,7 +37,16 @@ class Through(MissionPhase):
         self._way = [self.glide.position, *self._passage.around, self._passage.entrance, self._passage.exit]
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Fly on."""
+        """Fly on through the doorway.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         passage, position = self._passage, estimate.position
         if self.attempt.aborted:
             self._way = [passage.entrance if passage.into(position) < 0.0 else passage.exit]
@@ -53,7 +62,11 @@ class Through(MissionPhase):
         return setpoint, Next(Phase.DONE, self.attempt.failure) if over else None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
-        """The vehicle hovers where it is."""
+        """The end: the vehicle hovers where it is.
+
+        Args:
+            estimate: What is known now.
+        """
         reason = f"through took longer than {self.longest:g} s"
         self.attempt.failure = self.attempt.failure or reason
         return Next(Phase.DONE, reason)

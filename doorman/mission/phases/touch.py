@@ -47,24 +47,41 @@ class Touch(MissionPhase):
 
     @property
     def closes_gripper(self) -> bool:
-        """Once the tip has met the leaf."""
+        """Whether the tip has met the leaf."""
         return self.attempt.grips and self._touched_at is not None
 
     @property
     def guarded(self) -> bool:
-        """For a push only."""
+        """Whether the tip only pushes."""
         return not self.attempt.grips
 
     def holds(self, now: float) -> bool:
-        """Once the tug has turned the force round."""
+        """Whether the tug has turned the force round.
+
+        Args:
+            now: Time [s].
+        """
         return self._touched_at is not None and now - self._touched_at >= _PRESSING + _TURNING_ROUND
 
     def searches(self, now: float) -> bool:
-        """Until the tip has met the leaf."""
+        """Whether the tip has not met the leaf yet.
+
+        Args:
+            now: Time [s].
+        """
         return self._touched_at is None
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
-        """Move, press, tug; the opening follows."""
+        """Move, press, tug; the opening follows.
+
+        Args:
+            estimate: What is known now.
+            body_rates: Ω, shape (3,), body frame [rad/s].
+            time_step: Since the last tick [s].
+
+        Returns:
+            Setpoint, and what follows.
+        """
         self._feel(estimate)
         attempt, leaf = self.attempt, self.attempt.leaf
         then: Then = None

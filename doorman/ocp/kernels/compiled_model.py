@@ -45,7 +45,11 @@ class CompiledModel(FunctionTable):
         return self._handle.content
 
     def replace(self, content: Any) -> None:
-        """Hold another model of the same type."""
+        """Hold another model of the same type.
+
+        Args:
+            content: The new model.
+        """
         self._handle.replace(content)
 
     def _address(self, name: str, kinds: tuple[Any, ...]) -> int:

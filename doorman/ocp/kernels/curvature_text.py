@@ -117,5 +117,9 @@ def _sum(prices: Any, rows: Any) -> Any:
 
 
 def prices_of(expressions: Expressions) -> int:
-    """How many multipliers of rows the kernels read."""
+    """Number of multipliers of rows that the kernels read: those of h, h_N and g.
+
+    Args:
+        expressions: Of the problem.
+    """
     return int(expressions.rows.numel() + expressions.end_rows.numel() + expressions.input_rows.numel())

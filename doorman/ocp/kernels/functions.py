@@ -57,7 +57,14 @@ def implement(function: Callable[..., Any], model: type) -> Callable[[Kernel], K
 
 
 def default(function: Callable[..., Any]) -> Callable[[Kernel], Kernel]:
-    """Register a kernel as one of the functions below for every model that has none of its own."""
+    """Register a kernel as one of the functions below for every model that has none of its own.
+
+    Args:
+        function: One of this module.
+
+    Returns:
+        A decorator of the kernel, which it returns.
+    """
 
     def register(kernel: Kernel) -> Kernel:
         _defaults[function.__name__] = kernel
@@ -67,7 +74,12 @@ def default(function: Callable[..., Any]) -> Callable[[Kernel], Kernel]:
 
 
 def is_implemented(function: Callable[..., Any], model: type) -> bool:
-    """Whether a type of model has a kernel of its own for a function of this module."""
+    """Whether a type of model has a kernel of its own for a function of this module.
+
+    Args:
+        function: One of this module.
+        model: Type of the model.
+    """
     return (function.__name__, model) in _implementations
 
 
@@ -145,7 +157,12 @@ def _checked(name: str, given: Any, expected: Any, returns: Any) -> Any:
 
 
 def at_node(model: Any, k: int) -> Any:
-    """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for it."""
+    """The model as node k sees it: itself, or what a model whose numbers change along the horizon has for that node.
+
+    Args:
+        model: The model.
+        k: Node, 0 … N.
+    """
     choose = _implementations.get(("at_node", _type_of(model)))
     return model if choose is None else choose(_content_of(model), k)
 
@@ -161,73 +178,154 @@ def _compiled_at_node(model: Any, k: Any) -> Any:
 
 @_compiled(1, 1, 1)
 def step(model: Any, x: Array, u: Array, out: Array) -> None:
-    """Discrete dynamics, x⁺ = f(x, u), into `out` (nx,)."""
+    """Discrete dynamics, x⁺ = f(x, u).
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        u: Input, shape (nu,).
+        out: x⁺, shape (nx,), filled.
+    """
     _kernel_of("step", _type_of(model))(model, x, u, out)
 
 
 @_compiled(1, 1, 2)
 def linearize_step(model: Any, x: Array, u: Array, jacobian: Array) -> None:
-    """Jacobian [A | B] of `step` into `jacobian` (nx, nx + nu)."""
+    """Jacobian [A | B] of `step`.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        u: Input, shape (nu,).
+        jacobian: [A | B], shape (nx, nx + nu), filled.
+    """
     _kernel_of("linearize_step", _type_of(model))(model, x, u, jacobian)
 
 
 @_compiled(1, 1)
 def constrain(model: Any, x: Array, h: Array) -> None:
-    """Constraints h(x) ≤ 0 of every state after the first, into `h` (nh,)."""
+    """Constraints h(x) ≤ 0 of every state after the first.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        h: Shape (nh,), filled.
+    """
     _kernel_of("constrain", _type_of(model))(model, x, h)
 
 
 @_compiled(1, 1, 2)
 def linearize_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
-    """Constraints of a state into `h` (nh,) and their Jacobian into `jacobian` (nh, nx)."""
+    """Constraints h(x) ≤ 0 of a state, and their Jacobian.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        h: Shape (nh,), filled.
+        jacobian: ∂h/∂x, shape (nh, nx), filled.
+    """
     _kernel_of("linearize_constraints", _type_of(model))(model, x, h, jacobian)
 
 
 @_compiled(1, 1, 1)
 def constrain_input(model: Any, x: Array, u: Array, g: Array) -> None:
-    """Mixed constraints g(x, u) ≤ 0 of every node but the last, into `g` (ng,)."""
+    """Mixed constraints g(x, u) ≤ 0 of every node but the last.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        u: Input, shape (nu,).
+        g: Shape (ng,), filled.
+    """
     _kernel_of("constrain_input", _type_of(model))(model, x, u, g)
 
 
 @_compiled(1, 1, 1, 2)
 def linearize_input_constraints(model: Any, x: Array, u: Array, g: Array, jacobian: Array) -> None:
-    """Mixed constraints into `g` (ng,) and their Jacobian [g_x | g_u] into `jacobian` (ng, nx + nu)."""
+    """Mixed constraints g(x, u) ≤ 0, and their Jacobian.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        u: Input, shape (nu,).
+        g: Shape (ng,), filled.
+        jacobian: [g_x | g_u], shape (ng, nx + nu), filled.
+    """
     _kernel_of("linearize_input_constraints", _type_of(model))(model, x, u, g, jacobian)
 
 
 @_compiled(1, 1)
 def constrain_end(model: Any, x: Array, h: Array) -> None:
-    """Constraints of the last state only, h(x_N) ≤ 0, into `h` (nt,)."""
+    """Constraints h_N(x_N) ≤ 0 of the last state only.
+
+    Args:
+        model: The model.
+        x: x_N, shape (nx,).
+        h: Shape (nt,), filled.
+    """
     _kernel_of("constrain_end", _type_of(model))(model, x, h)
 
 
 @_compiled(1, 1, 2)
 def linearize_end_constraints(model: Any, x: Array, h: Array, jacobian: Array) -> None:
-    """Constraints of the last state into `h` (nt,) and their Jacobian into `jacobian` (nt, nx)."""
+    """Constraints h_N(x_N) ≤ 0 of the last state, and their Jacobian.
+
+    Args:
+        model: The model.
+        x: x_N, shape (nx,).
+        h: Shape (nt,), filled.
+        jacobian: ∂h_N/∂x, shape (nt, nx), filled.
+    """
     _kernel_of("linearize_end_constraints", _type_of(model))(model, x, h, jacobian)
 
 
 @_compiled(1, 1, returns=types.float64)
 def stage_cost(model: Any, x: Array, u: Array) -> float:
-    """Cost of a node on top of the quadratic one: a number, already times Δt."""
+    """Cost of a node on top of the quadratic one, already times Δt.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        u: Input, shape (nu,).
+    """
     return float(_kernel_of("stage_cost", _type_of(model))(model, x, u))
 
 
 @_compiled(1, 1, 1, 2)
 def expand_stage_cost(model: Any, x: Array, u: Array, gradient: Array, hessian: Array) -> None:
-    """Gradient (nx + nu,) and positive semidefinite Hessian (nx + nu, nx + nu) of `stage_cost`, or Gauss and Newton's."""
+    """Gradient and positive semidefinite Hessian of `stage_cost`, or the Gauss-Newton Hessian.
+
+    Args:
+        model: The model.
+        x: State, shape (nx,).
+        u: Input, shape (nu,).
+        gradient: By [x, u], shape (nx + nu,), filled.
+        hessian: Shape (nx + nu, nx + nu), filled.
+    """
     _kernel_of("expand_stage_cost", _type_of(model))(model, x, u, gradient, hessian)
 
 
 @_compiled(1, returns=types.float64)
 def end_cost(model: Any, x: Array) -> float:
-    """Cost of the last state on top of the quadratic one."""
+    """Cost of the last state on top of the quadratic one.
+
+    Args:
+        model: The model.
+        x: x_N, shape (nx,).
+    """
     return float(_kernel_of("end_cost", _type_of(model))(model, x))
 
 
 @_compiled(1, 1, 2)
 def expand_end_cost(model: Any, x: Array, gradient: Array, hessian: Array) -> None:
-    """Gradient (nx,) and positive semidefinite Hessian (nx, nx) of `end_cost`, or Gauss and Newton's."""
+    """Gradient and positive semidefinite Hessian of `end_cost`, or the Gauss-Newton Hessian.
+
+    Args:
+        model: The model.
+        x: x_N, shape (nx,).
+        gradient: By x, shape (nx,), filled.
+        hessian: Shape (nx, nx), filled.
+    """
     _kernel_of("expand_end_cost", _type_of(model))(model, x, gradient, hessian)
 
 
@@ -250,7 +348,13 @@ def linearize_horizon(
 
 @_compiled(2, 2)
 def constrain_horizon(model: Any, states: Array, rows: Array) -> None:
-    """Values of h at all nodes 1 … N at once, from X (N + 1, nx) into `rows` (N, nh)."""
+    """Constraints h(x) of all nodes 1 … N at once.
+
+    Args:
+        model: The model.
+        states: X, shape (N + 1, nx).
+        rows: Values of h, shape (N, nh), filled.
+    """
     _kernel_of("constrain_horizon", _type_of(model))(model, states, rows)
 
 

@@ -44,7 +44,12 @@ def _name_of(text: str) -> str:
 
 
 def remade(text: str, *numbers: Any) -> Any:
-    """The model of a generated module with these numbers, in another process perhaps."""
+    """The model of a generated module with these numbers, also in another process.
+
+    Args:
+        text: Of the module.
+        *numbers: Arguments of its `Model.of`.
+    """
     return load(text).Model.of(*numbers)
 
 

@@ -17,7 +17,7 @@ Method = Literal["differences", "complex step"]
 _FIRST = 6e-6
 """Relative step of a central difference: the cube root of the rounding error."""
 _SECOND = 1e-4
-"""The same where differences are differenced again: its fourth root."""
+"""Relative step where differences are differenced again: the fourth root of the rounding error."""
 _TINY = 1e-30
 """Complex steps lose no digits however small they are."""
 _DOMAIN = 1e6
@@ -161,6 +161,11 @@ class CheckedFunction:
 def count(function: Function, name: str, *arguments: Array) -> int:
     """Number of values that a function returns.
 
+    Args:
+        function: Called with copies of the arguments.
+        name: Of the function, for the error.
+        *arguments: A state, shape (nx,), or a state and an input, shape (nu,).
+
     Raises:
         DimensionError: if it returns something else than a vector of numbers, or a number.
     """
@@ -172,10 +177,15 @@ def count(function: Function, name: str, *arguments: Array) -> int:
 
 
 def numbers(returned: Any, name: str, allowed: str) -> NDArray[Any]:
-    """What a function has returned as an array of floats, or of complex numbers.
+    """What a function has returned, as an array of floats or of complex numbers.
+
+    Args:
+        returned: By the function.
+        name: Of the function, for the error.
+        allowed: What it should return, for the error.
 
     Raises:
-        DimensionError: if it is none, as where a `return` is missing.
+        DimensionError: if it is no array of numbers, as where a `return` is missing.
     """
     try:
         values = np.asarray(returned)

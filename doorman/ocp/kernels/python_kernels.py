@@ -103,7 +103,7 @@ class PythonKernels(_Address):
     callback: Callback
 
     def _separate(self) -> PythonKernels:
-        """The same functions, with failures of their own."""
+        """A model of these functions, with failures of its own."""
         return kernels_of(self.callback.separate())
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -121,11 +121,15 @@ class PythonKernels(_Address):
 
 
 class PythonKernelsWithCost(PythonKernels):
-    """The same with a cost of its own: another type, as its kernels ask for the cost."""
+    """Kernels with a cost of their own: another type, as these ask for the cost."""
 
 
 def kernels_of(callback: Callback) -> PythonKernels:
-    """Model that keeps a callback alive."""
+    """Model for the compiled solvers that keeps a callback alive.
+
+    Args:
+        callback: What the kernels call.
+    """
     own_cost = "stage_cost" in callback.checked or "end_cost" in callback.checked
     model = (PythonKernelsWithCost if own_cost else PythonKernels)(callback.address)
     model.callback = callback

@@ -13,7 +13,7 @@ Indices = NDArray[np.int64]
 LANES = 8
 """Nodes side by side."""
 WIDTH = (0,) * LANES
-"""The same as kernels take it: a tuple of that length."""
+"""Number of lanes as kernels take it: the length of a tuple."""
 
 _SWEEPS = 30
 _SMALL = 1e-14
@@ -23,7 +23,11 @@ _SMALL = 1e-14
 def gather(rows: Array, first: int, stop: int, lanes: Array) -> None:
     """Rows from `first` to before `stop` into lanes, as many as there are; the last one again where there are no more.
 
-    Of longer rows, the first entries.
+    Args:
+        rows: One row for each node, shape (n, ≥ m); of longer rows the first m entries count.
+        first: Index of the first row.
+        stop: Index behind the last row.
+        lanes: Shape (m, LANES), filled.
     """
     for side in range(LANES):
         k = min(first + side, stop - 1)
@@ -33,7 +37,14 @@ def gather(rows: Array, first: int, stop: int, lanes: Array) -> None:
 
 @kernel
 def spread(values: Array, lanes: Array) -> None:
-    """The same node into every lane: as fast as one alone, and the kernels for lanes are compiled anyway."""
+    """One node into every lane.
+
+    That is as fast as one lane alone, and the kernels for lanes are compiled anyway.
+
+    Args:
+        values: Of the node, shape (m,).
+        lanes: Shape (m, LANES), filled.
+    """
     for i in range(values.shape[0]):
         for side in range(LANES):
             lanes[i, side] = values[i]
@@ -41,7 +52,15 @@ def spread(values: Array, lanes: Array) -> None:
 
 @kernel
 def put_slopes(out: Array, first: int, rows: Indices, columns: Indices, jacobian: Array) -> None:
-    """Nonzeros of a Jacobian from the first lane, from place `first` on."""
+    """Nonzeros of a Jacobian from the first lane into a full matrix.
+
+    Args:
+        out: What a kernel for lanes wrote, shape (≥ first + nnz, LANES).
+        first: Place of the first nonzero in `out`.
+        rows: Of the nonzeros, shape (nnz,).
+        columns: Of the nonzeros, shape (nnz,).
+        jacobian: Shape of the Jacobian, filled.
+    """
     jacobian[:, :] = 0.0
     for i in range(rows.shape[0]):
         jacobian[rows[i], columns[i]] = out[first + i, 0]
@@ -49,7 +68,13 @@ def put_slopes(out: Array, first: int, rows: Indices, columns: Indices, jacobian
 
 @kernel
 def scatter_values(out: Array, first: int, rows: Array) -> None:
-    """Values of h from lanes."""
+    """Values of h from lanes into one row for each node.
+
+    Args:
+        out: What a kernel for lanes wrote, shape (≥ nh, LANES).
+        first: Row of the first lane.
+        rows: Shape (n, nh); rows from `first` on are filled, as many as there are lanes.
+    """
     for side in range(min(LANES, rows.shape[0] - first)):
         for i in range(rows.shape[1]):
             rows[first + side, i] = out[i, side]
@@ -59,7 +84,17 @@ def scatter_values(out: Array, first: int, rows: Array) -> None:
 def scatter_curvature(
     out: Array, first: int, stop: int, rows: Indices, columns: Indices, gradients: Array, hessians: Array
 ) -> None:
-    """Gradients, and behind them the nonzeros of symmetric Hessians' lower halves, from lanes."""
+    """Gradients and symmetric Hessians from lanes; the nonzeros of the lower halves stand behind the gradients.
+
+    Args:
+        out: What a kernel for lanes wrote, shape (≥ nz + nnz, LANES).
+        first: Node of the first lane.
+        stop: Node behind the last one.
+        rows: Of the nonzeros, shape (nnz,).
+        columns: Of the nonzeros, shape (nnz,).
+        gradients: Shape (N + 1, nz); those of the lanes' nodes are filled.
+        hessians: Shape (N + 1, nz, nz); those of the lanes' nodes are filled.
+    """
     size = gradients.shape[1]
     for side in range(min(LANES, stop - first)):
         k = first + side

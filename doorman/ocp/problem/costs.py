@@ -97,7 +97,14 @@ class QuadraticCost(OneLine):
 
 
 def diagonal(weights: Array) -> Array:
-    """Diagonal of weights that are one, or a matrix."""
+    """Diagonal of weights that are given as a diagonal or as a matrix.
+
+    Args:
+        weights: Shape (n,) or (n, n).
+
+    Returns:
+        Shape (n,).
+    """
     return np.diag(weights) if weights.ndim == 2 else weights
 
 

@@ -29,7 +29,14 @@ class Bounds(OneLine):
     """Shape (nu,)."""
 
     def of_sizes(self, nx: int, nu: int) -> Bounds:
-        """The same with arrays of full length, checked.
+        """These bounds with checked arrays of full length.
+
+        Args:
+            nx: Number of states.
+            nu: Number of inputs.
+
+        Returns:
+            Read-only arrays; an end that is not given is ±∞.
 
         Raises:
             DimensionError: if an array has the wrong length or holds NaN, or a lower bound lies above the upper one.

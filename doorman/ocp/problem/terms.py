@@ -50,7 +50,7 @@ class Constraint:
             raise SolverError("not a scale", field=f"{self.name}.scale", given=self.scale, allowed="> 0, finite")
 
     def rows(self, expression: Any, column: Callable[[str, Any], Any]) -> list[Row]:
-        """One-sided rows and equalities.
+        """One-sided rows and equalities of this constraint.
 
         Args:
             expression: This one, as a column.

@@ -14,7 +14,11 @@ Array = NDArray[np.float64]
 
 
 def checked_budget(max_iterations: int, time_limit: float) -> int:
-    """Number of iterations as kernels take it.
+    """Number of iterations as kernels take it, after a check of both budgets.
+
+    Args:
+        max_iterations: Positive integer.
+        time_limit: [s], ∞ without a limit.
 
     Raises:
         DimensionError: if it is no integer, or a budget is not positive.
@@ -25,7 +29,16 @@ def checked_budget(max_iterations: int, time_limit: float) -> int:
 
 
 def copy_checked(field: str, values: ArrayLike, out: Array) -> None:
-    """Numbers of the same shape, finite, into an array."""
+    """Copy finite numbers into an array of their shape.
+
+    Args:
+        field: Name of the argument, for the error.
+        values: Numbers.
+        out: Filled.
+
+    Raises:
+        DimensionError: if the shape is another, or a number is not finite.
+    """
     given = numbers(values, field)
     if given.shape != out.shape:
         raise DimensionError("wrong shape", field=field, given=given.shape, allowed=str(out.shape))
@@ -35,7 +48,14 @@ def copy_checked(field: str, values: ArrayLike, out: Array) -> None:
 
 
 def read_only(array: Array) -> Array:
-    """A copy that cannot be written to."""
+    """A copy that cannot be written to.
+
+    Args:
+        array: Of any shape.
+
+    Returns:
+        In the array's shape.
+    """
     copy = array.copy()
     copy.setflags(write=False)
     return copy

@@ -277,7 +277,7 @@ class Hybrid(Replanner):
             guess.aim_straight(self._memory)
 
     def _begin(self, state: Array) -> bool:
-        """The same with one iteration: a kernel that begins and does nothing else is not needed."""
+        """Begin with one iteration: a kernel that begins and does nothing else is not needed."""
         return self._attempt(state, 1, 0.0) != cold_start.INVALID_START
 
     def _compile(self) -> None:

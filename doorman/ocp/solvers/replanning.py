@@ -55,9 +55,9 @@ class Replanner(Cddp):
     ) -> tuple[PlanStatus, int]:
         """Next plan of a controller: `follow`, and `aim_anew` where the last trajectory is no guess any more.
 
-        That is so after a jump of state, goal or parameters, where nothing usable comes of following, and where the rollout
-        costs a fifth more than the last one and than the iteration expects, also if it is followed once more. Without a
-        trajectory to follow it is a solve from the input goal.
+        That is so after a jump of state, goal or parameters, and where nothing usable comes of following. It is so, too, where
+        the rollout costs a fifth more than the last one and than the iteration expects, also if it is followed once more.
+        Without a trajectory to follow it is a solve from the input goal.
 
         Args:
             state: First state, shape (nx,).
@@ -141,7 +141,7 @@ class Replanner(Cddp):
         return followed, iterations
 
     def _aim(self, state: Array, max_iterations: int, time_limit: float) -> tuple[PlanStatus, int]:
-        """The same without a trajectory to fall back on."""
+        """Solve without a trajectory to fall back on."""
         deadline = time.monotonic() + time_limit
         share = max(max_iterations // 2, 1)
         first, iterations = self.run(state, self._last_inputs, max_iterations=share, time_limit=time_limit)
@@ -247,7 +247,11 @@ class Replanner(Cddp):
         return float(result[RESULT.VIOLATION]), int(result[RESULT.NODE]), int(result[RESULT.ROW])
 
     def worst_rows(self) -> Array:
-        """Largest value of every row along the last trajectory, in the order of `Problem.constraint_names`."""
+        """Largest value of every row along the last trajectory, in the order of `Problem.constraint_names`.
+
+        Returns:
+            Shape (rows,), each in the row's unit; positive where it is violated.
+        """
         nominal = self._work.nominal
         return np.concatenate([nominal.rows.max(axis=0), nominal.input_rows.max(axis=0), nominal.end_rows])
 

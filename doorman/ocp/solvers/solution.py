@@ -104,12 +104,12 @@ class Solution(OneLine):
 
     @property
     def solve_time(self) -> float:
-        """Of the whole solve [s]."""
+        """Time of the whole solve [s]."""
         return self.timings.total
 
     @property
     def max_violation(self) -> float:
-        """The same as `violation`."""
+        """Largest violated row or bound at any node, `violation` [the row's unit]."""
         return self.violation
 
     @property
@@ -146,7 +146,12 @@ class Solution(OneLine):
 
 
 def row_name(problem: Problem, row: int) -> str:
-    """Name of a row: of h, h_N and g in this order, then of the finite bounds as in `workspace.Program`."""
+    """Name of a row.
+
+    Args:
+        problem: The problem.
+        row: Index among the rows of h, h_N and g in this order, and then of the finite bounds as in `workspace.Program`.
+    """
     nh, ng, nt = problem.n_constraints, problem.n_input_constraints, problem.n_end_constraints
     if row < nh + nt + ng:
         order = [*range(nh), *range(nh + ng, nh + ng + nt), *range(nh, nh + ng)]  # names are of h, g and h_N

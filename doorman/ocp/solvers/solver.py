@@ -148,7 +148,15 @@ class Solver(Engine):
         max_iterations: int = DEFAULT_ITERATIONS,
         time_limit: float = math.inf,
     ) -> tuple[PlanStatus, int]:
-        """The same from a checked, contiguous state; the result stays in the solver's memory.
+        """Solve from a checked, contiguous state, and leave the result in the solver's memory. See `solve`.
+
+        Args:
+            state: x_0, shape (nx,).
+            inputs: First guess of U, shape (N, nu).
+            states: First guess of X, shape (N + 1, nx), or a way to make one.
+            multipliers: First guess of the multipliers.
+            max_iterations: Budget of iterations.
+            time_limit: Budget of time [s].
 
         Returns:
             How it ended, and the number of iterations.

@@ -84,7 +84,11 @@ class Teller:
         return code
 
     def tell(self, phase: Phase, iteration: int | None = None) -> None:
-        """Tell of the iteration that has just ended.
+        """Tell the callback of the iteration that has just ended.
+
+        Args:
+            phase: Of the solve.
+            iteration: Within the phase, from 1; by default the number in `result`.
 
         Raises:
             Stopped: if the callback ends the solve.

@@ -148,17 +148,17 @@ class WholeBodyTask:
 
     @cached_property
     def center_of_mass(self) -> Any:
-        """Of vehicle and arm, c in the body, (3, 1) [m]; O_B itself where the arm has no mass."""
+        """Centre of mass c of vehicle and arm, (3, 1), body frame [m]; O_B itself where the arm has no mass."""
         return ca.SX(3, 1) if self._bodies is None else self._bodies.center
 
     @cached_property
     def tip(self) -> Any:
-        """p_t, (3, 1) [m]."""
+        """Place p_t of the tip, (3, 1) [m]."""
         return self.position + self.rotation @ self.tip_in_body
 
     @cached_property
     def tip_velocity(self) -> Any:
-        """(3, 1) [m/s]."""
+        """Velocity of the tip, (3, 1) [m/s]."""
         moved = ca.jtimes(self.tip_in_body, self.arm_angles, self.arm_rates)
         turned = ca.cross(body_rates(self.attitude, self.attitude_rates), self.tip_in_body)
         return self.velocity + self.rotation @ (turned + moved)
@@ -185,22 +185,22 @@ class WholeBodyTask:
 
     @cached_property
     def place(self) -> Any:
-        """Of the tip on the face relative to the contact point, along and up, (2, 1) [m]."""
+        """Place of the tip on the face relative to the contact point, along and up, (2, 1) [m]."""
         return ca.vertcat(ca.dot(self.along, self.off_place), ca.dot(self.up_the_face, self.off_place))
 
     @cached_property
     def depth(self) -> Any:
-        """δ, positive where the tip is in the face [m]."""
+        """Depth δ, positive where the tip is in the face [m]."""
         return -ca.dot(self.normal, self.off_place)
 
     @cached_property
     def slip_velocity(self) -> Any:
-        """V of the tip relative to the face, (3, 1) [m/s]."""
+        """Velocity v of the tip relative to the face, (3, 1) [m/s]."""
         return self.tip_velocity - self.mechanism.lever(self.tip) * self.joint_rate
 
     @cached_property
     def closing_speed(self) -> Any:
-        """δ̇ [m/s]."""
+        """Closing speed δ̇ of tip and face [m/s]."""
         return -ca.dot(self.normal, self.slip_velocity)
 
     @cached_property
@@ -251,7 +251,7 @@ class WholeBodyTask:
 
     @property
     def contact_yaw_torque(self) -> Any:
-        """Of the mechanism on the vehicle about the vertical through its centre of mass [N m]."""
+        """Torque of the mechanism on the vehicle about the vertical through its centre of mass [N m]."""
         return self._contact_torque[2]
 
     @property
@@ -261,7 +261,7 @@ class WholeBodyTask:
 
     @cached_property
     def rates_of_change(self) -> Any:
-        """[V̇, Φ̈, q̈], (7, 1)."""
+        """Accelerations [V̇, Φ̈, q̈], (7, 1)."""
         vehicle, joint = self.of["vehicle"], self.of["mechanism"]
         weight = ca.vertcat(0, 0, vehicle.mass * GRAVITY)
         rotors = self.thrust * self.rotation[:, 2] + self.rotation[:, :2] @ self.side_force
@@ -324,12 +324,12 @@ class WholeBodyTask:
 
     @cached_property
     def opening_rate(self) -> Any:
-        """q̇ towards the goal [rad/s or m/s]."""
+        """Rate q̇ towards the goal [rad/s or m/s]."""
         return self.of["mechanism"].sense * self.joint_rate
 
     @cached_property
     def to_go(self) -> Any:
-        """From q to the goal, positive before it [rad or m]."""
+        """Way from q to the goal, positive before it [rad or m]."""
         return self.of["mechanism"].sense * (self.of["reference"].joint - self.joint)
 
     @cached_property
@@ -360,12 +360,12 @@ class WholeBodyTask:
 
     @property
     def door_angle(self) -> Any:
-        """α, by its name in other door tasks [rad]."""
+        """Angle α, by its name in other door tasks [rad]."""
         return self.joint
 
     @property
     def door_rate(self) -> Any:
-        """α̇, by its name in other door tasks [rad/s]."""
+        """Rate α̇, by its name in other door tasks [rad/s]."""
         return self.joint_rate
 
     def names(self) -> list[str]:
@@ -382,7 +382,11 @@ class WholeBodyTask:
 
 
 def constraints(task: WholeBodyTask) -> list[Constraint]:
-    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`)."""
+    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`).
+
+    Args:
+        task: The task in symbols.
+    """
     limits = task.of["limits"]
     stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
     rows = [
@@ -404,7 +408,11 @@ def constraints(task: WholeBodyTask) -> list[Constraint]:
 
 
 def residuals(task: WholeBodyTask) -> list[Residual]:
-    """What the plan is drawn to; with weight 0, not at all."""
+    """Residuals that a plan keeps small; one of weight 0 counts for nothing.
+
+    Args:
+        task: The task in symbols.
+    """
     goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
     off_goal = task.joint - goes.joint
     approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)

@@ -294,7 +294,14 @@ def turned_by(model: Model, attitude: Array, arm_angles: Array, force: Array) ->
 
 
 def tilt_stiffness(model: Model) -> Array:
-    """Torque about the body's x and y axis per radian with which the vehicle's attitude loop answers, shape (2,) [N m/rad]."""
+    """Torque with which the vehicle's attitude loop answers a tilt about the body's x and y axis [N m/rad].
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        Shape (2,), body frame.
+    """
     return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])
 
 

@@ -55,6 +55,9 @@ class Alignment:
 
         Args:
             time: Shape (m,) [s].
+
+        Returns:
+            Shape (m,) [s].
         """
         return time + self.offset
 

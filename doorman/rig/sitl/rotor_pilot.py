@@ -42,7 +42,15 @@ def listener(kind: socket.SocketKind, port: int) -> socket.socket:
 
 
 def specific_force(last: Truth, truth: Truth) -> Array:
-    """What accelerometers feel between two states, shape (3,), body frame [m/s²]."""
+    """Acceleration that accelerometers feel between two states, gravity included.
+
+    Args:
+        last: The earlier state.
+        truth: The later one.
+
+    Returns:
+        Shape (3,), body frame [m/s²].
+    """
     acceleration = (truth.velocity - last.velocity) / (truth.time - last.time)
     return np.asarray(rotation_body_to_world(truth.attitude).T @ (acceleration + [0.0, 0.0, GRAVITY]))
 

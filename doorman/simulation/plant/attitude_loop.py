@@ -101,9 +101,16 @@ class AttitudeParameters(NamedTuple):
 
 @kernel
 def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, float]:
-    """Rotation from an attitude to the desired one, in the body: two components of tilt, one of turn, as 2 sin(angle/2).
+    """Rotation from an attitude to the desired one: two components of tilt and one of turn, as 2 sin(angle/2).
 
     Quaternions are [w, x, y, z], body to world, shape (4,).
+
+    Args:
+        quaternion: [w, x, y, z], body to world, shape (4,).
+        desired: [w, x, y, z], body to world, shape (4,).
+
+    Returns:
+        About the body's x, y and z axis.
     """
     a, b, c, d = quaternion[0], -quaternion[1], -quaternion[2], -quaternion[3]
     e, f, g, h = desired[0], desired[1], desired[2], desired[3]
@@ -120,7 +127,14 @@ def attitude_error(quaternion: Array, desired: Array) -> tuple[float, float, flo
 
 @kernel
 def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desired: Array) -> None:
-    """Fill `p.torque` from attitude (4,), body rates (3,) and desired attitude (4,)."""
+    """Torque τ of the loop, into `p.torque`.
+
+    Args:
+        p: Numbers and memory of the loop.
+        quaternion: [w, x, y, z], body to world, shape (4,).
+        rates: Ω, shape (3,), body frame [rad/s].
+        desired: [w, x, y, z], body to world, shape (4,).
+    """
     errors = attitude_error(quaternion, desired)
     for k in range(3):
         limit = p.gains[4, k]
@@ -141,7 +155,12 @@ def attitude_torque(p: AttitudeParameters, quaternion: Array, rates: Array, desi
 
 @kernel
 def integrate_rate_error(p: AttitudeParameters, achieved: Array) -> None:
-    """Advance the integral after the mixer made `achieved` = [f_t, τ], shape (4,)."""
+    """Advance the integral z by one period, after the mixer has shared the torque out.
+
+    Args:
+        p: Numbers and memory of the loop.
+        achieved: [f_t, τ] that the mixer made, shape (4,), body frame [N, N m].
+    """
     for k in range(3):
         missing = p.torque[k] - achieved[k + 1]
         if missing * p.memory[3, k] > 1e-9:

@@ -31,7 +31,13 @@ class OnboardParameters(NamedTuple):
 
 @kernel
 def quaternion_product(a: Array, b: Array, out: Array) -> None:
-    """Hamilton product of two quaternions [w, x, y, z] into `out`, all of shape (4,)."""
+    """Hamilton product a b of two quaternions [w, x, y, z].
+
+    Args:
+        a: Shape (4,).
+        b: Shape (4,).
+        out: Shape (4,), filled; neither `a` nor `b`.
+    """
     out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
     out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
     out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
@@ -40,7 +46,13 @@ def quaternion_product(a: Array, b: Array, out: Array) -> None:
 
 @kernel
 def rotate(q: Array, v: Array, out: Array) -> None:
-    """Rotate `v` (3,) by the unit quaternion `q` (4,) into `out` (3,)."""
+    """Vector rotated by a unit quaternion.
+
+    Args:
+        q: [w, x, y, z], shape (4,).
+        v: Shape (3,).
+        out: Shape (3,), filled; not `v`.
+    """
     w, x, y, z = q[0], q[1], q[2], q[3]
     a = 2.0 * (y * v[2] - z * v[1])
     b = 2.0 * (z * v[0] - x * v[2])
@@ -52,7 +64,13 @@ def rotate(q: Array, v: Array, out: Array) -> None:
 
 @kernel
 def rotate_back(q: Array, v: Array, out: Array) -> None:
-    """Rotate `v` (3,) by the inverse of the unit quaternion `q` (4,) into `out` (3,)."""
+    """Vector rotated by the inverse of a unit quaternion.
+
+    Args:
+        q: [w, x, y, z], shape (4,).
+        v: Shape (3,).
+        out: Shape (3,), filled; not `v`.
+    """
     w, x, y, z = q[0], -q[1], -q[2], -q[3]
     a = 2.0 * (y * v[2] - z * v[1])
     b = 2.0 * (z * v[0] - x * v[2])

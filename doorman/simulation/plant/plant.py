@@ -67,7 +67,11 @@ class Plant:
         return self.hinge.joint_rate(float(self.data.qvel[self.hinge_velocity]))
 
     def shape_name(self, index: int) -> str:
-        """Name of a collision shape, without the part's prefix."""
+        """Name of a collision shape, without the prefix of vehicle or door.
+
+        Args:
+            index: Of the geometry.
+        """
         return str(self.engine_model.geom(index).name).removeprefix(VEHICLE).removeprefix(DOOR)
 
 
@@ -195,7 +199,14 @@ def _gap(mujoco: Any, plant: Plant) -> float:
 
 
 def hover_wrench(model: Model) -> Array:
-    """Thrust and torques [f_t, τ] that hold the vehicle in its start posture, shape (4,): c × f_t e₃ for its centre of mass c."""
+    """Thrust and torques that hold the vehicle in its start posture: m g and c × f_t e₃ for its centre of mass c.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        [f_t, τ], shape (4,), body frame [N, N m].
+    """
     thrust = model.vehicle.mass * GRAVITY
     center = model.vehicle.center_of_mass(model.start_arm)
     return np.array([thrust, *np.cross(center, [0.0, 0.0, thrust])])

@@ -45,7 +45,11 @@ class MixerParameters(NamedTuple):
 
     @classmethod
     def of(cls, layout: RotorLayout) -> MixerParameters:
-        """Parameters of a layout."""
+        """Parameters of a rotor layout.
+
+        Args:
+            layout: The rotors.
+        """
         m = layout.count
         inverse, side = np.ascontiguousarray(layout.inverse), np.ascontiguousarray(layout.side_inverse)
         allocation = np.ascontiguousarray(layout.allocation)
@@ -54,7 +58,16 @@ class MixerParameters(NamedTuple):
 
 @kernel
 def tilt_scale(p: MixerParameters, roll_torque: float, pitch_torque: float) -> float:
-    """Largest share of a roll and pitch torque that some thrust can carry with every rotor inside its limits."""
+    """Largest share of a roll and pitch torque that some thrust can carry with every rotor inside its limits.
+
+    Args:
+        p: Numbers and results of the mixer.
+        roll_torque: About the body's x axis [N m].
+        pitch_torque: About the body's y axis [N m].
+
+    Returns:
+        In [0, 1].
+    """
     scale = 1.0
     for i in range(p.thrusts.shape[0]):
         low = (p.inverse[i, 1] * roll_torque + p.inverse[i, 2] * pitch_torque) / p.inverse[i, 0]
@@ -68,7 +81,13 @@ def tilt_scale(p: MixerParameters, roll_torque: float, pitch_torque: float) -> f
 
 @kernel
 def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
-    """Share [f_t, τ] out among the rotors: fills `p.thrusts`, inside [0, max], and `p.achieved`."""
+    """Share [f_t, τ] out among the rotors, into `p.thrusts`, inside [0, max], and `p.achieved`.
+
+    Args:
+        p: Numbers and results of the mixer.
+        thrust: f_t [N].
+        torque: τ, shape (3,), body frame [N m].
+    """
     count = p.thrusts.shape[0]
     scale = tilt_scale(p, torque[0], torque[1])
     lowest, highest = -1e300, 1e300
@@ -96,7 +115,13 @@ def mix(p: MixerParameters, thrust: float, torque: Array) -> None:
 
 @kernel
 def add_side(p: MixerParameters, ahead: float, left: float) -> None:
-    """Add the largest share of a force along the body's x and y that leaves every rotor inside [0, max] to `p.thrusts`."""
+    """Add the largest share of a force to the side that leaves every rotor inside [0, max], to `p.thrusts`.
+
+    Args:
+        p: Numbers and results of the mixer.
+        ahead: Along the body's x axis [N].
+        left: Along the body's y axis [N].
+    """
     share = 1.0
     for i in range(p.thrusts.shape[0]):
         more = p.side_inverse[i, 0] * ahead + p.side_inverse[i, 1] * left

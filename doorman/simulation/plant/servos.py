@@ -36,7 +36,11 @@ UNLIMITED = 1e6
 
 
 def limit_or_none(limit: float) -> float:
-    """A URDF's limit of effort or velocity, where zero and infinity mean that there is none."""
+    """A limit of effort or velocity as the servos use it: `UNLIMITED` where the URDF has none.
+
+    Args:
+        limit: Of the URDF; zero and infinity mean that there is none [N m or rad/s, N or m/s].
+    """
     return float(limit) if 0.0 < limit < UNLIMITED else UNLIMITED
 
 
@@ -107,7 +111,16 @@ class ServoParameters(NamedTuple):
 
 @kernel
 def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: float, braking: float) -> float:
-    """Rate that a servo follows: what is asked, inside its rate limit, and so that it can stop at its joint's end [rad/s]."""
+    """Rate that a servo follows: the one asked for, inside its limit, and so that it can stop at the joint's end [rad/s].
+
+    Args:
+        asked: Rate that is asked for [rad/s].
+        angle: η [rad].
+        lower: Lower end of the joint [rad].
+        upper: Upper end of the joint [rad].
+        largest: Rate limit [rad/s].
+        braking: Deceleration before the ends [rad/s²].
+    """
     rate = min(max(asked, -largest), largest)
     rate = min(rate, math.sqrt(2.0 * braking * max(upper - angle, 0.0)))
     return max(rate, -math.sqrt(2.0 * braking * max(angle - lower, 0.0)))
@@ -115,7 +128,15 @@ def servo_rate(asked: float, angle: float, lower: float, upper: float, largest: 
 
 @kernel
 def servo_references(p: ServoParameters, qpos: Array, qvel: Array, asked: Array, references: Array) -> None:
-    """Fill `references` (n,) of the velocity actuators from MuJoCo's state and the rates asked for (n,)."""
+    """References of the velocity actuators, from MuJoCo's state and the rates that are asked for.
+
+    Args:
+        p: Numbers and memory of the servos.
+        qpos: MuJoCo's positions, shape (nq,).
+        qvel: MuJoCo's velocities, shape (nv,).
+        asked: Rates that are asked for, shape (n,) [rad/s or m/s].
+        references: Shape (n,), filled [rad/s or m/s].
+    """
     for j in range(p.integral.shape[0]):
         angle, rate = qpos[p.positions[j]], qvel[p.velocities[j]]
         wanted = servo_rate(asked[j], angle, p.limits[0, j], p.limits[1, j], p.limits[2, j], p.gains[2, j])

@@ -83,7 +83,7 @@ class StepParameters(NamedTuple):
 
 
 def truth_parts(n: int, m: int) -> tuple[slice, ...]:
-    """Where the parts of `StepParameters.truth` stand.
+    """Slices of `StepParameters.truth`, in the order of its parts.
 
     Args:
         n: Number of arm joints.
@@ -124,7 +124,11 @@ def take_steps(p: StepParameters, steps: int) -> int:
 
 @kernel
 def note_tip(p: StepParameters) -> None:
-    """Take in the tip's force of the last step, in which nothing else touched the vehicle."""
+    """Take the tip's force of the last step, in which nothing else touched the vehicle, into `p.tip`.
+
+    Args:
+        p: Numbers and memory of the stepping kernels.
+    """
     axes, normal, force = p.engine.leaf_axes, p.normal_in_leaf, p.tip
     touches = p.engine.contacts[1] > 0.0 or (p.engine.tied.shape[0] > 0 and p.engine.tied[0])
     along = 0.0

@@ -24,7 +24,7 @@ _WINDS_UP = 1e-3
 
 
 class DoorCatches:
-    """Of one door.
+    """What holds the leaf of one door beside its friction.
 
     Args:
         simulation: What is true.
@@ -45,12 +45,20 @@ class DoorCatches:
         return self._true.door_backlash > 0.0
 
     def friction(self, door_angle: float) -> float:
-        """Of the seal [N m]."""
+        """Friction of the seal, beside the hinge's [N m].
+
+        Args:
+            door_angle: α [rad].
+        """
         sealed = abs(self._door.opening_of(door_angle)) < self._true.door_seal_angle
         return self._true.door_seal if sealed else 0.0
 
     def torque(self, door_angle: float) -> float:
-        """Of latch, weight and play, positive for growing α [N m]; once a step."""
+        """Torque of latch, weight and play, positive for growing α; call it once a step [N m].
+
+        Args:
+            door_angle: α [rad].
+        """
         door, true = self._door, self._true
         opening = door.opening_of(door_angle)
         torque = 0.0

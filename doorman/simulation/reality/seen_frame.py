@@ -25,7 +25,7 @@ _FRAME = 3
 
 
 class SeenFrame:
-    """Of one flight.
+    """Frame in which the poses of one flight are seen.
 
     Args:
         section: Rates and sizes.
@@ -53,16 +53,37 @@ class SeenFrame:
         self._moved = self._jumped + time * self._slides
 
     def position(self, position: Array) -> Array:
-        """A position as it is seen, shape (3,) [m]."""
+        """A position as it is seen.
+
+        Args:
+            position: P, shape (3,), world frame [m].
+
+        Returns:
+            Shape (3,), seen frame [m].
+        """
         return self.velocity(position) + self._moved
 
     def velocity(self, velocity: Array) -> Array:
-        """A velocity as it is seen, shape (3,) [m/s]."""
+        """A velocity as it is seen.
+
+        Args:
+            velocity: Ṗ, shape (3,), world frame [m/s].
+
+        Returns:
+            Shape (3,), seen frame [m/s].
+        """
         x, y, z = velocity
         return np.array([self._cosine * x - self._sine * y, self._sine * x + self._cosine * y, z])
 
     def attitude(self, attitude: Array) -> Array:
-        """Roll, pitch and yaw as they are seen, shape (3,) [rad]."""
+        """An attitude as it is seen.
+
+        Args:
+            attitude: Φ, shape (3,) [rad].
+
+        Returns:
+            Roll, pitch and yaw in the seen frame, shape (3,) [rad].
+        """
         return np.asarray(attitude + np.array([0.0, 0.0, self._turned]))
 
 

@@ -85,19 +85,25 @@ class TrueThrust:
 
 
 def ground_effect(nearness: Array) -> Array:
-    """Thrust over that far from the floor, at the same power.
+    """Share of the thrust in free air that a rotor makes near the floor, at the same power.
 
     Args:
         nearness: R/z, at most 2.
+
+    Returns:
+        In the shape of `nearness`.
     """
     return np.asarray(1.0 / (1.0 - (nearness / 4.0) ** 2))
 
 
 def ceiling_effect(nearness: Array) -> Array:
-    """Thrust over that far from the ceiling, at the same power.
+    """Share of the thrust in free air that a rotor makes near the ceiling, at the same power.
 
     Args:
         nearness: R/d.
+
+    Returns:
+        In the shape of `nearness`.
     """
     return np.asarray((0.5 + 0.5 * np.sqrt(1.0 + nearness**2 / 8.0)) ** (2.0 / 3.0))
 

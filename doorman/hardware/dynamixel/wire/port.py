@@ -120,7 +120,18 @@ class SerialPort:
             return None
 
     def send(self, data: bytes, deadline: float) -> bool:
-        """Send bytes; see `Port`."""
+        """Send bytes; see `Port`.
+
+        Args:
+            data: All of them.
+            deadline: Of `time.monotonic` [s].
+
+        Returns:
+            Whether all went out in time.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
         while data:
             try:
                 data = data[os.write(self._descriptor, data) :]
@@ -135,7 +146,17 @@ class SerialPort:
         return True
 
     def receive(self, deadline: float) -> bytes:
-        """Wait for bytes; see `Port`."""
+        """Wait for bytes; see `Port`.
+
+        Args:
+            deadline: Of `time.monotonic` [s].
+
+        Returns:
+            What arrived first; nothing if nothing arrived in time.
+
+        Raises:
+            PortLost: if the device is gone.
+        """
         try:
             if not self._events.poll(_milliseconds(deadline)):
                 return b""

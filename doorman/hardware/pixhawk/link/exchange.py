@@ -59,21 +59,36 @@ class Exchange:
         return self._count
 
     def post_acknowledgement(self, command: int, result: int) -> None:
-        """From the thread of the link."""
+        """Post a COMMAND_ACK; called by the thread of the link.
+
+        Args:
+            command: MAV_CMD.
+            result: MAV_RESULT.
+        """
         with self._condition:
             self._count += 1
             self._acknowledgements.append(Acknowledgement(self._count, command, result))
             self._condition.notify_all()
 
     def post_parameter(self, name: str, value: float, kind: int) -> None:
-        """From the thread of the link."""
+        """Post a PARAM_VALUE; called by the thread of the link.
+
+        Args:
+            name: Of the parameter.
+            value: Field of the message.
+            kind: MAV_PARAM_TYPE.
+        """
         with self._condition:
             self._count += 1
             self._parameters[name] = ParameterValue(self._count, value, kind)
             self._condition.notify_all()
 
     def post_text(self, text: StatusText) -> None:
-        """From the thread of the link."""
+        """Post a STATUSTEXT; called by the thread of the link.
+
+        Args:
+            text: The message.
+        """
         with self._condition:
             self._texts.append(text)
 
@@ -90,18 +105,33 @@ class Exchange:
             self._texts.clear()
 
     def acknowledgement(self, command: int, after: int) -> Acknowledgement | None:
-        """Newest acknowledgement of a command with a number beyond `after`."""
+        """Newest acknowledgement of a command after a question; None if there is none.
+
+        Args:
+            command: MAV_CMD.
+            after: `count` as the question was asked.
+        """
         with self._condition:
             matching = [one for one in self._acknowledgements if one.command == command and one.number > after]
         return matching[-1] if matching else None
 
     def parameter(self, name: str, after: int) -> ParameterValue | None:
-        """Value of a parameter received with a number beyond `after`."""
+        """Value of a parameter that came after a question; None if none came.
+
+        Args:
+            name: Of the parameter.
+            after: `count` as the question was asked.
+        """
         found = self._parameters.get(name)
         return found if found is not None and found.number > after else None
 
     def texts(self, since: float, severity: int = 7) -> list[str]:
-        """Texts since a time, of a MAV_SEVERITY or worse, without repetitions."""
+        """Texts since a time, without repetitions.
+
+        Args:
+            since: On this computer's monotonic clock [s].
+            severity: MAV_SEVERITY; less severe texts are left out.
+        """
         with self._condition:
             return list(
                 dict.fromkeys(one.text for one in self._texts if one.time >= since and one.severity <= severity)

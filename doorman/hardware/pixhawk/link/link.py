@@ -100,13 +100,17 @@ class Link:
 
     @property
     def known_dialect(self) -> Dialect:
-        """Of the autopilot."""
+        """Dialect of the autopilot."""
         if self.inbox.dialect is None:
             raise BackendError("no autopilot has been heard yet", allowed="open() first")
         return self.inbox.dialect
 
     def send(self, message: Message) -> None:
-        """Queue a message; it goes out within milliseconds, in order, or never: nothing waits for a line that is gone."""
+        """Queue a message; it goes out within milliseconds and in order, or never where the line is gone.
+
+        Args:
+            message: The message.
+        """
         if self._line is not None:
             self._queue.append(message)
 
@@ -272,7 +276,11 @@ class Link:
 
 
 def wanted_rates(config: PixhawkConfig) -> dict[int, float]:
-    """Telemetry that is asked for [1/s], by message identifier."""
+    """Rates of the telemetry that is asked for [1/s], by message identifier.
+
+    Args:
+        config: Settings.
+    """
     return {
         mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: config.rates.attitude,
         mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: config.rates.position,

@@ -20,7 +20,7 @@ _SETTLING = 2.0
 _PATIENCE = 20.0
 """For an autopilot that never says that it has an origin; then poses are sent all the same [s]."""
 _CAUTIOUS_PERIOD, _CAUTIOUS_PATIENCE = 0.5, 5.0
-"""The same for PX4 [s]."""
+"""Period and patience for PX4 [s]."""
 _FORGOTTEN = 5.0
 """After so long without an answer an autopilot that stands has no origin any more [s]."""
 _QUESTIONS = 3
@@ -55,20 +55,40 @@ class Origin:
         return self._heard < float("inf")
 
     def heard(self, now: float) -> None:
-        """The autopilot says that it has an origin."""
+        """Take in that the autopilot says that it has an origin.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+        """
         self._heard, self._confirmed = min(self._heard, now), now
 
     def estimator(self, flags: int) -> None:
-        """The autopilot says how its estimator is (ESTIMATOR_STATUS_FLAGS)."""
+        """Take in how the autopilot says that its estimator is.
+
+        Args:
+            flags: ESTIMATOR_STATUS_FLAGS.
+        """
 
     def settled(self, now: float, armed: bool) -> bool:
-        """Whether poses may be sent; the height's zero of an armed vehicle stays."""
+        """Whether poses may be sent; the height's zero of an armed vehicle stays.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+            armed: Whether the vehicle is armed.
+        """
         if armed:
             return True
         return now > (self._heard + self.settling if self._heard <= now else self._began + self.patience)
 
     def messages(self, now: float, system: int, component: int, armed: bool) -> list[Message]:
-        """What is due: the origin, and the question whether it has one, which right after boot it has not."""
+        """Messages that are due: the origin, and the question whether the autopilot has one, which right after boot it has not.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+            system: Of the autopilot.
+            component: Of the autopilot.
+            armed: Whether the vehicle is armed.
+        """
         self._began = min(self._began, now)
         if self.known and (armed or not self.forgetful):
             self._confirmed = now
@@ -108,13 +128,24 @@ class CautiousOrigin(Origin):
         self._asked, self._lost, self._released = 0, False, False
 
     def estimator(self, flags: int) -> None:
-        """Only its word since the last question counts. On the ground it is in ESTIMATOR_CONST_POS_MODE with a position, too."""
+        """Take in how the autopilot says that its estimator is; only its word since the last question counts.
+
+        On the ground it is in ESTIMATOR_CONST_POS_MODE with a position, too.
+
+        Args:
+            flags: ESTIMATOR_STATUS_FLAGS.
+        """
         self._lost = not flags & _NAVIGATES
         if not self._lost:
             self._began = float("-inf")  # there is nothing to wait for
 
     def settled(self, now: float, armed: bool) -> bool:
-        """Whether poses may be sent."""
+        """Whether poses may be sent; once they may, they always may.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+            armed: Whether the vehicle is armed.
+        """
         self._released = self._released or super().settled(now, armed)
         return self._released
 

@@ -70,7 +70,11 @@ class RateKeeper:
         self._streams = {**self._streams, identifier: _Stream(rate)}
 
     def heard(self, identifier: int) -> None:
-        """Count a message."""
+        """Count a message.
+
+        Args:
+            identifier: Of the message.
+        """
         stream = self._streams.get(identifier)
         if stream is not None:
             stream.heard += 1
@@ -84,7 +88,13 @@ class RateKeeper:
         self._next_check, self._last_check = 0.0, None
 
     def requests(self, now: float, system: int, component: int) -> list[Message]:
-        """Requests that are due; call it often."""
+        """Requests that are due; call it often.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+            system: Of the autopilot.
+            component: Of the autopilot.
+        """
         if now < self._next_check:
             return []
         elapsed = None if self._last_check is None else now - self._last_check

@@ -87,7 +87,12 @@ class Tracker:
         self._battery_id, self._battery_time, self._cells = math.inf, -math.inf, False
 
     def in_order(self, sequence: int, now: float) -> bool:
-        """Whether a message is neither a copy of the last one nor overtaken by it, by its 8 bit sequence number."""
+        """Whether a message is neither a copy of the last one nor overtaken by it.
+
+        Args:
+            sequence: Its number, 0 … 255.
+            now: On this computer's monotonic clock [s].
+        """
         if self._last_sequence is not None:
             last, heard = self._last_sequence
             step = (sequence - last) % 256
@@ -98,13 +103,24 @@ class Tracker:
         return True
 
     def take(self, message: Message, now: float) -> None:
-        """Take in a telemetry message of the autopilot, received now; others are ignored."""
+        """Take in a telemetry message of the autopilot; others are ignored.
+
+        Args:
+            message: The message.
+            now: When it was received, on this computer's monotonic clock [s].
+        """
         handler = self._handlers.get(message.get_msgId())
         if handler is not None:
             handler(message, now)
 
     def heartbeat(self, message: Message, dialect: Dialect, now: float) -> None:
-        """Take in a heartbeat of the autopilot."""
+        """Take in a heartbeat of the autopilot.
+
+        Args:
+            message: HEARTBEAT.
+            dialect: Of the autopilot.
+            now: On this computer's monotonic clock [s].
+        """
         self.sample = replace(
             self.sample,
             mode=dialect.mode(message.custom_mode),
@@ -114,11 +130,19 @@ class Tracker:
         )
 
     def estimator(self, flags: int) -> None:
-        """Take in ESTIMATOR_STATUS_FLAGS: positions that the autopilot itself does not believe are not used."""
+        """Take in how the autopilot says that its estimator is: positions that it does not believe itself are not used.
+
+        Args:
+            flags: ESTIMATOR_STATUS_FLAGS.
+        """
         self._doubts, self._unsaid_until = 0 if flags & _LOCATED else self._doubts + 1, -math.inf
 
     def expect_estimator(self, now: float) -> None:
-        """Believe no position before the autopilot has said that it does itself, for a while."""
+        """Believe no position before the autopilot has said that it does itself, for a while.
+
+        Args:
+            now: On this computer's monotonic clock [s].
+        """
         self._doubts, self._unsaid_until = _DOUBTS - 1, now + _UNSAID
 
     def _newer(self, message: Message, now: float) -> bool:

@@ -28,7 +28,11 @@ class Sender(Protocol):
     exchange: Exchange
 
     def send(self, message: Message) -> None:
-        """Queue a message."""
+        """Queue a message.
+
+        Args:
+            message: The message.
+        """
 
     @property
     def target(self) -> tuple[int, int]:
@@ -36,7 +40,7 @@ class Sender(Protocol):
 
     @property
     def known_dialect(self) -> Dialect:
-        """Of the autopilot."""
+        """Dialect of the autopilot."""
 
 
 @dataclass(frozen=True)

@@ -191,7 +191,7 @@ def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
 
 
 def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
-    """ArduPilot's own look at the voltage must not land the vehicle in the doorway before the mission is given up.
+    """Rules of ArduPilot's own look at the voltage: it must not land the vehicle in the doorway before the mission is given up.
 
     Args:
         min_voltage: At which it is given up [V]; None: by the charge alone.
@@ -215,7 +215,11 @@ def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
 
 
 def station_rule(system_id: int) -> Rule:
-    """ArduPilot acts on the loss of one station's heartbeat only."""
+    """Rule of the ground station's id: ArduPilot acts on the loss of one station's heartbeat only.
+
+    Args:
+        system_id: Ours.
+    """
     return equal(
         "MAV_GCS_SYSID SYSID_MYGCS",
         system_id,
@@ -226,6 +230,11 @@ def station_rule(system_id: int) -> Rule:
 
 
 def delay_rule(dialect: Dialect, delay: float) -> Rule:
-    """Delay that the estimator reckons with [s]."""
+    """Rule of the delay that the autopilot's estimator assumes for poses.
+
+    Args:
+        dialect: Of the autopilot.
+        delay: Of the poses [s].
+    """
     name, near = MOCAP_DELAY[dialect.name]
     return equal(name, round(1e3 * delay), _W, When.MOCAP, "delay of the pose [ms]", near=near)

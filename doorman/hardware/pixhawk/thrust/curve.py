@@ -122,7 +122,14 @@ class HoverCalibration:
         self._last = -math.inf
 
     def add(self, sample: VehicleSample) -> bool:
-        """Take in a sample; returns whether it counted."""
+        """Take in a sample.
+
+        Args:
+            sample: Of a vehicle in hover.
+
+        Returns:
+            Whether it counted.
+        """
         speed = math.sqrt(float(sum(sample.velocity**2)))
         tilt = max(abs(float(sample.attitude[0])), abs(float(sample.attitude[1])))
         slow, level = speed <= _CALM_SPEED, tilt <= _CALM_TILT

@@ -63,7 +63,14 @@ class SlopeMeasurement:
         self._velocities: list[tuple[float, float]] = []
 
     def add(self, sample: VehicleSample) -> bool:
-        """Take in a sample; what it has seen before does not count. Returns whether that is enough: it never is."""
+        """Take in a sample; what was seen before does not count.
+
+        Args:
+            sample: Of a vehicle that bobs.
+
+        Returns:
+            False: more samples are always welcome.
+        """
         if math.isfinite(sample.thrust_target) and _newer(sample.thrust_target_time, self._thrusts):
             self._thrusts.append((sample.thrust_target_time, sample.thrust_target))
         if math.isfinite(sample.velocity[2]) and _newer(sample.position_time, self._velocities):

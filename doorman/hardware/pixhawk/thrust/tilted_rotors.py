@@ -90,10 +90,13 @@ def names(count: int = _MOST_ROTORS) -> list[str]:
 
 
 def allocated(values: Mapping[str, float]) -> list[tuple[Array, Array]]:
-    """Position [m] and unit vector of the thrust of every rotor that PX4 knows, in the body, x forward, y left, z up.
+    """Position and direction of the thrust of every rotor that PX4 knows.
 
     Args:
         values: Its parameters.
+
+    Returns:
+        Position [m] and unit vector, shape (3,) each, body frame, x forward, y left, z up.
     """
     rotors = []
     for i in range(round(values.get(COUNT, 0.0))):

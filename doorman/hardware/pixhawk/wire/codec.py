@@ -44,7 +44,11 @@ class FrameSplitter:
         self._read = read
 
     def push(self, data: bytes) -> Iterator[bytearray]:
-        """Take bytes and yield the frames that they complete."""
+        """Take bytes and yield the frames that they complete.
+
+        Args:
+            data: Bytes in the order of the stream.
+        """
         buffer = self._buffer
         buffer += data
         start = 0
@@ -128,7 +132,11 @@ class Codec:
             self._mav.check_signature = lambda packet, system, component: True  # checked before decoding
 
     def encode(self, message: Message) -> bytes:
-        """Bytes of a message, with the next sequence number."""
+        """Bytes of a message, with the next sequence number.
+
+        Args:
+            message: The message.
+        """
         if self._check is not None:
             self._mav.signing.timestamp = max(self._mav.signing.timestamp, signing_time(), self._check.newest)
         data: bytes = message.pack(self._mav)

@@ -182,29 +182,75 @@ class LocalFrame:
         return cls((x, y, z), turned.yaw)
 
     def vector_to_world(self, values: ArrayLike) -> Array:
-        """Direction, velocity or acceleration in NED, seen in the world; shapes (3,)."""
+        """Direction, velocity or acceleration in the world.
+
+        Args:
+            values: In NED, shape (3,).
+
+        Returns:
+            Shape (3,), world frame, in the same unit.
+        """
         return np.array(rotate(_plain(self._turn), _plain(ned_to_world(values))))
 
     def vector_to_ned(self, values: ArrayLike) -> Array:
-        """Direction, velocity or acceleration in the world, seen in NED; shapes (3,)."""
+        """Direction, velocity or acceleration in NED.
+
+        Args:
+            values: In the world, shape (3,).
+
+        Returns:
+            Shape (3,), NED, in the same unit.
+        """
         return world_to_ned(rotate(_plain(self._back), _plain(values)))
 
     def position_to_world(self, values: ArrayLike) -> Array:
-        """Position in NED [m] as position in the world [m]; shapes (3,)."""
+        """Position in the world.
+
+        Args:
+            values: In NED, shape (3,) [m].
+
+        Returns:
+            Shape (3,), world frame [m].
+        """
         return np.add(self.vector_to_world(values), self.origin)
 
     def position_to_ned(self, values: ArrayLike) -> Array:
-        """Position in the world [m] as position in NED [m]; shapes (3,)."""
+        """Position in NED.
+
+        Args:
+            values: In the world, shape (3,) [m].
+
+        Returns:
+            Shape (3,), NED [m].
+        """
         return self.vector_to_ned(np.asarray(values, dtype=np.float64) - np.asarray(self.origin))
 
     def quaternion_to_world(self, quaternion: ArrayLike) -> Array:
-        """Attitude FRD → NED as attitude FLU → world; shapes (4,)."""
+        """Attitude of the body in the world, FLU → world.
+
+        Args:
+            quaternion: [w, x, y, z], FRD → NED, shape (4,).
+
+        Returns:
+            [w, x, y, z], shape (4,).
+        """
         return np.array(multiply(_plain(self._turn), _plain(quaternion_ned_to_world(quaternion))))
 
     def quaternion_to_ned(self, quaternion: ArrayLike) -> Array:
-        """Attitude FLU → world as attitude FRD → NED; shapes (4,)."""
+        """Attitude of the body in NED, FRD → NED.
+
+        Args:
+            quaternion: [w, x, y, z], FLU → world, shape (4,).
+
+        Returns:
+            [w, x, y, z], shape (4,).
+        """
         return quaternion_world_to_ned(multiply(_plain(self._back), _plain(quaternion)))
 
     def yaw_to_ned(self, yaw: float) -> float:
-        """Yaw in the world as yaw from north, clockwise [rad]."""
+        """Yaw from north, clockwise, in (−π, π] [rad].
+
+        Args:
+            yaw: In the world, counter-clockwise [rad].
+        """
         return wrap(self.yaw - yaw)

@@ -33,7 +33,12 @@ class BodyThrustMessage(ardupilotmega.MAVLink_set_attitude_target_message):  # t
         self.thrust_body = tuple(thrust_body)
 
     def pack(self, mav: Any, force_mavlink1: bool = False) -> bytes:
-        """Bytes of the message; an extension follows its fields, and is no part of its checksum's seed."""
+        """Bytes of the message; an extension follows its fields, and is no part of its checksum's seed.
+
+        Args:
+            mav: pymavlink's encoder.
+            force_mavlink1: As pymavlink has it.
+        """
         fields = (
             self.time_boot_ms,
             *self.q,

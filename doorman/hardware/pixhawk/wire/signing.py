@@ -75,9 +75,14 @@ class SignatureCheck:
         """Whether the last packet had the right key, and an old stamp."""
 
     def accepts(self, packet: bytes | bytearray, system: int, component: int) -> bool:
-        """Whether a whole packet, its 13 byte signature block at the end, is genuine and new.
+        """Whether a signed packet is genuine and new.
 
         The stamp is looked at only after the signature has been verified: a forged one must not shut out the real stream.
+
+        Args:
+            packet: Whole, with its signature block of 13 bytes at the end.
+            system: Of the sender.
+            component: Of the sender.
         """
         self.outdated = False
         expected = hashlib.sha256(self._key + bytes(packet[:-6])).digest()[:6]

@@ -63,7 +63,13 @@ class Line(ABC):
 
     @abstractmethod
     def send(self, data: bytes) -> bool:
-        """Send without waiting; returns whether it was taken.
+        """Send without waiting.
+
+        Args:
+            data: Bytes of whole messages.
+
+        Returns:
+            Whether they were taken.
 
         Raises:
             DeviceLost: if the line is gone.

@@ -9,59 +9,103 @@ _WRAP_MS = 1 << 32
 
 
 def seconds_to_ns(seconds: float) -> int:
-    """Time [s] as whole nanoseconds."""
+    """Time [s] as whole nanoseconds.
+
+    Args:
+        seconds: Time [s].
+    """
     return round(seconds * 1e9)
 
 
 def seconds_to_us(seconds: float) -> int:
-    """Time [s] as whole microseconds."""
+    """Time [s] as whole microseconds.
+
+    Args:
+        seconds: Time [s].
+    """
     return round(seconds * 1e6)
 
 
 def ns_to_seconds(nanoseconds: int) -> float:
-    """Nanoseconds as time [s]."""
+    """Nanoseconds as time [s].
+
+    Args:
+        nanoseconds: Time [ns].
+    """
     return nanoseconds * 1e-9
 
 
 def ms_to_seconds(milliseconds: int) -> float:
-    """Milliseconds as time [s]."""
+    """Milliseconds as time [s].
+
+    Args:
+        milliseconds: Time [ms].
+    """
     return milliseconds * 1e-3
 
 
 def seconds_to_boot_ms(seconds: float) -> int:
-    """Time [s] as the 32 bit count of milliseconds that MAVLink stamps carry."""
+    """Time [s] as the 32 bit count of milliseconds that MAVLink stamps carry.
+
+    Args:
+        seconds: Time [s].
+    """
     return round(seconds * 1e3) % _WRAP_MS
 
 
 def boot_ms_difference(newer: int, older: int) -> int:
-    """Signed difference of two 32 bit stamps [ms], across a wrap too."""
+    """Signed difference of two 32 bit stamps [ms], across a wrap too.
+
+    Args:
+        newer: Stamp [ms], modulo 2³².
+        older: Stamp [ms], modulo 2³².
+    """
     return (newer - older + _WRAP_MS // 2) % _WRAP_MS - _WRAP_MS // 2
 
 
 def millivolts_to_volts(millivolts: int) -> float:
-    """Voltage of SYS_STATUS [mV] in V; NaN where the autopilot does not know it."""
+    """Voltage of SYS_STATUS [V]; NaN where the autopilot does not know it.
+
+    Args:
+        millivolts: Field of the message [mV].
+    """
     return math.nan if millivolts == _UNKNOWN_VOLTAGE else millivolts * 1e-3
 
 
 def cells_to_volts(cells: list[int]) -> float:
-    """Voltage of BATTERY_STATUS's cells [mV], 0xFFFF where there is none, as their sum in V; NaN where no cell is known.
+    """Sum of the cells' voltages of BATTERY_STATUS [V]; NaN where no cell is known.
 
     A pack of more than 65.5 V is sent as several full "cells", which this adds up too.
+
+    Args:
+        cells: Fields of the message [mV], 0xFFFF where there is no cell.
     """
     known = [cell for cell in cells if cell != _UNKNOWN_VOLTAGE]
     return sum(known) * 1e-3 if known else math.nan
 
 
 def centiamperes_to_amperes(centiamperes: int) -> float:
-    """Current [cA] in A; NaN where the autopilot does not know it."""
+    """Current [A]; NaN where the autopilot does not know it.
+
+    Args:
+        centiamperes: Field of the message [cA].
+    """
     return math.nan if centiamperes < 0 else centiamperes * 1e-2
 
 
 def percent_to_share(percent: int) -> float:
-    """Remaining charge [%] as a share; NaN where the autopilot does not know it."""
+    """Remaining charge as a share; NaN where the autopilot does not know it.
+
+    Args:
+        percent: Field of the message [%].
+    """
     return math.nan if percent < 0 else percent * 1e-2
 
 
 def interval_us(rate: float) -> int:
-    """Period [µs] of a rate [1/s], as SET_MESSAGE_INTERVAL takes it."""
+    """Period [µs] of a rate [1/s], as SET_MESSAGE_INTERVAL takes it.
+
+    Args:
+        rate: Messages a second [1/s].
+    """
     return round(1e6 / rate)

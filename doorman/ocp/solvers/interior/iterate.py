@@ -87,7 +87,13 @@ def search(model: object, work: Workspace, interior: Interior, max_iterations: i
 
 @kernel
 def begin(model: object, work: Workspace, interior: Interior) -> None:
-    """Inputs inside their bounds, nothing known of the costates."""
+    """Prepare the search: inputs inside their bounds, a linearisation, and costates and multipliers of zero.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     rows.push_inside(work)
     settle_integrators(work)
     linearize(model, work)
@@ -99,7 +105,13 @@ def begin(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
-    """Go on to the next barrier problem where this one is solved."""
+    """Go on to the next barrier problem where the present one is solved.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     numbers, least = interior.numbers, 0.1 * _TOLERANCE
     while True:
         barrier = numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]
@@ -112,7 +124,7 @@ def lower_barrier(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def descend(model: object, work: Workspace, interior: Interior, last: float, first: bool) -> float:
-    """One step, with as much regularisation as it takes: how much that was, or −1 if no step helps.
+    """One step, with as much regularisation as it takes.
 
     Args:
         model: The problem's model.
@@ -120,6 +132,9 @@ def descend(model: object, work: Workspace, interior: Interior, last: float, fir
         interior: Memory.
         last: Regularisation that was needed last.
         first: This is the first step: its costates are taken as a whole.
+
+    Returns:
+        Regularisation that it took, or the one of the last step where it took none; −1 if no step helps.
     """
     scale = interior.numbers[NUMBER.SCALE]
     regularization, kept = 0.0, last
@@ -138,7 +153,17 @@ def descend(model: object, work: Workspace, interior: Interior, last: float, fir
 
 @kernel
 def search_line(model: object, work: Workspace, interior: Interior, first: bool) -> bool:
-    """Shorten the Newton step until the filter accepts it; False with everything as it was."""
+    """Shorten the Newton step until the filter accepts it.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        first: Whether this is the first step, of which the costates are taken as a whole.
+
+    Returns:
+        Whether a step was accepted; if not, everything is as it was.
+    """
     numbers = interior.numbers
     infeasibility, merit = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
     save(work)
@@ -165,7 +190,13 @@ def search_line(model: object, work: Workspace, interior: Interior, first: bool)
 
 @kernel
 def move(work: Workspace, interior: Interior, part: float) -> None:
-    """Nominal trajectory a part of the step from `saved`."""
+    """Set the nominal trajectory to `saved` plus a share of the step.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        part: Share of the step, in (0, 1].
+    """
     nominal, saved = work.nominal, work.saved
     for k in range(nominal.inputs.shape[0]):
         for i in range(len(work.sizes.inputs)):
@@ -176,7 +207,12 @@ def move(work: Workspace, interior: Interior, part: float) -> None:
 
 @kernel
 def move_slacks(interior: Interior, part: float) -> None:
-    """Slacks a part of their step."""
+    """Move the slacks by a share of their step.
+
+    Args:
+        interior: Memory of the search.
+        part: Share of the step, negative to take it back.
+    """
     for k in range(interior.slacks.shape[0]):
         for i in range(interior.slacks.shape[1]):
             if interior.applies[k, i] and not interior.equal[i]:
@@ -185,7 +221,12 @@ def move_slacks(interior: Interior, part: float) -> None:
 
 @kernel
 def take_multipliers(interior: Interior, part: float) -> None:
-    """Costates a part of the way, multipliers as far as they stay positive, and not too far from the centre."""
+    """Move the costates by a share of their step, and the multipliers as far as they stay positive and near the centre.
+
+    Args:
+        interior: Memory of the search.
+        part: Share of the costates' step, and of the multipliers' step of equalities.
+    """
     barrier, reach = interior.numbers[NUMBER.BARRIER], interior.numbers[NUMBER.DUAL]
     for k in range(interior.costates.shape[0]):
         for i in range(interior.costates.shape[1]):
@@ -202,7 +243,14 @@ def take_multipliers(interior: Interior, part: float) -> None:
 
 @kernel
 def is_better(interior: Interior, infeasibility: float, merit: float, part: float) -> bool:
-    """Whether the nominal trajectory is acceptable to the filter and better than (θ, φ); the filter learns of these."""
+    """Whether the nominal trajectory is acceptable to the filter and better than (θ, φ); the filter learns of these.
+
+    Args:
+        interior: Memory of the search.
+        infeasibility: θ before the step.
+        merit: φ before the step.
+        part: Share of the step, in (0, 1].
+    """
     numbers = interior.numbers
     scale, slope, first = numbers[NUMBER.SCALE], numbers[NUMBER.SLOPE], max(1.0, numbers[NUMBER.FIRST])
     now, cost = numbers[NUMBER.INFEASIBILITY], numbers[NUMBER.BARRIER_COST]
@@ -225,7 +273,13 @@ def is_better(interior: Interior, infeasibility: float, merit: float, part: floa
 
 @kernel
 def remember(interior: Interior, infeasibility: float, merit: float) -> None:
-    """Add a pair to the filter; the oldest goes where it is full."""
+    """Add a pair to the filter; the oldest one is dropped where it is full.
+
+    Args:
+        interior: Memory of the search.
+        infeasibility: θ.
+        merit: φ.
+    """
     entries = int(interior.numbers[NUMBER.ENTRIES])
     if entries == FILTER_SIZE:
         for i in range(FILTER_SIZE - 1):

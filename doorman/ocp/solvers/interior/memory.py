@@ -57,7 +57,11 @@ class Interior(NamedTuple):
 
     @classmethod
     def of(cls, work: Workspace) -> Interior:
-        """Memory for a workspace's sizes."""
+        """Memory for the sizes of a workspace.
+
+        Args:
+            work: Workspace of the solver.
+        """
         n, nu = work.nominal.inputs.shape
         nx, narrow, rows = len(work.sizes.states), len(work.sizes.narrow), work.program.active.shape[1]
         values, slacks, duals, slack_steps, dual_steps = (np.zeros((n + 1, rows)) for _ in range(5))
@@ -86,7 +90,7 @@ class Number(NamedTuple):
     PRIMAL: int = 5
     """Longest step along which slacks stay positive."""
     DUAL: int = 6
-    """The same of multipliers."""
+    """Longest step along which multipliers stay positive."""
     ENTRIES: int = 7
     """Pairs in the filter."""
     FIRST: int = 8

@@ -29,7 +29,13 @@ one step more than Newton's."""
 
 @kernel
 def expand(model: object, work: Workspace, interior: Interior) -> None:
-    """Gradients of the cost and Hessians of the Lagrangian at all nodes."""
+    """Gradients of the cost and Hessians of the Lagrangian at all nodes.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     states, inputs, weights = work.nominal.states, work.nominal.inputs, work.weights
     counts = (work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows)
@@ -51,7 +57,13 @@ def expand(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def weight(interior: Interior, k: int, i: int) -> float:
-    """W of a row: z/s, and of an equality the penalty."""
+    """Weight w of a row: z/s, or the penalty of an equality.
+
+    Args:
+        interior: Memory of the search.
+        k: Node.
+        i: Row.
+    """
     if interior.equal[i]:
         return float(PENALTY * interior.numbers[NUMBER.SCALE])
     return float(interior.duals[k, i] / interior.slacks[k, i])
@@ -59,7 +71,13 @@ def weight(interior: Interior, k: int, i: int) -> float:
 
 @kernel
 def force(interior: Interior, k: int, i: int) -> float:
-    """What a row adds to the gradient, by its own slope and weight."""
+    """What a row adds to the gradient, in units of its own slope times its weight.
+
+    Args:
+        interior: Memory of the search.
+        k: Node.
+        i: Row.
+    """
     if interior.equal[i]:
         return float(interior.values[k, i] + interior.duals[k, i] / weight(interior, k, i))
     return float(
@@ -69,7 +87,13 @@ def force(interior: Interior, k: int, i: int) -> float:
 
 @kernel
 def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
-    """Rows and bounds of state k to its value function."""
+    """Add rows and bounds of state k to its value function.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        k: Node, 1 … N.
+    """
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     value, linear, program, n = work.node.value, work.linear, work.program, work.nominal.inputs.shape[0]
     for i in range(nh + nt if k == n else nh):
@@ -90,7 +114,14 @@ def add_state_rows(work: Workspace, interior: Interior, k: int) -> None:
 
 @kernel
 def set_base(work: Workspace, interior: Interior, k: int, regularization: float) -> None:
-    """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`."""
+    """Lagrangian of node k with its mixed rows and input bounds, into `node.base_x` and `node.base_u`.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        k: Node, 0 … N − 1.
+        regularization: Multiple of the identity that is added to the Hessian.
+    """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     base_x, base_u, program = work.node.base_x, work.node.base_u, work.program
@@ -120,7 +151,16 @@ def set_base(work: Workspace, interior: Interior, k: int, regularization: float)
 
 @kernel
 def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
-    """Policy of all nodes; False if a Q_uu is not positive definite."""
+    """Policy of all nodes, by one Riccati sweep.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        regularization: Multiple of the identity that is added to the Hessian.
+
+    Returns:
+        Whether every Q_uu is positive definite.
+    """
     nx, n = len(work.sizes.states), work.nominal.inputs.shape[0]
     node, policy, value = work.node, work.policy, work.node.value
     value[:, :] = 0.0
@@ -145,7 +185,14 @@ def sweep(work: Workspace, interior: Interior, regularization: float) -> bool:
 
 @kernel
 def step_along(work: Workspace, interior: Interior) -> None:
-    """Newton step of the last sweep: states, inputs, costates, slacks and multipliers, and how far one may go along it."""
+    """Newton step of the last sweep, into `interior`: states, inputs, costates, slacks and multipliers.
+
+    `interior.numbers` gets the longest steps that keep slacks and multipliers positive, and the slope of φ.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     step, slope, largest = work.node.step, 0.0, 0.0
     step[:] = 0.0
@@ -178,7 +225,16 @@ def step_along(work: Workspace, interior: Interior) -> None:
 
 @kernel
 def step_rows(work: Workspace, interior: Interior, k: int) -> float:
-    """Steps of node k's slacks and multipliers, from `node.step`; their share of the slope of φ."""
+    """Steps of node k's slacks and multipliers, from `node.step`.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        k: Node.
+
+    Returns:
+        Their share of the slope of φ.
+    """
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     step, program, numbers, slope = work.node.step, work.program, interior.numbers, 0.0
     barrier, reach = numbers[NUMBER.BARRIER], 1.0 - max(0.0, min(0.01, numbers[NUMBER.BARRIER] / numbers[NUMBER.SCALE]))

@@ -18,7 +18,12 @@ _RELAXED = 1e-8
 
 @kernel
 def fill_values(work: Workspace, interior: Interior) -> None:
-    """Values of all rows along the nominal trajectory, after its linearisation."""
+    """Values of all rows along the nominal trajectory, after its linearisation.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     nominal, program, values, n = work.nominal, work.program, interior.values, work.nominal.inputs.shape[0]
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     for k in range(n + 1):
@@ -40,7 +45,11 @@ def fill_values(work: Workspace, interior: Interior) -> None:
 
 @kernel
 def push_inside(work: Workspace) -> None:
-    """Nominal inputs away from their bounds."""
+    """Move the nominal inputs away from their bounds.
+
+    Args:
+        work: Workspace of the solver.
+    """
     limits, inputs = work.limits, work.nominal.inputs
     if work.sizes.input_bounds > 0:
         for i in range(len(work.sizes.inputs)):
@@ -54,7 +63,12 @@ def push_inside(work: Workspace) -> None:
 
 @kernel
 def first_slacks(work: Workspace, interior: Interior) -> None:
-    """Slacks and multipliers to begin with, and the scale of the cost."""
+    """Set the first slacks and multipliers, and the scale of the cost.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     numbers, steepest = interior.numbers, 0.0
     for k in range(interior.gradients.shape[0]):
         for i in range(interior.gradients.shape[1]):
@@ -70,7 +84,13 @@ def first_slacks(work: Workspace, interior: Interior) -> None:
 
 @kernel
 def measure(model: object, work: Workspace, interior: Interior) -> None:
-    """θ and φ of the nominal trajectory, after its linearisation and `fill_values`."""
+    """Infeasibility θ and barrier function φ of the nominal trajectory, after its linearisation and `fill_values`.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     infeasibility, logarithms = 0.0, 0.0
     nx = len(work.sizes.states)
     for k in range(work.nominal.inputs.shape[0]):
@@ -91,7 +111,13 @@ def measure(model: object, work: Workspace, interior: Interior) -> None:
 
 @kernel
 def error(work: Workspace, interior: Interior, barrier: float) -> float:
-    """Largest residual of the conditions of the barrier problem, in units of the scaled cost."""
+    """Largest residual of the conditions of the barrier problem, in units of the scaled cost.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        barrier: τ.
+    """
     nx, nu, n = len(work.sizes.states), len(work.sizes.inputs), work.nominal.inputs.shape[0]
     r, scale, worst = interior.residual, interior.numbers[NUMBER.SCALE], 0.0
     for k in range(n + 1):
@@ -124,7 +150,13 @@ def error(work: Workspace, interior: Interior, barrier: float) -> float:
 
 @kernel
 def add_rows(work: Workspace, interior: Interior, k: int) -> None:
-    """Node k's rows times their multipliers to the residual."""
+    """Add node k's rows times their multipliers to the residual.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+        k: Node.
+    """
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     r, program, n = interior.residual, work.program, work.nominal.inputs.shape[0]
     for i in range(0 if k == 0 else nh + nt if k == n else nh):
@@ -144,7 +176,12 @@ def add_rows(work: Workspace, interior: Interior, k: int) -> None:
 
 @kernel
 def export_multipliers(work: Workspace, interior: Interior) -> None:
-    """Multipliers to where the other solvers have them."""
+    """Write the multipliers to where the other solvers have them, `work.multipliers`.
+
+    Args:
+        work: Workspace of the solver.
+        interior: Memory of the search.
+    """
     nx, nh, nt, ng = len(work.sizes.states), work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, out, n = work.program, work.multipliers, work.nominal.inputs.shape[0]
     out.states[:, :] = 0.0

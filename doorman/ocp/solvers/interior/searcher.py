@@ -32,7 +32,14 @@ class Searcher:
         self._held = held(self.memory)
 
     def search(self, model: Any, work: Any, max_iterations: int, deadline: float) -> int:
-        """See `iterate.search`; from the nominal trajectory in the workspace."""
+        """Search from the nominal trajectory in the workspace. See `iterate.search`.
+
+        Args:
+            model: The model.
+            work: The solver's workspace, or its handle.
+            max_iterations: Largest number of steps.
+            deadline: See `iterate.search`.
+        """
         return int(search(model, work, self._held, max_iterations, deadline))
 
 
@@ -48,18 +55,31 @@ class Kept:
 
     @classmethod
     def of(cls, work: Workspace, cost: float) -> Kept:
-        """The nominal one."""
+        """The nominal trajectory, to keep.
+
+        Args:
+            work: Workspace of the solver.
+            cost: J of it.
+        """
         return cls(
             cost, work.nominal.states.copy(), work.nominal.inputs.copy(), work.policy.gains.copy(),
             Multipliers(*(array.copy() for array in work.multipliers)),
         )  # fmt: skip
 
     def costs_as(self, other: Kept) -> bool:
-        """Whether both are the same minimum, by their costs."""
+        """Whether both are at the same minimum, judged by their costs.
+
+        Args:
+            other: The other one.
+        """
         return abs(self.cost - other.cost) <= _SAME * (1.0 + abs(other.cost))
 
     def put_back(self, work: Workspace) -> None:
-        """Make it the nominal one."""
+        """Make it the nominal trajectory again.
+
+        Args:
+            work: Workspace of the solver, changed.
+        """
         np.copyto(work.nominal.states, self.states)
         np.copyto(work.nominal.inputs, self.inputs)
         np.copyto(work.policy.gains, self.gains)

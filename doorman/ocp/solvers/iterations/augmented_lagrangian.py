@@ -1,7 +1,7 @@
 r"""Semismooth augmented Lagrangian iterations on the multiple-shooting form, with a filter line search.
 
 States and inputs are variables, defects :math:`e_k = f(x_k,u_k) - x_{k+1}` stay in the affine term of a Gauss-Newton model.
-After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step; if it
+After a sweep the whole active set flips to {λ + r/μ > 0} with the linearised rows r, a semismooth Newton step. If it
 changed, the sweep is repeated on the same linearisation, from the best point on the way (`inner_search`). A step is accepted
 where it lowers the infeasibility θ = Σ|e| + Σ max(0, h) or the cost, compared with all pairs (θ, J) that the search has left;
 otherwise it is halved. Methods: Jallet et al. 2022 (proximal AL DDP); Hintermüller, Ito and Kunisch 2003 (active sets);
@@ -51,7 +51,13 @@ _LARGEST_REGULARIZATION = 1e8
 
 @kernel
 def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
-    """Whether a pair is better than every pair in the filter, in one respect or the other."""
+    """Whether a pair is better than every pair in the filter, in θ or in J.
+
+    Args:
+        work: Workspace of the solver.
+        infeasibility: θ.
+        cost: J.
+    """
     if not (abs(infeasibility) < np.inf and abs(cost) < np.inf):
         return False
     for i in range(int(work.result[RESULT.ENTRIES])):
@@ -65,7 +71,13 @@ def acceptable(work: Workspace, infeasibility: float, cost: float) -> bool:
 
 @kernel
 def remember(work: Workspace, infeasibility: float, cost: float) -> None:
-    """Add a pair to the filter; the oldest goes where it is full."""
+    """Add a pair to the filter; the oldest one is dropped where it is full.
+
+    Args:
+        work: Workspace of the solver.
+        infeasibility: θ.
+        cost: J.
+    """
     entries = int(work.result[RESULT.ENTRIES])
     if entries == FILTER_SIZE:
         for i in range(FILTER_SIZE - 1):
@@ -79,9 +91,19 @@ def remember(work: Workspace, infeasibility: float, cost: float) -> None:
 
 @kernel
 def direction(model: object, work: Workspace, penalty: float, sweeps: int, regularization: float) -> int:
-    """Step into `trial` for the active set that fits it: 1 if the set settled, 0 if not, −1 if no sweep went through.
+    """Step into `trial` for the active set that fits it.
 
     The set flips as a whole at first, which settles it in a few sweeps or in none; then the step is cut at its best point.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        penalty: 1/μ.
+        sweeps: Largest number of sweeps.
+        regularization: Relative addition to the input weights.
+
+    Returns:
+        1 if the set settled, 0 if not, −1 if no sweep went through.
     """
     end = work.nominal.inputs.shape[0] - 1
     last = end
@@ -107,7 +129,15 @@ def direction(model: object, work: Workspace, penalty: float, sweeps: int, regul
 
 @kernel
 def search(model: object, work: Workspace) -> float:
-    """Shorten the step in `trial` until the filter accepts it; its length, or 0 with everything as it was."""
+    """Shorten the step in `trial` until the filter accepts it.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+
+    Returns:
+        Length of the step in (0, 1], or 0 with everything as it was.
+    """
     save(work)
     scale = 1.0
     while scale >= _SMALLEST_SCALE:
@@ -131,9 +161,9 @@ def search(model: object, work: Workspace) -> float:
 def iterate(model: object, work: Workspace, max_iterations: int, deadline: float) -> int:
     """Iterate from the nominal trajectory and the multipliers in `work`.
 
-    Converged is an iterate whose sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 + |J|, with defects
-    and violations below the tolerance's square root, whose active set stays, and whose rows with a multiplier are closed.
-    Violations may stay where multipliers have reached `settings.largest_multiplier`.
+    An iterate has converged if its sweep predicts a smaller decrease than `settings.tolerance`, relative to 1 and the magnitude
+    of J, its active set stays, and its rows with a multiplier are closed. Defects and violations are below the tolerance's
+    square root then; violations may stay where multipliers have reached `settings.largest_multiplier`.
 
     Args:
         model: The problem's model.
@@ -204,7 +234,12 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
 
 @kernel
 def is_small(work: Workspace, tolerance: float) -> bool:
-    """Whether the step, what it started from, and what its rows could still gain are small enough to be the last."""
+    """Whether the last step, its starting point, and what its rows could still gain are small enough to end with it.
+
+    Args:
+        work: Workspace of the solver.
+        tolerance: Largest predicted decrease of J, relative to 1 and the magnitude of J.
+    """
     result = work.result
     limit, scale = np.sqrt(tolerance), 1.0 + abs(result[RESULT.COST])
     if result[RESULT.DECREASE] > tolerance * scale:
@@ -216,7 +251,11 @@ def is_small(work: Workspace, tolerance: float) -> bool:
 
 @kernel
 def slack(work: Workspace) -> float:
-    """Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a price."""
+    """Sum Σ λ max(0, −r) of the step in `trial`: what it would gain by going up to all rows that have a multiplier.
+
+    Args:
+        work: Workspace of the solver.
+    """
     trial, price, limits, floors, total = work.trial, work.proposal, work.limits, work.floors, 0.0
     for k in range(trial.inputs.shape[0]):
         for i in range(work.sizes.rows):
@@ -240,13 +279,26 @@ def slack(work: Workspace) -> float:
 
 @kernel
 def slack_of_row(price: float, value: float, floor: float) -> float:
-    """λ max(0, −r) of one row; |λ r| of an equality."""
+    """Gain λ max(0, −r) of one row; the magnitude of λ r of an equality.
+
+    Args:
+        price: λ, the multiplier.
+        value: Of the row, in its unit.
+        floor: Least multiplier: 0, or −∞ of an equality.
+    """
     return price * max(0.0, -value) if floor == 0.0 else abs(price * value)
 
 
 @kernel
 def slack_of_bound(price: float, value: float, lower: float, upper: float) -> float:
-    """The same of a number between bounds, with a signed multiplier."""
+    """Gain λ (distance to the bound) of a number between two bounds.
+
+    Args:
+        price: λ, positive at the upper bound, negative at the lower one.
+        value: The number.
+        lower: Lower bound.
+        upper: Upper bound.
+    """
     if price > 0.0:
         return price * max(0.0, upper - value)
     return -price * max(0.0, value - lower) if price < 0.0 else 0.0

@@ -111,9 +111,16 @@ def begin(model: object, work: Workspace, state: Array, inputs: bool, states: bo
 
 @kernel
 def choose_guess(model: object, work: Workspace) -> bool:
-    """Leave the blind rollout, or take the straight line where the rollout costs far more; whether it did.
+    """Keep the blind rollout, or take the straight line where the rollout costs far more.
 
     A long blind rollout goes astray; a short one satisfies the dynamics, which is worth more than its cost.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+
+    Returns:
+        Whether the straight line was taken.
     """
     blind = total_cost(model, work, work.nominal)
     aim_straight(work)
@@ -126,14 +133,22 @@ def choose_guess(model: object, work: Workspace) -> bool:
 
 @kernel
 def keep_guess(work: Workspace) -> None:
-    """Remember the nominal trajectory for another try."""
+    """Remember the nominal trajectory for another try.
+
+    Args:
+        work: Workspace of the solver.
+    """
     copy_rows(work.nominal.states, work.first.states)
     copy_rows(work.nominal.inputs, work.first.inputs)
 
 
 @kernel
 def forget_policy(work: Workspace) -> None:
-    """No feedback, and inputs weighted as the cost does."""
+    """Set the feedback to zero, and the weights of inputs to those of the cost.
+
+    Args:
+        work: Workspace of the solver.
+    """
     policy = work.policy
     policy.gains[:, :, :] = 0.0
     policy.factors[:, :, :] = 0.0
@@ -144,7 +159,12 @@ def forget_policy(work: Workspace) -> None:
 
 @kernel
 def starts_finite(model: object, work: Workspace) -> bool:
-    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one."""
+    """Whether dynamics and constraints are finite at the start of the nominal trajectory; overwrites the trial one.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+    """
     state, ahead, rows = work.nominal.states[0], work.trial.states[1], work.trial.rows[0]
     step(at_node(model, 0), state, work.nominal.inputs[0], ahead)
     total = 0.0
@@ -159,7 +179,11 @@ def starts_finite(model: object, work: Workspace) -> bool:
 
 @kernel
 def forget_multipliers(work: Workspace) -> None:
-    """All multipliers zero."""
+    """Set all multipliers to zero.
+
+    Args:
+        work: Workspace of the solver.
+    """
     kept = work.multipliers
     kept.rows[:, :] = 0.0
     kept.input_rows[:, :] = 0.0
@@ -170,7 +194,11 @@ def forget_multipliers(work: Workspace) -> None:
 
 @kernel
 def forget_trial(work: Workspace) -> None:
-    """NaN in the trial trajectory: what a failed rollout does not reach must not be taken for its result."""
+    """Fill the trial trajectory with NaN after its start: a failed rollout must not be taken for a result.
+
+    Args:
+        work: Workspace of the solver.
+    """
     trial = work.trial
     trial.states[:, :] = np.nan
     trial.inputs[:, :] = np.nan

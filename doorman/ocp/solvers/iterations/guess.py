@@ -16,7 +16,11 @@ Array = NDArray[np.float64]
 
 @kernel
 def settle_integrators(work: Workspace) -> None:
-    """Integrators of the nominal trajectory from its first state and inputs."""
+    """Set the integrators of the nominal trajectory by its first state and its inputs.
+
+    Args:
+        work: Workspace of the solver.
+    """
     nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
     states, inputs, dt = work.nominal.states, work.nominal.inputs, work.weights.time_step
     if m > 0:
@@ -27,7 +31,13 @@ def settle_integrators(work: Workspace) -> None:
 
 @kernel
 def roll_blindly(model: object, work: Workspace, first: int) -> None:
-    """Nominal states after node `first` by the dynamics from the nominal inputs; held where they stop being finite."""
+    """Set the nominal states after node `first` by the dynamics; they are held where they stop being finite.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        first: Node whose state is kept.
+    """
     states, inputs = work.nominal.states, work.nominal.inputs
     for k in range(first, inputs.shape[0]):
         step(at_node(model, k), states[k], inputs[k], states[k + 1])
@@ -44,7 +54,11 @@ def roll_blindly(model: object, work: Workspace, first: int) -> None:
 
 @kernel
 def aim_straight(work: Workspace) -> None:
-    """Nominal states on the straight line from the first one to the goal, integrators at the rate that leads there."""
+    """Set the nominal states on the straight line to the goal, and inputs of integrators to the rate that leads there.
+
+    Args:
+        work: Workspace of the solver.
+    """
     nx, nu, m = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.integrators)
     states, inputs, goal, limits = work.nominal.states, work.nominal.inputs, work.weights.state_goal, work.limits
     n = inputs.shape[0]
@@ -140,6 +154,11 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
     """Bend the shifted trajectory towards another first state, to first order: by the last sweep's feedback and dynamics.
 
     That keeps to the rows which were active in the sweep, where a first state that jumps would violate them all along.
+
+    Args:
+        work: Workspace of the solver.
+        state: New first state, shape (nx,).
+        shift: Steps by which the trajectory was shifted.
     """
     nx, nu, step, nominal = len(work.sizes.states), len(work.sizes.inputs), work.node.step, work.nominal
     n, whole = nominal.inputs.shape[0], int(shift + 0.5)
@@ -165,7 +184,12 @@ def lead_to(work: Workspace, state: Array, shift: float) -> None:
 
 @kernel
 def last_violation(work: Workspace, tolerance: float) -> int:
-    """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does."""
+    """Last node at which a row or bound of the nominal trajectory exceeds `tolerance`; −1 if none does.
+
+    Args:
+        work: Workspace of the solver.
+        tolerance: In the rows' units.
+    """
     nominal, program, nx = work.nominal, work.program, len(work.sizes.states)
     n = nominal.inputs.shape[0]
     floors = work.floors
@@ -189,18 +213,30 @@ def last_violation(work: Workspace, tolerance: float) -> int:
 
 @kernel
 def start_trial(work: Workspace) -> None:
-    """The trial trajectory starts where the nominal one does."""
+    """Start the trial trajectory where the nominal one starts.
+
+    Args:
+        work: Workspace of the solver.
+    """
     for i in range(len(work.sizes.states)):
         work.trial.states[0, i] = work.nominal.states[0, i]
 
 
 @kernel
 def accept_trial(work: Workspace) -> None:
-    """The trial trajectory becomes the nominal one."""
+    """Make the trial trajectory the nominal one.
+
+    Args:
+        work: Workspace of the solver.
+    """
     copy_trajectory(work.trial, work.nominal)
 
 
 @kernel
 def measure_again(work: Workspace) -> None:
-    """Measure the nominal trajectory, which satisfies the dynamics, after trials that came to nothing."""
+    """Measure the nominal trajectory, which satisfies the dynamics, after trials that came to nothing.
+
+    Args:
+        work: Workspace of the solver.
+    """
     measure(work, work.nominal)

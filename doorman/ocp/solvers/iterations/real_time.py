@@ -35,7 +35,7 @@ EXTRA_ITERATIONS = 2
 _ENOUGH = 0.005
 """An iteration that changes an input by more, weighted by its cost, is followed by another one."""
 _PRICE = 1e-6
-"""The same where the multipliers' last change costs more, relative to 1 + |J|."""
+"""One whose change of the multipliers costs more is, too, relative to 1 + |J|."""
 _FAR = 1e-5
 """A third one follows where the second changed an input's cost by more, relative to 1 + |J|."""
 
@@ -91,7 +91,15 @@ def follow(
 
 @kernel
 def iterate_once(model: object, work: Workspace) -> bool:
-    """One iteration with the full step; False if no sweep goes through or the step is not finite."""
+    """One iteration with the full step.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+
+    Returns:
+        Whether a sweep went through and the step is finite.
+    """
     penalty = work.settings.penalty
     linearize(model, work)
     mark_active(work, penalty)
@@ -108,13 +116,23 @@ def iterate_once(model: object, work: Workspace) -> bool:
 
 @kernel
 def mark_active(work: Workspace, penalty: float) -> None:
-    """Active set along the nominal trajectory after its linearisation."""
+    """Set the active set along the nominal trajectory, after its linearisation.
+
+    Args:
+        work: Workspace of the solver.
+        penalty: 1/μ.
+    """
     classify(work, work.nominal, penalty)
 
 
 @kernel
 def price(work: Workspace, penalty: float) -> float:
-    """What the change of the multipliers that the step in `trial` proposes is worth, in units of the cost."""
+    """Worth of the multipliers' change that the step in `trial` proposes, in units of the cost.
+
+    Args:
+        work: Workspace of the solver.
+        penalty: 1/μ.
+    """
     trial, now, new = work.trial, work.multipliers, work.proposal
     total = 0.0
     for k in range(trial.inputs.shape[0]):

@@ -39,7 +39,13 @@ _CORRECTIONS = 12
 
 @kernel
 def apply_policy(work: Workspace, k: int, scale: float) -> None:
-    """Input of node k of the trial trajectory by the policy, inside its bounds."""
+    """Input of node k of the trial trajectory by the policy, inside its bounds.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+        scale: Share ε of the feedforward step.
+    """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     nominal, trial, gains, limits = work.nominal, work.trial, work.policy.gains, work.limits
     for a in range(nu):
@@ -53,7 +59,16 @@ def apply_policy(work: Workspace, k: int, scale: float) -> None:
 
 @kernel
 def advance(model: object, work: Workspace, k: int) -> bool:
-    """Next state of the trial trajectory; False if it is not finite."""
+    """Next state of the trial trajectory.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        k: Node.
+
+    Returns:
+        Whether it is finite.
+    """
     trial = work.trial
     step(at_node(model, k), trial.states[k], trial.inputs[k], trial.states[k + 1])
     for i in range(trial.states.shape[1]):
@@ -64,9 +79,15 @@ def advance(model: object, work: Workspace, k: int) -> bool:
 
 @kernel
 def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
-    """Largest row or state bound at node k of the trial trajectory, after its rows are evaluated if asked for.
+    """Largest value of a row or state bound at node k of the trial trajectory.
 
     Equalities do not count: the feedback keeps them.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        k: Node.
+        evaluate: Whether the rows are computed first.
     """
     floors, equal = work.floors, work.sizes.equalities > 0
     trial, nx, last = work.trial, len(work.sizes.states), k == work.trial.inputs.shape[0] - 1
@@ -97,7 +118,12 @@ def worst_row(model: object, work: Workspace, k: int, evaluate: bool) -> float:
 
 @kernel
 def correct(work: Workspace, k: int) -> None:
-    """Add `program.step` to input k of the trial trajectory, inside its bounds."""
+    """Add `program.step` to input k of the trial trajectory, inside its bounds.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+    """
     for a in range(len(work.sizes.inputs)):
         value = work.trial.inputs[k, a] + work.program.step[a]
         if work.sizes.input_bounds > 0:
@@ -107,7 +133,16 @@ def correct(work: Workspace, k: int) -> None:
 
 @kernel
 def roll_freely(model: object, work: Workspace, scale: float) -> int:
-    """Roll out without corrections; the first node that violates a row, DONE, or NOT_FINITE."""
+    """Roll out without corrections.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        scale: Share ε of the feedforward step.
+
+    Returns:
+        The first node that violates a row, DONE, or NOT_FINITE.
+    """
     trial, n = work.trial, work.trial.inputs.shape[0]
     for k in range(n):
         apply_policy(work, k, scale)

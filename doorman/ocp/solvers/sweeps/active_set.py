@@ -81,7 +81,7 @@ def mark_bounds(
     typingctx: Any, node: Any, count: Any, values: Any, first: Any, lower: Any, upper: Any, multipliers: Any, scale: Any,
     active: Any, proposal: Any,
 ) -> Any:  # fmt: skip
-    """The same of lower ≤ v ≤ upper: 1 at the upper end and −1, with a negative multiplier, at the lower one.
+    """Bounds lower ≤ v ≤ upper of one node: active 1 at the upper end and −1, with a negative multiplier, at the lower one.
 
     Args:
         typingctx: numba's.
@@ -126,6 +126,11 @@ def mark_bounds(
 @kernel
 def classify(work: Workspace, at: Trajectory, penalty: float) -> int:
     """Active set {λ + r/μ > 0} and proposed multipliers max(0, λ + r/μ) at a trajectory's rows.
+
+    Args:
+        work: Workspace of the solver.
+        at: Trajectory with the values of its rows.
+        penalty: 1/μ.
 
     Returns:
         The last node whose set is another now; −1 if none is.

@@ -29,7 +29,12 @@ NOT_CONVEX = -2
 
 @kernel
 def fill_rows(work: Workspace, k: int) -> None:
-    """Rows [C_x | c | C_u] of node k's program into `program.eliminated`."""
+    """Rows [C_x | c | C_u] of node k's program into `program.eliminated`.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+    """
     nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
     nh, nt, ng = work.sizes.rows, work.sizes.end_rows, work.sizes.input_rows
     program, linear, nominal = work.program, work.linear, work.nominal
@@ -67,7 +72,11 @@ def fill_rows(work: Workspace, k: int) -> None:
 
 @kernel
 def eliminate_rows(work: Workspace) -> None:
-    """Take the inputs out of the rows: T and c̃."""
+    """Take the inputs out of the rows of the program, which leaves T and c̃.
+
+    Args:
+        work: Workspace of the solver.
+    """
     nx, nu, wide = len(work.sizes.states), len(work.sizes.inputs), len(work.sizes.wide)
     program, rows = work.program, work.program.eliminated
     for i in range(rows.shape[0]):
@@ -82,7 +91,12 @@ def eliminate_rows(work: Workspace) -> None:
 
 @kernel
 def violated(work: Workspace, k: int) -> bool:
-    """Whether the unconstrained step of node k violates a row of its program."""
+    """Whether the unconstrained step of node k violates a row of its program.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+    """
     program, nx, nu = work.program, len(work.sizes.states), len(work.sizes.inputs)
     for i in range(program.constraints.shape[0]):
         total = program.constraints[i]
@@ -95,7 +109,15 @@ def violated(work: Workspace, k: int) -> bool:
 
 @kernel
 def keep_active(work: Workspace, k: int) -> bool:
-    """Change value and policy of node k so that the rows `program.active[k]` stay active; False if they are dependent."""
+    """Change value and policy of node k so that the rows `program.active[k]` stay active.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+
+    Returns:
+        Whether the rows are independent; if not, nothing has changed.
+    """
     nx, nu, wide, narrow = (
         len(work.sizes.states),
         len(work.sizes.inputs),
@@ -137,7 +159,12 @@ def keep_active(work: Workspace, k: int) -> bool:
 
 @kernel
 def export_multipliers(work: Workspace, k: int) -> None:
-    """λ of node k's program to where they belong."""
+    """Write the multipliers λ of node k's program to `work.multipliers`.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+    """
     nx, nh, nt, ng = (
         len(work.sizes.states),
         work.sizes.rows,

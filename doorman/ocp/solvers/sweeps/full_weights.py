@@ -19,7 +19,13 @@ Array = NDArray[np.float64]
 
 @kernel
 def off_diagonal_cost(work: Workspace, at: Trajectory, k: int) -> float:
-    """Its value at node k of a trajectory."""
+    """Value of this part of the cost at node k of a trajectory.
+
+    Args:
+        work: Workspace of the solver.
+        at: The trajectory.
+        k: Node.
+    """
     weights, nx, n = work.weights, len(work.sizes.states), at.inputs.shape[0]
     matrix, total = weights.off_state if k < n else weights.off_terminal, 0.0
     for i in range(nx):
@@ -39,7 +45,14 @@ def off_diagonal_cost(work: Workspace, at: Trajectory, k: int) -> float:
 
 @kernel
 def off_diagonal_slope(work: Workspace, at: Trajectory, k: int, gradient: Array) -> None:
-    """Add its gradient at node k of a trajectory to `gradient` (nx + nu,)."""
+    """Add the gradient of this part of the cost at node k of a trajectory.
+
+    Args:
+        work: Workspace of the solver.
+        at: The trajectory.
+        k: Node.
+        gradient: By [x, u], shape (nx + nu,), added to.
+    """
     weights, nx, n = work.weights, len(work.sizes.states), at.inputs.shape[0]
     matrix = weights.off_state if k < n else weights.off_terminal
     for j in range(nx):
@@ -58,7 +71,13 @@ def off_diagonal_slope(work: Workspace, at: Trajectory, k: int, gradient: Array)
 
 @kernel
 def off_diagonal_curvature(work: Workspace, k: int, hessian: Array) -> None:
-    """Add its Hessian at node k to `hessian` (nx + nu, nx + nu)."""
+    """Add the Hessian of this part of the cost at node k.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+        hessian: By [x, u], shape (nx + nu, nx + nu), added to.
+    """
     weights, nx, n = work.weights, len(work.sizes.states), work.nominal.inputs.shape[0]
     matrix = weights.off_state if k < n else weights.off_terminal
     for i in range(nx):

@@ -12,7 +12,16 @@ Array = NDArray[np.float64]
 
 @kernel
 def cholesky(matrix: Array, size: int, factor: Array) -> bool:
-    """Lower factor L of the leading block of a symmetric matrix, M = L Lᵀ; False if it is not positive definite."""
+    """Lower factor L of the leading block of a symmetric matrix, M = L Lᵀ.
+
+    Args:
+        matrix: M, shape (≥ size, ≥ size); its lower half is read.
+        size: Of the block.
+        factor: L, shape (≥ size, ≥ size), filled below its diagonal; may be `matrix`.
+
+    Returns:
+        Whether the block is positive definite.
+    """
     for i in range(size):
         for j in range(i + 1):
             total = matrix[i, j]
@@ -29,7 +38,14 @@ def cholesky(matrix: Array, size: int, factor: Array) -> bool:
 
 @kernel
 def solve_lower(factor: Array, size: int, columns: int, rows: Array) -> None:
-    """L⁻¹ M in place, for the first `columns` columns of `rows` (size, ≥ columns)."""
+    """Product L⁻¹ M in place.
+
+    Args:
+        factor: L, shape (≥ size, ≥ size).
+        size: Number of rows.
+        columns: Number of the first columns of M that count.
+        rows: M, shape (≥ size, ≥ columns), changed.
+    """
     for i in range(size):
         for m in range(i):
             scale = factor[i, m]
@@ -42,7 +58,14 @@ def solve_lower(factor: Array, size: int, columns: int, rows: Array) -> None:
 
 @kernel
 def solve_upper(factor: Array, size: int, columns: int, rows: Array) -> None:
-    """L⁻ᵀ M in place, for the first `columns` columns of `rows` (size, ≥ columns)."""
+    """Product L⁻ᵀ M in place.
+
+    Args:
+        factor: L, shape (≥ size, ≥ size).
+        size: Number of rows.
+        columns: Number of the first columns of M that count.
+        rows: M, shape (≥ size, ≥ columns), changed.
+    """
     for i in range(size - 1, -1, -1):
         inverse = 1.0 / factor[i, i]
         for j in range(columns):
@@ -55,7 +78,12 @@ def solve_upper(factor: Array, size: int, columns: int, rows: Array) -> None:
 
 @kernel
 def copy_rows(source: Array, target: Array) -> None:
-    """Copy a matrix into another of its shape."""
+    """Copy a matrix into another of its shape.
+
+    Args:
+        source: Shape (m, n).
+        target: Shape (m, n) or larger, filled.
+    """
     for i in range(source.shape[0]):
         for j in range(source.shape[1]):
             target[i, j] = source[i, j]

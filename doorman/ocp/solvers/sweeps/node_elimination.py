@@ -9,7 +9,7 @@ and D diagonal, which has no roots. With R the rows in the course of the elimina
 The last m states may be integrators of the last m inputs, :math:`x^+ = x + \Delta t\,u` without a defect (an arm's joints): their
 rows of A and B are not multiplied but copied.
 
-numba would loop over rows of which the compiler cannot know how many there are left to eliminate; here every loop over the
+numba would loop over rows of which the compiler cannot know how many there are left to eliminate. Here every loop over the
 sizes is unrolled while the code is generated, so that rows stay in registers.
 """
 
@@ -133,5 +133,9 @@ def eliminate_inputs(
 
 
 def factors_width(nu: int) -> int:
-    """Length of a row of the factors: nu, padded."""
+    """Length of a row of the factors: nu, padded.
+
+    Args:
+        nu: Number of inputs.
+    """
     return -(-nu // 8) * 8

@@ -29,7 +29,13 @@ _ATTEMPTS = 10
 
 @kernel
 def project_row(factors: Array, row: Array, projected: Array) -> None:
-    """T of one row, from its part D_c in `row`."""
+    """Row of T = D_c U⁻¹ from a row of D_c.
+
+    Args:
+        factors: U above its diagonal and D on it, shape (nu, ≥ nu).
+        row: Of D_c, shape (≥ nu,).
+        projected: Shape (nu,), filled.
+    """
     nu = projected.shape[0]
     for a in range(nu):
         total = row[a]
@@ -42,7 +48,18 @@ def project_row(factors: Array, row: Array, projected: Array) -> None:
 def gather_schur(
     projected: Array, factors: Array, active: NDArray[np.bool_], indices: NDArray[np.int64], out: Array
 ) -> int:
-    """Numbers of the active rows into `indices`, their block of S, lightly regularised, into `out`; how many there are."""
+    """Numbers of the active rows, and their block of S, lightly regularised.
+
+    Args:
+        projected: T, shape (rows, nu).
+        factors: U above its diagonal and D on it, shape (nu, ≥ nu).
+        active: Which rows are active, shape (rows,).
+        indices: Numbers of the active rows, filled, shape (≥ most,).
+        out: Lower half of the block of S, filled, shape (most, most).
+
+    Returns:
+        How many rows are active; most + 1 where there are more.
+    """
     count, nu, most = 0, projected.shape[1], out.shape[0]
     for i in range(active.shape[0]):
         if active[i]:
@@ -62,10 +79,17 @@ def gather_schur(
 
 @kernel
 def solve_dual(work: Workspace, k: int) -> bool:
-    """Solve the conditions above for the rows in `program` with the factors of node k; False if no guess settles.
+    """Solve the conditions above for the rows in `program` with the factors of node k.
 
     Starts from and ends in `program.proposal`. On success `program.multipliers` holds λ, `gathered` the Cholesky factor of the
-    active block of S and `indices` its rows.
+    active block of S, and `indices` its rows.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+
+    Returns:
+        Whether a guess of the active set has settled.
     """
     program, factors = work.program, work.policy.factors[k]
     active, values, projected, indices = program.proposal, program.residuals, program.projected, program.indices
@@ -118,7 +142,12 @@ def solve_dual(work: Workspace, k: int) -> bool:
 
 @kernel
 def substitute_step(work: Workspace, k: int) -> None:
-    """`program.step` ← U⁻¹ `program.step`."""
+    """Replace `program.step` by U⁻¹ times it.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+    """
     step, factors = work.program.step, work.policy.factors[k]
     nu = step.shape[0]
     for a in range(nu - 1, -1, -1):
@@ -130,7 +159,13 @@ def substitute_step(work: Workspace, k: int) -> None:
 
 @kernel
 def export_program(work: Workspace, k: int, with_gradient: bool) -> None:
-    """Hessian and gradient of node k's program, for a solver outside; its rows are in `program` already."""
+    """Hessian and gradient of node k's program, for a solver outside; its rows are in `program` already.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+        with_gradient: Whether Q_u is the gradient; else it is zero, as for a correction.
+    """
     program, factors, nu, nx = work.program, work.policy.factors[k], len(work.sizes.inputs), len(work.sizes.states)
     for i in range(nu):
         program.gradient[i] = 0.0

@@ -1,7 +1,7 @@
 r"""Riccati sweep of the augmented Lagrangian, and the step that follows from it.
 
-Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ; the active rows add :math:`h_x^T h_x/\mu` to V_xx and
-:math:`h_x^T(\lambda + h/\mu)` to V_x of their state, g likewise to the node's cost, and bounds to a diagonal.
+Each row h ≤ 0 has a multiplier λ ≥ 0 and a penalty 1/μ. The active rows add :math:`h_x^T h_x/\mu` to V_xx and
+:math:`h_x^T(\lambda + h/\mu)` to V_x of their state. Rows g add likewise to the node's cost, and bounds to a diagonal.
 """
 
 from __future__ import annotations
@@ -23,7 +23,12 @@ Array = NDArray[np.float64]
 
 @kernel
 def terminal_value(model: object, work: Workspace) -> None:
-    """Value function of the last state; the predicted decrease is none so far."""
+    """Value function of the last state; resets the predicted decrease.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+    """
     nx = len(work.sizes.states)
     last, weights, value = work.nominal.states[work.nominal.inputs.shape[0]], work.weights, work.node.value
     value[:, :] = 0.0
@@ -49,7 +54,13 @@ def terminal_value(model: object, work: Workspace) -> None:
 
 @kernel
 def value_behind(model: object, work: Workspace, node: int) -> None:
-    """Value function of state node + 1 as the last sweep left it, or anew at the horizon's end."""
+    """Value function of state node + 1 as the last sweep left it, or computed anew at the horizon's end.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        node: Node whose next state it is.
+    """
     if node == work.nominal.inputs.shape[0] - 1:
         terminal_value(model, work)
         work.policy.sums[node + 1, :] = 0.0
@@ -59,7 +70,13 @@ def value_behind(model: object, work: Workspace, node: int) -> None:
 
 @kernel
 def penalize_state(work: Workspace, k: int, penalty: float) -> None:
-    """Add the active rows and bounds of state k + 1 to its value function."""
+    """Add the active rows and bounds of state k + 1 to its value function.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+        penalty: 1/μ.
+    """
     nx, last = len(work.sizes.states), k == work.nominal.inputs.shape[0] - 1
     value, linear, active, multipliers = work.node.value, work.linear, work.active, work.multipliers
     stiff = penalty * work.stiffness[k]
@@ -128,7 +145,13 @@ def set_base(model: object, work: Workspace, k: int, penalty: float, regularizat
 
 @kernel
 def add_stage_cost(model: object, work: Workspace, k: int) -> None:
-    """Add the model's own cost of node k, and what the quadratic cost has off its diagonals."""
+    """Add the model's own cost of node k, and the part of the quadratic cost off its diagonals.
+
+    Args:
+        model: The model.
+        work: Workspace of the solver.
+        k: Node.
+    """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_x, base_u, gradient, hessian = work.node.base_x, work.node.base_u, work.node.gradient, work.node.hessian
     gradient[:] = 0.0
@@ -176,7 +199,13 @@ def add_input_row(work: Workspace, row: Array, force: float, weight: float) -> N
 
 @kernel
 def penalize_input(work: Workspace, k: int, penalty: float) -> None:
-    """Add the active mixed rows and input bounds of node k."""
+    """Add the active mixed rows and input bounds of node k to `node.base_x` and `node.base_u`.
+
+    Args:
+        work: Workspace of the solver.
+        k: Node.
+        penalty: 1/μ.
+    """
     nx, nu = len(work.sizes.states), len(work.sizes.inputs)
     base_u, active, multipliers = work.node.base_u, work.active, work.multipliers
     for i in range(work.sizes.input_rows):
@@ -231,7 +260,11 @@ def sweep(model: object, work: Workspace, penalty: float, regularization: float,
 
 @kernel
 def step_along(work: Workspace) -> None:
-    """Newton step of the last sweep into `trial`, with the rows linearised there."""
+    """Newton step of the last sweep into `trial`, with the rows linearised there.
+
+    Args:
+        work: Workspace of the solver.
+    """
     nx, nu, nh, ng = len(work.sizes.states), len(work.sizes.inputs), work.sizes.rows, work.sizes.input_rows
     nominal, trial, step, weights, linear = work.nominal, work.trial, work.node.step, work.weights, work.linear
     n, largest = nominal.inputs.shape[0], 0.0

@@ -76,13 +76,25 @@ class Brain:
         return self.mode in [self.dialect.modes[name] for name in names]
 
     def say(self, severity: int, text: str) -> None:
-        """Queue a STATUSTEXT."""
+        """Queue a STATUSTEXT.
+
+        Args:
+            severity: MAV_SEVERITY.
+            text: The words.
+        """
         self.texts.append((severity, text))
 
     # ------------------------------------------------------------ requests; they return a MAV_RESULT
 
     def request_mode(self, mode: int) -> int:
-        """DO_SET_MODE. PX4 accepts it on the ground even where the mode does not change: the heartbeat tells."""
+        """Answer DO_SET_MODE. PX4 accepts it on the ground even where the mode does not change: the heartbeat tells.
+
+        Args:
+            mode: `custom_mode`.
+
+        Returns:
+            MAV_RESULT.
+        """
         if mode not in self.dialect.modes.values():
             return DENIED
         if self._available(mode):
@@ -96,7 +108,14 @@ class Brain:
         return ACCEPTED
 
     def request_take_off(self, height: float) -> int:
-        """NAV_TAKEOFF to a height above home [m]: only from the ground, armed, in `companion`."""
+        """Answer NAV_TAKEOFF: accepted only from the ground, armed, in `companion`.
+
+        Args:
+            height: Above home [m].
+
+        Returns:
+            MAV_RESULT.
+        """
         if not self.dialect.lifts_off_by_command:
             return UNSUPPORTED
         if not self.is_in("companion") or not self.armed or not self.landed or not 0.0 < height < math.inf:
@@ -105,7 +124,15 @@ class Brain:
         return ACCEPTED
 
     def request_arming(self, arm: bool, forced: bool) -> int:
-        """COMPONENT_ARM_DISARM."""
+        """Answer COMPONENT_ARM_DISARM.
+
+        Args:
+            arm: Whether to arm, rather than to disarm.
+            forced: Whether it is disarmed in the air, too.
+
+        Returns:
+            MAV_RESULT.
+        """
         if not arm:
             if self.armed and not self.landed and not forced:
                 return self.dialect.refusal
@@ -124,7 +151,14 @@ class Brain:
         return reason is not None
 
     def pilot_mode(self, name: str) -> None:
-        """The pilot turns the mode switch: it wins, and ends a failsafe, where the mode is available."""
+        """Turn the pilot's mode switch: it wins, and ends a failsafe, where the mode is available.
+
+        Args:
+            name: Of the mode, one of `Dialect.modes`.
+
+        Raises:
+            ValueError: if there is no such mode.
+        """
         if name not in self.dialect.modes:
             raise ValueError(f"unknown mode {name}: {', '.join(self.dialect.modes)}")
         if self._available(self.dialect.modes[name]):
@@ -132,7 +166,11 @@ class Brain:
             self._enter(self.dialect.modes[name])
 
     def kill(self, stop: bool) -> None:
-        """The pilot's kill switch stops the motors, or lets those of a vehicle that is still armed run again."""
+        """Turn the pilot's kill switch.
+
+        Args:
+            stop: Whether it stops the motors, or lets those of a vehicle that is still armed run again.
+        """
         self._killed_at = self._now if stop and self.armed else None
 
     @property
@@ -143,13 +181,29 @@ class Brain:
     # ------------------------------------------------------------ setpoints, in the world frame
 
     def attitude_target(self, mask: int, quaternion: Array, thrust: float, body: Array) -> None:
-        """SET_ATTITUDE_TARGET with a thrust, 0 … 1, or as PX4 takes it, with one in the body, z up."""
+        """Take in SET_ATTITUDE_TARGET.
+
+        Args:
+            mask: Its `type_mask`.
+            quaternion: [w, x, y, z], body to world, shape (4,).
+            thrust: Normalised, 0 … 1.
+            body: Thrust in the body, z up, normalised, shape (3,), as PX4 takes it; zeros without.
+        """
         self._aim(attitude_demand(self.dialect, self.parameters, mask, quaternion, thrust, body))
 
     def position_target(
         self, mask: int, frame: int, position: Array, velocity: Array, acceleration: Array, yaw: float
     ) -> None:
-        """SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both."""
+        """Take in SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both.
+
+        Args:
+            mask: Its `type_mask`.
+            frame: MAV_FRAME.
+            position: Shape (3,), world frame [m].
+            velocity: Shape (3,), world frame [m/s].
+            acceleration: Shape (3,), world frame [m/s²].
+            yaw: ψ [rad].
+        """
         self._aim(position_demand(mask, frame, position, velocity, acceleration, yaw))
 
     def _aim(self, demand: Demand | None) -> None:

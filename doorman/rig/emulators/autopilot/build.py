@@ -42,7 +42,7 @@ class Build:
 
     @property
     def dialect(self) -> Dialect:
-        """Its rules, as data."""
+        """Rules of the autopilot, as data."""
         return DIALECTS[self.flavour]
 
     @property

@@ -56,7 +56,16 @@ class FlightController:
         """Where a landing began, shape (3,) [m]."""
 
     def actuate(self, demand: Demand, estimate: Estimate, max_force: float) -> tuple[float, Array]:
-        """Thrust [N] and attitude for now; idle is no thrust."""
+        """Thrust [N] and attitude for now; idle is no thrust.
+
+        Args:
+            demand: What to do.
+            estimate: What the autopilot believes now.
+            max_force: Thrust of all rotors at most [N].
+
+        Returns:
+            Thrust [N], and [w, x, y, z], body to world, shape (4,).
+        """
         if demand.task is not Task.LAND:
             self._anchor = None
         if demand.task is Task.IDLE:
@@ -87,7 +96,15 @@ class FlightController:
 
 
 def tilted(axis: tuple[float, float, float], yaw: float) -> Array:
-    """Attitude whose z axis points along a unit vector, not straight down, with a heading: the least tilt, then the turn."""
+    """Attitude whose z axis points along a unit vector, with a heading: the least tilt, then the turn.
+
+    Args:
+        axis: Unit vector, not straight down, world frame.
+        yaw: Of the turn [rad].
+
+    Returns:
+        [w, x, y, z], body to world, shape (4,).
+    """
     x, y, z = axis
     w = math.sqrt(0.5 * (1.0 + z))
     return np.array(multiply((w, -y / (2.0 * w), x / (2.0 * w), 0.0), level(yaw).tolist()))

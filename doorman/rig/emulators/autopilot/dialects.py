@@ -76,7 +76,12 @@ class Dialect:
     """Messages that may be asked for, and whose interval may be set."""
 
     def number(self, main: int, sub: int) -> int:
-        """`custom_mode` of the second and third parameter of DO_SET_MODE."""
+        """Number `custom_mode` from the parameters of DO_SET_MODE.
+
+        Args:
+            main: Second parameter.
+            sub: Third parameter, which ArduPilot does not use.
+        """
         return main << 16 | sub << 24 if self.vendor == mavlink.MAV_AUTOPILOT_PX4 else main
 
 

@@ -101,7 +101,7 @@ class EmulatedAutopilot(Uncopied):
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it is bound."""
+        """Address to which it is bound."""
         return self._line.address
 
     @property
@@ -133,16 +133,28 @@ class EmulatedAutopilot(Uncopied):
     # ------------------------------------------------------------ what a test or a rig may do
 
     def pilot_mode(self, name: str) -> None:
-        """The pilot turns the mode switch of the radio: `position`, `land`, `return` and so on."""
+        """Turn the mode switch of the pilot's radio.
+
+        Args:
+            name: Of the mode: `position`, `land`, `return` and so on.
+        """
         with self._lock:
             self.brain.pilot_mode(name)
 
     def pilot_sticks(self, velocity: Sequence[float]) -> None:
-        """The pilot moves the sticks, which `position` mode obeys, or lets go of them: velocity, world frame [m/s]."""
+        """Move the pilot's sticks, which `position` mode obeys, or let go of them.
+
+        Args:
+            velocity: That they ask for, shape (3,), world frame [m/s]; zero without a hand on them.
+        """
         self.brain.sticks = np.array(velocity, float)
 
     def kill_switch(self, stop: bool = True) -> None:
-        """The pilot stops the motors by the radio's switch, or lets them run again: disarmed it is only after 5 s."""
+        """Stop the motors by the radio's switch, or let them run again; the vehicle is disarmed only after 5 s.
+
+        Args:
+            stop: Whether they stop.
+        """
         with self._lock:
             self.brain.kill(stop)
 
@@ -152,7 +164,11 @@ class EmulatedAutopilot(Uncopied):
             self.brain.request_arming(arm=False, forced=True)
 
     def refuse_arming(self, text: str = "") -> None:
-        """Refuse to arm until `allow_arming`, silently or with words."""
+        """Refuse to arm until `allow_arming`.
+
+        Args:
+            text: Words of the refusal; empty for a silent one.
+        """
         self.brain.refusal = text
 
     def allow_arming(self) -> None:
@@ -160,7 +176,11 @@ class EmulatedAutopilot(Uncopied):
         self.brain.refusal = None
 
     def fail_estimator(self, failed: bool = True) -> None:
-        """Lose the position estimate, or find it again."""
+        """Lose the position estimate, or find it again.
+
+        Args:
+            failed: Whether it is lost.
+        """
         self.estimator.failed = failed
 
     def forget_origin(self) -> None:
@@ -168,20 +188,36 @@ class EmulatedAutopilot(Uncopied):
         self.estimator.origin = None
 
     def lead_astray(self, offset: Sequence[float]) -> None:
-        """Let the position estimate be wrong by this much more, shape (3,), world frame [m], until poses put it right."""
+        """Let the position estimate be wrong by more, until poses put it right.
+
+        Args:
+            offset: By which, shape (3,), world frame [m].
+        """
         with self._lock:
             self.estimator.lead_astray(np.asarray(offset, dtype=np.float64))
 
     def confuse(self, confused: bool = True) -> None:
-        """Send attitude and position that are not numbers, or numbers again."""
+        """Send attitude and position that are NaN, or numbers again.
+
+        Args:
+            confused: Whether they are NaN.
+        """
         self.telemetry.confused = confused
 
     def stop_heartbeats(self, stopped: bool = True) -> None:
-        """Leave out the heartbeat while all else goes on."""
+        """Leave out the heartbeat while all else goes on, or send it again.
+
+        Args:
+            stopped: Whether it is left out.
+        """
         self.telemetry.heartbeats_stopped = stopped
 
     def jump_clock(self, seconds: float) -> None:
-        """Let the clock jump without a reboot."""
+        """Let the clock jump without a reboot.
+
+        Args:
+            seconds: By which it jumps [s].
+        """
         self._clock.jumped += seconds
 
     def reboot(self, silence: float = 0.5) -> None:
@@ -196,12 +232,22 @@ class EmulatedAutopilot(Uncopied):
             self.plant.stop_motors()
 
     def send(self, message: Any) -> None:
-        """Send a message in its own name."""
+        """Send a message in its own name.
+
+        Args:
+            message: Of pymavlink.
+        """
         with self._lock:
             self.telemetry.send(message)
 
     def send_as(self, message: Any, system: int, component: int) -> None:
-        """Send a message in another station's name."""
+        """Send a message in another station's name.
+
+        Args:
+            message: Of pymavlink.
+            system: Of the other station.
+            component: Of the other station.
+        """
         with self._lock:
             self._line.send(message.pack(mavlink.MAVLink(None, system, component)))
 

@@ -74,10 +74,15 @@ class Estimator:
         return not self.vision or self.accepted_poses >= _POSES_NEEDED
 
     def set_origin(self, now: float, armed: bool, place: Place) -> None:
-        """Take an origin [s].
+        """Take an origin.
 
-        What ArduPilot believes to be its height soon after the first one becomes zero, unless it is armed. Poses are fused as
-        they are, and what is told of the height is larger by that from then on. What PX4 tells sinks by the altitude.
+        ArduPilot sets the height that it believes soon after the first one to zero, unless it is armed. Poses are fused as they
+        are, and the height that it tells is larger by that from then on. The height that PX4 tells sinks by the altitude.
+
+        Args:
+            now: The autopilot's time since boot [s].
+            armed: Whether the vehicle is armed.
+            place: The origin on earth.
         """
         self.origin = place
         if not self._needs_origin:
@@ -86,7 +91,13 @@ class Estimator:
             self._datum_due = now + _DATUM_DELAY
 
     def update(self, now: float, truth: PlantTruth, dt: float) -> Estimate:
-        """Estimate at a time of the autopilot's clock [s]."""
+        """Estimate at a time.
+
+        Args:
+            now: The autopilot's time since boot [s].
+            truth: Of the vehicle now.
+            dt: Since the last call [s].
+        """
         self._history.append((now, truth.position))
         while now - self._history[0][0] > _HISTORY:
             self._history.popleft()
@@ -109,11 +120,21 @@ class Estimator:
         return self.estimate
 
     def lead_astray(self, offset: Array) -> None:
-        """Be wrong by this much more from now on [m], shape (3,), world frame, until poses put it right."""
+        """Be wrong by more from now on, until poses put it right.
+
+        Args:
+            offset: By which, shape (3,), world frame [m].
+        """
         self._error = self._error + offset
 
     def pose(self, now: float, stamp: float, position: Array) -> None:
-        """Fuse a pose that was true at a time of the autopilot's clock [s]."""
+        """Fuse a pose.
+
+        Args:
+            now: The autopilot's time since boot [s].
+            stamp: When the pose was true, since boot [s].
+            position: Shape (3,), world frame [m].
+        """
         if not self.vision or not self._history or not self._history[0][0] <= stamp <= now + 0.05:
             return
         times, places = zip(*self._history, strict=True)

@@ -57,12 +57,16 @@ class FaultyUdp:
 
     @property
     def address(self) -> tuple[str, int]:
-        """What was bound."""
+        """Address that was bound."""
         host, port = self._socket.getsockname()
         return str(host), int(port)
 
     def wait(self, timeout: float) -> None:
-        """Until something can be read, or the time is over [s]."""
+        """Wait until something can be read, or the time is over.
+
+        Args:
+            timeout: Longest time [s].
+        """
         select.select([self._socket], [], [], max(0.0, timeout))
 
     def receive(self) -> list[bytes]:
@@ -78,7 +82,11 @@ class FaultyUdp:
         return datagrams
 
     def send(self, data: bytes) -> None:
-        """Send a message, now or after the delay."""
+        """Send a message, now or after the delay.
+
+        Args:
+            data: Bytes of the message.
+        """
         for piece in self._suffer(data, self.outgoing, outgoing=True):
             heapq.heappush(self._waiting, (time.monotonic() + self.outgoing.delay, next(self._ticket), piece))
         self.flush()

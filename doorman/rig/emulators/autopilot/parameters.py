@@ -74,19 +74,33 @@ class ParameterStore:
 
     @property
     def names(self) -> list[str]:
-        """In the order of their index."""
+        """Names in the order of their index."""
         return list(self._values)
 
     def add(self, name: str, value: float, whole: bool = False) -> None:
-        """Be a firmware with a further parameter."""
+        """Add a parameter that other firmware lacks.
+
+        Args:
+            name: Of the parameter.
+            value: Its value.
+            whole: Whether it is an integer.
+        """
         self._values[name] = (value, _INT32 if whole else _REAL32)
 
     def remove(self, name: str) -> None:
-        """Be a firmware without the parameter."""
+        """Remove a parameter, as firmware does that lacks it.
+
+        Args:
+            name: Of the parameter.
+        """
         del self._values[name]
 
     def to_wire(self, name: str) -> tuple[float, int]:
-        """Float field and type of PARAM_VALUE."""
+        """Fields of PARAM_VALUE: the value as a float, and MAV_PARAM_TYPE.
+
+        Args:
+            name: Of the parameter.
+        """
         value, kind = self._values[name]
         if self._bytewise and kind in _CODES:
             raw = struct.pack(f"<{_CODES[kind][0]}", int(value)).ljust(4, b"\0")
@@ -94,7 +108,16 @@ class ParameterStore:
         return float(struct.unpack("<f", struct.pack("<f", value))[0]), kind
 
     def from_wire(self, name: str, field: float, kind: int) -> bool:
-        """Take PARAM_SET's field; False if the parameter is unknown or, for PX4, of another type."""
+        """Take the fields of PARAM_SET.
+
+        Args:
+            name: Of the parameter.
+            field: The value as a float.
+            kind: MAV_PARAM_TYPE.
+
+        Returns:
+            Whether they were taken; not if the parameter is unknown or, for PX4, of another type.
+        """
         if name not in self._values or (self._bytewise and self._values[name][1] != kind):
             return False
         true_kind = self._values[name][1]

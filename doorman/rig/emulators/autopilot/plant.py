@@ -43,13 +43,23 @@ class AutopilotPlant(Protocol):
         """Weight [N]."""
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Fly with a thrust along the body's z axis, and along x and y [N], towards an attitude [w, x, y, z], until the next."""
+        """Fly with a thrust, and a force to the side, towards an attitude, until the next command.
+
+        Args:
+            thrust: Along the body's z axis [N].
+            quaternion: [w, x, y, z], body to world, shape (4,).
+            side_force: Along the body's x and y axis [N].
+        """
 
     def stop_motors(self) -> None:
         """Let the motors stand still, until the next command."""
 
     def advance(self, duration: float) -> None:
-        """Let time pass [s]; does nothing if somebody else advances the plant."""
+        """Let time pass; does nothing if somebody else advances the plant.
+
+        Args:
+            duration: Time that passes [s].
+        """
 
     def truth(self) -> PlantTruth:
         """The vehicle as it is now."""
@@ -79,7 +89,13 @@ class SimplePlant:
         return self.mass * GRAVITY
 
     def command(self, thrust: float, quaternion: Array, side_force: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Fly with a thrust [N] towards an attitude; its rotors are upright, and make no force to the side."""
+        """Fly with a thrust towards an attitude, until the next command.
+
+        Args:
+            thrust: Along the body's z axis [N].
+            quaternion: [w, x, y, z], body to world, shape (4,).
+            side_force: Ignored: upright rotors make none [N].
+        """
         self._wanted_force, self._wanted = max(0.0, thrust), quaternion / np.linalg.norm(quaternion)
 
     def stop_motors(self) -> None:
@@ -87,7 +103,11 @@ class SimplePlant:
         self._wanted_force = 0.0
 
     def advance(self, duration: float) -> None:
-        """Let time pass [s], in steps of at most 4 ms."""
+        """Let time pass, in steps of at most 4 ms.
+
+        Args:
+            duration: Time that passes [s].
+        """
         steps = max(1, math.ceil(duration / 0.004 - 1e-9))
         for _ in range(steps):
             self._step(duration / steps)
@@ -119,16 +139,34 @@ class SimplePlant:
 
 
 def thrust_axis(quaternion: Array) -> Array:
-    """The body's z axis in the world."""
+    """The body's z axis in the world.
+
+    Args:
+        quaternion: [w, x, y, z], body to world, shape (4,).
+
+    Returns:
+        Unit vector, shape (3,), world frame.
+    """
     return np.array(rotate(quaternion.tolist(), _UP))
 
 
 def level(yaw: float) -> Array:
-    """Level attitude with a heading [rad]."""
+    """Level attitude with a heading.
+
+    Args:
+        yaw: ψ [rad].
+
+    Returns:
+        [w, x, y, z], body to world, shape (4,).
+    """
     return np.array(from_attitude((0.0, 0.0, yaw)))
 
 
 def yaw_of(quaternion: Array) -> float:
-    """Yaw of an attitude [rad]."""
+    """Yaw of an attitude [rad].
+
+    Args:
+        quaternion: [w, x, y, z], body to world, shape (4,).
+    """
     w, x, y, z = quaternion.tolist()
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

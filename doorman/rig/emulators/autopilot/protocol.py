@@ -62,7 +62,11 @@ class Protocol:
         }
 
     def take(self, message: Any) -> None:
-        """Act on a message; those to other systems are not for us."""
+        """Act on a message; one to another system is ignored.
+
+        Args:
+            message: Of pymavlink.
+        """
         if getattr(message, "target_system", 0) not in (0, self._system):
             return
         self.received[message.get_type()] += 1

@@ -43,7 +43,15 @@ class Schedule:
         self._next: dict[int, float] = {}
 
     def set_interval(self, identifier: int, interval_us: float) -> bool:
-        """SET_MESSAGE_INTERVAL, where −1 stops a message; False for one that cannot be set."""
+        """Take SET_MESSAGE_INTERVAL.
+
+        Args:
+            identifier: Of the message.
+            interval_us: Between two messages [µs]; −1 stops them.
+
+        Returns:
+            Whether the interval may be set.
+        """
         if identifier not in self._on_request:
             return False
         self._periods.pop(identifier, None)
@@ -52,7 +60,11 @@ class Schedule:
         return True
 
     def due(self, now: float) -> list[int]:
-        """Identifiers of the messages that are due at a time [s]."""
+        """Identifiers of the messages that are due.
+
+        Args:
+            now: The autopilot's time since boot [s].
+        """
         due = []
         for identifier, period in self._periods.items():
             at = self._next.get(identifier, now)
@@ -122,12 +134,23 @@ class Telemetry:
         self._brain.texts.clear()
 
     def tell(self, identifier: int) -> bool:
-        """Send the message that somebody asks for; False if there is none."""
+        """Send the message that somebody asks for.
+
+        Args:
+            identifier: Of the message.
+
+        Returns:
+            Whether there was one to send.
+        """
         asked = identifier in self._brain.dialect.on_request
         return asked and self._send_if_any(identifier, self._estimator.navigates)
 
     def send(self, message: Any) -> None:
-        """Send a message in its own name."""
+        """Send a message in its own name.
+
+        Args:
+            message: Of pymavlink.
+        """
         data = message.pack(self.mav)
         self.mav.seq = (self.mav.seq + 1) % 256
         self._transmit(data)

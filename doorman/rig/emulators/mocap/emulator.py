@@ -41,7 +41,7 @@ class MocapEmulator(Uncopied):
 
     @property
     def faults(self) -> StreamFaults:
-        """Of cameras, Tracker and network; may be switched while it runs."""
+        """Faults of cameras, Tracker and network; may be switched while it runs."""
         return self.stream.faults
 
     def start(self) -> None:

@@ -59,7 +59,11 @@ class StreamFaults:
         self._random = random.Random(self.seed)
 
     def strike(self, probability: float) -> bool:
-        """Draw whether something happens."""
+        """Draw whether something happens.
+
+        Args:
+            probability: That it happens.
+        """
         return probability > 0.0 and self._random.random() < probability
 
     def lateness(self) -> float:
@@ -73,7 +77,11 @@ class StreamFaults:
         return (x / length, y / length, z / length)
 
     def noise(self, deviation: float) -> tuple[float, float, float]:
-        """Draw three normal numbers with a standard deviation."""
+        """Draw three normal numbers of mean 0.
+
+        Args:
+            deviation: Their standard deviation.
+        """
         x, y, z = (self._random.gauss(0.0, deviation) for _ in range(3))
         return (x, y, z)
 

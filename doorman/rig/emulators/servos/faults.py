@@ -41,11 +41,19 @@ class BusFaults:
         self._random = random.Random(self.seed)
 
     def strike(self, probability: float) -> bool:
-        """Draw whether something happens."""
+        """Draw whether something happens.
+
+        Args:
+            probability: That it happens.
+        """
         return probability > 0.0 and self._random.random() < probability
 
     def random_bytes(self, longest: int) -> bytes:
-        """Draw 1 to `longest` bytes."""
+        """Draw random bytes.
+
+        Args:
+            longest: Largest number of bytes; the least is 1.
+        """
         return self._random.randbytes(self._random.randint(1, longest))
 
     def spoil(self, packet: bytes) -> bytes:

@@ -17,7 +17,15 @@ class Unit(Protocol):
     memory: ServoMemory
 
     def write(self, address: int, data: bytes) -> PacketError:
-        """Write as the bus does."""
+        """Write to the control table as the bus does.
+
+        Args:
+            address: Of the first byte.
+            data: Bytes from there on.
+
+        Returns:
+            Error of the write; none if it succeeds.
+        """
 
     def forget_turns(self) -> None:
         """Count the position within one turn again."""

@@ -37,7 +37,7 @@ VOLTAGE, OVERHEATING, ENCODER, SHOCK, OVERLOAD = 0x01, 0x04, 0x08, 0x10, 0x20
 READY = MappingProxyType({"baud rate": 3, "return delay time": 0, "operating mode": VELOCITY_MODE})
 """EEPROM of a servo that is set up for 1 Mbaud and velocity mode."""
 READY_TO_GRIP = MappingProxyType({**READY, "operating mode": CURRENT_MODE})
-"""The same for current mode, as a gripper needs it."""
+"""EEPROM of a servo that is set up for 1 Mbaud and current mode, as a gripper needs it."""
 
 
 def _whole_turns(ticks: int) -> int:
@@ -167,11 +167,19 @@ class EmulatedServo:
         return 0.0
 
     def hear(self, time: float) -> None:
-        """Note that an instruction packet went over the bus: that is what the bus watchdog watches."""
+        """Note that an instruction packet went over the bus: that is what the bus watchdog watches.
+
+        Args:
+            time: Of the bus [s].
+        """
         self._heard = time
 
     def is_grouped(self, instruction: Instruction) -> bool:
-        """Whether an instruction is for its secondary id, and may be: EEPROM is not written by that."""
+        """Whether an instruction is for its secondary id, and may be: EEPROM is not written that way.
+
+        Args:
+            instruction: From the bus.
+        """
         if instruction.servo_id != self.memory.get("secondary id") or instruction.servo_id > LAST_ID:
             return False
         writes = instruction.code in (0x03, 0x04)
@@ -199,7 +207,11 @@ class EmulatedServo:
         return status
 
     def error_byte(self, error: PacketError) -> int:
-        """Error byte of a status packet: error number, with the alert bit while a hardware error stands."""
+        """Error byte of a status packet: error number, with the alert bit while a hardware error stands.
+
+        Args:
+            error: Number of the error.
+        """
         return int(error) | (ALERT if self.memory.get("hardware error status") else 0)
 
     def write(self, address: int, data: bytes) -> PacketError:
