@@ -96,6 +96,21 @@ class Model:
         self.hover_input = frozen([self.vehicle.mass * GRAVITY, *np.zeros(3 + self.n_arm)])
 
     @property
+    def start_angle(self) -> float:
+        """α at the start [rad]."""
+        return float(self.start_state[3])
+
+    @property
+    def goal_angle(self) -> float:
+        """α at the goal [rad]."""
+        return float(self.goal_state[3])
+
+    @property
+    def start_yaw(self) -> float:
+        """ψ at the start [rad]."""
+        return float(self.start_state[2])
+
+    @property
     def n_constraints(self) -> int:
         """Number of rows of h: n + 2 for an arm of n ≥ 2 joints in a doorway."""
         return len(self.constraint_names)

@@ -23,5 +23,5 @@ recording = recorder.recording()  # every topic is a table of arrays with a time
 opened, reason = mission.outcome
 angle = math.degrees(recording["estimate"]["state"][-1, 3])
 print("the door was opened" if opened else f"the door was not opened: {reason}")
-print(f"the door ended at {angle:.1f}°, wanted {math.degrees(model.goal_state[3]):.1f}°")
+print(f"the door ended at {angle:.1f}°, wanted {math.degrees(model.goal_angle):.1f}°")
 print(f"slowest plan: {recording['plan']['solve_time'].max() * 1e3:.1f} ms")

@@ -44,7 +44,7 @@ def _share(model: Model) -> float:
     balance = balance_of(model.vehicle)
     if balance is None:
         return 1.0
-    settings, pushes = model.scenario.control, float(model.goal_state[3]) < float(model.start_state[3])
+    settings, pushes = model.scenario.control, model.goal_angle < model.start_angle
     nose_down = np.array([-1.0 if pushes else 1.0, 0.0])
     room = balance.room_towards(model.vehicle.center_of_mass(model.start_arm), nose_down)
     torque = model.vehicle.mass * GRAVITY * room

@@ -103,7 +103,7 @@ class Passage:
         positions = np.vstack([np.tile(self._begin, (_TURNS, 1)), way])
         yaws = float(posture[2]) + shares[:, 0] * math.remainder(self.yaw - float(posture[2]), 2.0 * math.pi)
         rotations = np.array([rotation_body_to_world([0.0, 0.0, yaw]) for yaw in yaws])
-        arms, goal = posture[5:] + shares * (self.arm - posture[5:]), float(model.goal_state[3])
+        arms, goal = posture[5:] + shares * (self.arm - posture[5:]), model.goal_angle
         found = [
             self._scene.min_clearance_along(positions, rotations, arms, np.full(len(positions), goal + off)).worst
             for off in (-OFF, OFF)

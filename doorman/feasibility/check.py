@@ -60,7 +60,7 @@ def _audited(model: Model) -> AuditReport:
         model.coupling,
         model.constraints_along,
         model.constraint_names,
-        door_angles=(float(model.start_state[3]), float(model.goal_state[3])),
+        door_angles=(model.start_angle, model.goal_angle),
         max_tilt=model.scenario.control.max_tilt,
     )
 

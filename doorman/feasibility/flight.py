@@ -56,7 +56,7 @@ def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
 
 def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
     """Where the planner takes the door."""
-    target = float(model.goal_state[3])
+    target = model.goal_angle
     error = abs(rehearsal.final_door_angle - target)
     ok = not rehearsal.failure and error <= LARGEST_ERROR
     door = model.door
@@ -75,7 +75,7 @@ def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
 
 def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
     """What to change: the constraints that are active at the end, what the hinge resists with, the leaf's inertia, or weights."""
-    state, target = rehearsal.states[-1], float(model.goal_state[3])
+    state, target = rehearsal.states[-1], model.goal_angle
     h = model.constraints(state) + model.scenario.planner.margin
     active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
     if active:

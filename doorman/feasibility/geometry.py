@@ -43,7 +43,7 @@ def shortest_swing(model: Model) -> float:
     Returns:
         [s].
     """
-    lever, way = model.coupling.lever_length, abs(float(model.goal_state[3] - model.start_state[3]))
+    lever, way = model.coupling.lever_length, abs(model.goal_angle - model.start_angle)
     torque = largest_push(model, model.scenario.control.max_tilt) * lever
     moving = model.door.inertia + model.vehicle.mass * lever**2
     return 2.0 * math.sqrt(moving * way / torque) if torque > 0.0 else math.inf

@@ -124,7 +124,7 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     if model.scenario.contact.kind != "grip" or rehearsal.failure or model.door.slides or model.door.lies:
         return []
     doorway, gaps = Doorway(model), []
-    angles, (start, goal) = rehearsal.states[:, 3], (float(model.start_state[3]), float(model.goal_state[3]))
+    angles, (start, goal) = rehearsal.states[:, 3], (model.start_angle, model.goal_angle)
     on_the_way = np.abs(angles - start) > 0.5 * abs(goal - start)  # before that it has not begun to move
     still = np.flatnonzero((np.abs(rehearsal.states[:, 4]) < _STANDS) & on_the_way)
     until = rehearsal.times[still[0]] + _LETS_GO if len(still) else 0.0
@@ -173,7 +173,7 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
 def _true_hinge(model: Model) -> Finding:
     """The simulated hinge, which no planner is told of: what it resists with against what pushes and observes."""
     control, door, hinge = model.scenario.control, model.true_door, Hinge.of(model.door)
-    ends = float(model.start_state[3]), float(model.goal_state[3])
+    ends = model.start_angle, model.goal_angle
     sense = math.copysign(1.0, ends[1] - ends[0])
     resists = max(sense * torque + friction for torque, friction in (torques_at_rest(model, end) for end in ends))
     resting = (hinge.torque_at_rest(end, model.door.rest_angle) + model.door.weight_torque(end) for end in ends)

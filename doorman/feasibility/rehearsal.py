@@ -138,7 +138,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     """
     planner = Planner(model)
     pushes = model.scenario.contact.kind == "push"
-    against = math.copysign(resistance(model), float(model.goal_state[3] - model.start_state[3]))
+    against = math.copysign(resistance(model), model.goal_angle - model.start_angle)
     against += model.door.closing_torque
     planner.update_door(friction=0.0, disturbance=against)
     planning = planning_model(model)
@@ -148,7 +148,7 @@ def rehearse(model: Model, duration: float | None = None) -> Rehearsal:
     if pushes:
         push = resistance(model) / model.coupling.lever_length
         start = planning.state(push_state(model, model.start_state, push), np.zeros(3))
-    target = float(model.goal_state[3]) if pushes and duration is None else math.inf
+    target = model.goal_angle if pushes and duration is None else math.inf
     if duration is None:
         duration = scaled(PUSH_DURATION if pushes else DURATION, model)
     states, inputs = [start], []

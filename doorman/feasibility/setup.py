@@ -110,7 +110,7 @@ def _hinge_limits(model: Model) -> Finding:
     ends = " to ".join(
         door.in_words(end) for end in sorted((lower, upper), key=door.opening_of if door.slides else None)
     )
-    angles = {"start": float(model.start_state[3]), "goal": float(model.goal_state[3])}
+    angles = {"start": model.start_angle, "goal": model.goal_angle}
     inside = {name: min(angle - lower, upper - angle) for name, angle in angles.items()}
     name = min(inside, key=lambda key: inside[key])
     ok, key = inside[name] >= 0.0, "opening" if door.slides else "door_angle"

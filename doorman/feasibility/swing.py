@@ -56,7 +56,7 @@ def best_swing(model: Model, rows: NDArray[np.int64] | None = None, spacing: flo
         The postures and their room.
     """
     rows = np.arange(model.n_constraints) if rows is None else rows
-    start, goal = model.start_state[3], model.goal_state[3]
+    start, goal = model.start_angle, model.goal_angle
     angles = np.linspace(start, goal, max(2, math.ceil(abs(goal - start) / spacing) + 1))
     state = model.start_state.copy()
     state[5:] = np.clip(state[5:], model.vehicle.lower_limits, model.vehicle.upper_limits)

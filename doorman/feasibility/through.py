@@ -34,7 +34,7 @@ def through_findings(model: Model) -> list[Finding]:
 
 def _stays_open(model: Model) -> Finding:
     """A door that shuts by itself meets the vehicle in the doorway."""
-    goal, words = float(model.goal_state[3]), model.door.torque_in_words
+    goal, words = model.goal_angle, model.door.torque_in_words
     shuts, friction = torques_at_rest(model, goal)
     shuts *= -1.0 if model.door.side == "push" else 1.0
     ok = shuts <= friction
@@ -54,7 +54,7 @@ def _way_through(model: Model) -> Finding:
     how = "come as near as" if worst.distance > 0.0 else "overlap by"
     return Finding(
         "way through", severity,
-        f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(float(model.goal_state[3]))}, {worst.first} and "
+        f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(model.goal_angle)}, {worst.first} and "
         f"{worst.second} {how} {1e2 * abs(worst.distance):.1f} cm on the way through; {1e2 * NEEDED:.0f} cm are needed",
         worst.distance, NEEDED, "m",
         "" if severity is Severity.OK else "a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",

@@ -332,7 +332,7 @@ def _way(model: Model) -> list[NDArray[np.float64]]:
 
 def _swing(model: Model) -> list[NDArray[np.float64]]:
     """States from the closed to the open door, shape (5 + n,) each."""
-    first, last = float(model.start_state[3]), float(model.goal_state[3])
+    first, last = model.start_angle, model.goal_angle
     return [model.on_the_way(float(angle)) for angle in np.linspace(first, last, 2 + int(abs(first - last) / _STEP))]
 
 

@@ -51,7 +51,7 @@ def out_of_the_doorway(model: Model, position: Array) -> list[Array]:
         model: Model of the scenario.
         position: Of O_B now, shape (3,), world frame [m].
     """
-    return way_out(model, position, float(model.start_state[3]))
+    return way_out(model, position, model.start_angle)
 
 
 class WayBack:

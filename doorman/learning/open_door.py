@@ -74,8 +74,8 @@ class OpenDoorEnv(Uncopied, gymnasium.Env[Array, Array]):
             raise DoormanError("out of range", field="duration", given=duration, allowed="a step to 3600 s")
         self._steps, self._duration = round(duration * rate), 1.0 / rate
         self._weights = weights or RewardWeights()
-        self._goal = float(self._model.goal_state[3])
-        self._contact = self._model.coupling.contact_point(float(self._model.start_state[3]))
+        self._goal = self._model.goal_angle
+        self._contact = self._model.coupling.contact_point(self._model.start_angle)
         self._weight = self._model.vehicle.mass * GRAVITY
         self._arm_rates = np.asarray(self._model.vehicle.rate_limits, dtype=np.float64)
         self._backend: SimulatedBackend | None = None

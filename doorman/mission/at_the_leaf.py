@@ -65,7 +65,7 @@ class AtTheLeaf:
         safety = model.scenario.safety
         self._steep = max(min(_STEEP, _SHARE_OF_LIMIT * safety.tilt), model.scenario.control.max_tilt)
         self._fastest = _SHARE_OF_LIMIT * safety.speed
-        self._yaw = float(model.start_state[2])
+        self._yaw = model.start_yaw
         self._offset = (0.0, 0.0)
         self._height = 0.0
         self._pressed = self._beside = 0.0
@@ -116,7 +116,7 @@ class AtTheLeaf:
             push: F_n [N].
         """
         normal = self._model.door.normal(estimate.door_angle)
-        yaw = self._yaw if self._pressed > 0.0 else float(estimate.state[2])
+        yaw = self._yaw if self._pressed > 0.0 else estimate.yaw
         place = self.contact_position(estimate, yaw, estimate.arm_angles)
         aside, upwards = self._model.door.face(estimate.door_angle)
         place = place + self._offset[0] * aside + self._offset[1] * upwards
@@ -210,7 +210,7 @@ class AtTheLeaf:
             searching: Whether the tip looks for the leaf; one that touches it, if only now and then, keeps the disc away as
                 long as there is a gap.
         """
-        gap = self._doorway.gap(estimate.position, estimate.state[:3], estimate.door_angle)
+        gap = self._doorway.gap(estimate.position, estimate.attitude, estimate.door_angle)
         closing = float(self._model.door.normal(estimate.door_angle) @ estimate.velocity)
         closing += self._coupling.lever_length * estimate.door_rate
         soon = min(_BRAKING * closing, _NEAR_THE_DISC) if searching and not estimate.touching else NO_GAP
@@ -230,7 +230,7 @@ class AtTheLeaf:
         Args:
             estimate: What is known now.
         """
-        level = self.contact_position(estimate, float(estimate.state[2]), estimate.arm_angles)
+        level = self.contact_position(estimate, estimate.yaw, estimate.arm_angles)
         return self._doorway.gap_to_jambs(level, np.zeros(3)) < ROOM_TO_LEVEL
 
     def blunted(self, estimate: Estimate) -> bool:

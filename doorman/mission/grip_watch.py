@@ -134,6 +134,6 @@ def _share(steps: float) -> float:
 
 def _stops_where_closed(model: Model) -> bool:
     """Whether the leaf is closed as the flight begins, and its joint goes no farther."""
-    door, start = model.door, float(model.start_state[3])
+    door, start = model.door, model.start_angle
     limits = door.opening_of(door.lower_limit), door.opening_of(door.upper_limit)
     return door.lower_limit < door.upper_limit and max(abs(min(limits)), abs(door.opening_of(start))) < _CLOSED

@@ -157,7 +157,7 @@ class Mission(Uncopied):
                 self._controller.resume(estimate.position, estimate.velocity, estimate.wind)
             self._change_smoothly(setpoint, estimate)
             thrust = self._controller.update(estimate.position, estimate.velocity, setpoint, elapsed)
-            attitude = self._engaged(thrust.attitude, now, float(estimate.state[1]))
+            attitude = self._engaged(thrust.attitude, now, float(estimate.attitude[1]))
             ahead, left, up = self.model.actuation.body_force(thrust.force, seen)
             command = Command(float(up), attitude, setpoint.arm_rates, action.grip, (float(ahead), float(left)))
         else:

@@ -94,7 +94,7 @@ class Opening(DoorOpening):
         current = self._schedule.update(now, wanted)
         if current is None:
             if self._waiting is None:
-                self._waiting = self._converter.hold(estimate.position, float(estimate.state[2]))
+                self._waiting = self._converter.hold(estimate.position, estimate.yaw)
             return self._waiting
         self._waiting = None
         setpoint = self._converter.setpoint(current.plan, now - current.start, estimate.arm_angles)
@@ -114,7 +114,7 @@ class Opening(DoorOpening):
         if silence := self._silence(estimate.time):
             return silence
         angle = self._model.door.in_words(estimate.door_angle)
-        ahead = self._ahead(float(estimate.state[2]), estimate.door_angle)
+        ahead = self._ahead(estimate.yaw, estimate.door_angle)
         if ahead > _TOO_FAR_AHEAD and abs(self._progress.rate) < _GIVES_WAY:
             return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle}"
         if abs(ahead) > HEADING_LOST:

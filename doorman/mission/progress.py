@@ -46,8 +46,8 @@ class Progress:
     def __init__(self, model: Model, pushes: bool) -> None:
         self._pushes = pushes
         self._tolerance, self._hold_time = model.scenario.push.hold_tolerance, model.scenario.mission.hold_time
-        self._goal = float(model.goal_state[3])
-        self._way = abs(float(model.start_state[3]) - self._goal)
+        self._goal = model.goal_angle
+        self._way = abs(model.start_angle - self._goal)
         self.rate = 0.0
         """The door's, averaged [rad/s]."""
         self.passes = -1

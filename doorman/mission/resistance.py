@@ -45,7 +45,7 @@ class Resistance:
     def __init__(self, model: Model, progress: Progress) -> None:
         control = model.scenario.control
         self._progress, self._door = progress, model.door
-        self._goal, self._travel = float(model.goal_state[3]), model.travel
+        self._goal, self._travel = model.goal_angle, model.travel
         self._tolerance = model.scenario.push.hold_tolerance
         self._observed = control.door_observer_rate > 0.0
         self._most = control.max_door_disturbance

@@ -39,7 +39,7 @@ class Swing(DoorOpening):
     def __init__(self, model: Model, leaf: AtTheLeaf, schedule: PlanSchedule) -> None:
         super().__init__(model, schedule, pushes=True)
         self._leaf = leaf
-        self._goal = float(model.goal_state[3])
+        self._goal = model.goal_angle
         self._push = self._swung = 0.0
 
     def resume(self, now: float, push: float) -> None:
@@ -109,7 +109,7 @@ class Swing(DoorOpening):
         if silence := self._silence(estimate.time):
             return silence
         heading = float(self._model.on_the_way(estimate.door_angle)[2])
-        turned = abs(math.remainder(float(estimate.state[2]) - heading, 2.0 * math.pi))
+        turned = abs(math.remainder(estimate.yaw - heading, 2.0 * math.pi))
         if turned > HEADING_LOST:
             angle = self._model.door.in_words(estimate.door_angle)
             return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle}"

@@ -134,7 +134,7 @@ def door_cost(model: Model) -> QuadraticCost:
 
 def _holding_input(model: Model) -> Array:
     r"""Inputs at the goal: hover, with the thrust :math:`|m_A g e_3 - G n_D / J_n|` where the tip holds the leaf's weight."""
-    angle, door = float(model.goal_state[3]), model.door
+    angle, door = model.goal_angle, model.door
     holds = np.array(model.hover_input)
     push = -door.weight_torque(angle) / model.coupling.lever_length
     if push != 0.0:

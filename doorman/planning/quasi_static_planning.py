@@ -236,7 +236,7 @@ def resistance(model: Model, hinge: Hinge, angle: float) -> float:
         angle: α [rad].
     """
     torque = hinge.torque_at_rest(angle, model.door.rest_angle) + model.door.weight_torque(angle)
-    return hinge.friction + math.copysign(torque, torque * (float(model.goal_state[3]) - angle))
+    return hinge.friction + math.copysign(torque, torque * (model.goal_angle - angle))
 
 
 def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str] | None:
@@ -250,7 +250,7 @@ def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str
     Returns:
         `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
     """
-    goal, lever, limits = float(model.goal_state[3]), model.coupling.lever_length, model.scenario.limits
+    goal, lever, limits = model.goal_angle, model.coupling.lever_length, model.scenario.limits
     most = model.scenario.control.max_tilt
     if abs(angle - goal) < _AT_GOAL:
         return None

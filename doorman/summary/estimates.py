@@ -36,7 +36,7 @@ def estimates(recording: Recording, model: Model) -> dict[str, dict[str, float]]
         for i, (name, value) in enumerate(true.items())
     }  # fmt: skip
     angle = float(recording["truth"]["door_angle"][-1])
-    turned = float(model.start_state[3]) - angle
+    turned = model.start_angle - angle
     found["torque"] = {
         "value": found["friction"]["value"] + found["stiffness"]["value"] * turned,
         "deviation": float(estimate["torque_deviation"][-1]),

@@ -38,7 +38,7 @@ def summarize(recording: Recording, model: Model) -> dict[str, Any]:
         )
     truth = recording["truth"]
     time, angle = truth.time, truth["door_angle"]
-    target = float(model.goal_state[3])
+    target = model.goal_angle
     touched = np.flatnonzero(truth["touching"])
     touched_at = float(time[touched[0]]) if len(touched) else float(time[0])
     moving = rate_at_the_end(recording)

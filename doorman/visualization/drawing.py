@@ -71,7 +71,7 @@ class Drawing:
             "rotor_rate": _ROTOR_RATE,
             "camera": _camera(model),
             "sun": model.door.from_doorway(_SUN).round(3).tolist(),
-            "goal": round(float(np.degrees(model.goal_state[3])), 2),
+            "goal": round(float(np.degrees(model.goal_angle)), 2),
             "margin": model.scenario.planner.margin,
         }  # fmt: skip
 

@@ -286,7 +286,7 @@ def test_the_hinge_is_known_better_after_than_before(model: Model) -> None:
 
 def test_what_friction_leaves_of_the_closer_has_its_own_deviation(model: Model) -> None:
     door = DoorFilter(model, EstimationSection())
-    door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_state[3] - 1.2, 0.8, 0.5
+    door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_angle - 1.2, 0.8, 0.5
     pair = np.ix_([FRICTION, STIFFNESS], [FRICTION, STIFFNESS])
     door.covariance[pair] = [[0.16, -0.05], [-0.05, 0.09]]
     hinge = door.hinge()
@@ -299,11 +299,11 @@ def test_what_friction_leaves_of_the_closer_has_its_own_deviation(model: Model) 
 
 def test_a_door_that_stood_by_itself_is_not_predicted_to_shut(model: Model) -> None:
     door = DoorFilter(model, EstimationSection())
-    door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_state[3] - 1.2, 0.2, 0.5
+    door.state[ANGLE], door.state[FRICTION], door.state[STIFFNESS] = model.start_angle - 1.2, 0.2, 0.5
     door.stays()
     for k in range(1000):
         door.update(0.0, False, 0.3, 0.004 * k, 0.004 * k, 0.004)
-    assert door.angle == pytest.approx(float(model.start_state[3]) - 1.2)
+    assert door.angle == pytest.approx(model.start_angle - 1.2)
     before = DoorFilter(model, EstimationSection())
     before.stays()
     assert before.hinge() == DoorFilter(model, EstimationSection()).hinge(), "a strong friction is not changed"

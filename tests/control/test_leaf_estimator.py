@@ -30,7 +30,7 @@ class Vehicle:
 
     def __init__(self, model: Model) -> None:
         self.model, self.estimator = model, LeafEstimator(model, StateConverter(model))
-        self.time, self.yaw = 0.0, float(model.start_state[2])
+        self.time, self.yaw = 0.0, model.start_yaw
         self.place: Array | None = None
         self.velocity = np.zeros(3)
 

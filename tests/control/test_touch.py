@@ -53,10 +53,10 @@ def hovering(
     That is calm but for the last tenth of it, in which a gust of so many newtons comes from the leaf. In the last second the
     vehicle moves back at a speed of `back`.
     """
-    estimator, angle = Estimator(model, StateConverter(model)), float(model.start_state[3])
+    estimator, angle = Estimator(model, StateConverter(model)), model.start_angle
     normal, arm, rest = door_normal(angle), model.start_arm, np.zeros(3)
-    place = model.coupling.vehicle_position([0.0, 0.0, float(model.start_state[2])], angle, arm) - away * normal
-    attitude = np.array([0.0, 0.0, float(model.start_state[2])])
+    place = model.coupling.vehicle_position([0.0, 0.0, model.start_yaw], angle, arm) - away * normal
+    attitude = np.array([0.0, 0.0, model.start_yaw])
     weight, estimates = np.array([0.0, 0.0, model.vehicle.mass * GRAVITY]), []
     for tick in range(round((1.0 + seconds) / TICK)):
         now = tick * TICK
@@ -78,7 +78,7 @@ def test_a_tip_on_the_leaf_that_presses_touches(model: Model) -> None:
 def test_a_tip_away_from_the_leaf_feels_wind_and_no_touch(model: Model) -> None:
     estimates = hovering(model, 0.1, 1.0, 6.0)
     assert not any(estimate.near or estimate.touching for estimate in estimates)
-    wind = -1.0 * door_normal(float(model.start_state[3]))  # what holds the vehicle still against that push
+    wind = -1.0 * door_normal(model.start_angle)  # what holds the vehicle still against that push
     np.testing.assert_allclose(estimates[-1].wind, wind, atol=0.1)
     assert abs(estimates[-1].normal_force) < 0.1
 
@@ -110,7 +110,7 @@ def test_a_tip_that_is_stopped_before_the_leafs_place_has_met_the_leaf_there(
     model: Model, converter: StateConverter
 ) -> None:
     """Wind has blown the leaf towards the vehicle: until it is known, the leaf's force passes for wind."""
-    leaf, normal = AtTheLeaf(model, converter), door_normal(float(model.start_state[3]))
+    leaf, normal = AtTheLeaf(model, converter), door_normal(model.start_angle)
     for advance, met in ((0.0, True), (0.02, False)):
         leaf.begin(0.0)
         estimates = hovering(model, 0.1, 1.0, 3.0)
@@ -129,12 +129,12 @@ def test_a_tip_that_is_stopped_before_the_leafs_place_has_met_the_leaf_there(
     assert known.touching and known.near
     assert known.wind == pytest.approx([0.2, 0.0, 0.0])
     lever = model.coupling.distance_from_hinge
-    assert lever * np.tan(known.door_angle - float(model.start_state[3])) == pytest.approx(0.1, abs=1e-6)
+    assert lever * np.tan(known.door_angle - model.start_angle) == pytest.approx(0.1, abs=1e-6)
 
 
 def test_a_door_that_stands_and_is_let_alone_stays_known(model: Model) -> None:
     deviation = Scenario.load("push").estimation.angle_deviation
-    estimator, start = Estimator(model, StateConverter(model)), float(model.start_state[3])
+    estimator, start = Estimator(model, StateConverter(model)), model.start_angle
     for tick in range(2000):
         estimator.door.update(0.0, False, 0.0, tick * TICK, tick * TICK, TICK)
     assert estimator.door.angle == pytest.approx(start, abs=1e-12)
@@ -142,7 +142,7 @@ def test_a_door_that_stands_and_is_let_alone_stays_known(model: Model) -> None:
 
 
 def test_a_leaf_that_is_not_touched_is_beyond_the_tip(model: Model) -> None:
-    start = float(model.start_state[3])
+    start = model.start_angle
     door = Estimator(model, StateConverter(model)).door
     door.passed(start + 0.1)
     assert door.angle == start
@@ -173,12 +173,12 @@ def test_a_door_is_held_where_it_stands_at_the_goal_or_is_past_it(
     swing.resume(last.time, 0.5)
     for k in range(20):
         state = last.state.copy()
-        state[3:5] = float(model.goal_state[3]) + np.radians(off if k > 5 else 10.0), rate
+        state[3:5] = model.goal_angle + np.radians(off if k > 5 else 10.0), rate
         swing.step(replace(last, time=last.time + 0.2 * k, state=state), np.zeros(3))
     assert swing.held is held
     if held:
         assert swing.done(last.time + 3.8) is (abs(rate) < 0.01)
-        state[3] = float(model.goal_state[3]) + np.radians(1.6)
+        state[3] = model.goal_angle + np.radians(1.6)
         swing.step(replace(last, time=last.time + 4.0, state=state), np.zeros(3))
         assert not swing.held, "it has come back"
 
@@ -248,7 +248,7 @@ def test_a_search_takes_the_widest_way_where_none_is_wide(model: Model, converte
     leaf, last = AtTheLeaf(model, converter), at_rest(model, np.zeros(3))
     leaf._room = 1.0  # no heading is so clear
     state = last.state.copy()
-    state[3] = float(model.start_state[3]) - 0.5
+    state[3] = model.start_angle - 0.5
     leaf.begin(0.0)
     yaw = leaf.search(replace(last, state=state), 0.05).yaw
     posture = model.on_the_way(float(state[3]))
@@ -282,7 +282,7 @@ def test_a_leaf_that_moves_on_by_itself_is_not_given_up(
                 return now
         return None
 
-    begin, rate = float(model.start_state[3]), np.radians(-1.5)
+    begin, rate = model.start_angle, np.radians(-1.5)
     assert flown(0.0, 1.5 * limit, begin, rate) is None
     stands = flown(1.5 * limit, 2.0 * limit, begin + rate * 1.5 * limit, 0.0)
     assert stands == pytest.approx(2.5 * limit, abs=1.0)
@@ -296,7 +296,7 @@ def test_a_heading_that_is_lost_ends_the_opening(model: Model, swing: Swing) -> 
 
     def reason(degrees: float) -> str:
         state = last.state.copy()
-        state[2] = float(model.start_state[2]) + np.radians(degrees)
+        state[2] = model.start_yaw + np.radians(degrees)
         return swing.stuck(replace(last, state=state))
 
     assert [reason(degrees) for degrees in (0.0, 53.0, -53.0)] == ["", "", ""]
@@ -308,7 +308,7 @@ def test_a_door_has_swung_only_where_it_is_more_open_than_at_the_start(
     model: Model, swing: Swing, first: float, patience: float
 ) -> None:
     """A tip that is stopped before the leaf shows a door that closes to its place: nobody holds that one when it stands."""
-    last, start, rate = at_rest(model, np.zeros(3)), float(model.start_state[3]), np.radians(2.0)
+    last, start, rate = at_rest(model, np.zeros(3)), model.start_angle, np.radians(2.0)
     swing.resume(last.time, 0.5)
     given_up = None
     for k in range(320):
@@ -349,7 +349,7 @@ def test_rotors_that_fly_into_the_leaf_are_noticed_in_time(model: Model, convert
 
 def test_a_leaf_that_stays_past_the_goal_is_told_with_its_angle(model: Model, swing: Swing) -> None:
     estimate = hovering(model, 0.0, 1.0, 0.1)[-1]
-    past = model.on_the_way(float(model.goal_state[3])) - np.array([0.0, 0.0, 0.0, 0.2, *np.zeros(model.n_arm + 1)])
+    past = model.on_the_way(model.goal_angle) - np.array([0.0, 0.0, 0.0, 0.2, *np.zeros(model.n_arm + 1)])
     swing.resume(estimate.time, 0.5)
     later = replace(estimate, state=past, time=estimate.time + 60.0)
     assert "past the goal, to 8.5" in swing.stuck(later)

@@ -13,7 +13,7 @@ from doorman.control.whole_body_control import WholeBodyController, tilted
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Plan, Planner
-from doorman.planning.whole_body.problem import contact_forces, tip_on_face
+from doorman.planning.whole_body.contact import contact_forces, tip_on_face
 from doorman.scenario import Scenario
 
 Array = np.ndarray

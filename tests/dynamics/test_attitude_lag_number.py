@@ -11,7 +11,7 @@ from doorman.control.state_converter import look_aheads
 from doorman.dynamics.attitude_loop import USUAL_LAG, AttitudeLoop
 from doorman.feasibility.setup import setup_findings
 from doorman.model import Model
-from doorman.planning.whole_body.problem import whole_body_numbers
+from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.scenario import Scenario
 from doorman.simulation.plant.attitude_loop import USUAL_MOTOR_LAG, AttitudeGains, AttitudeParameters, attitude_torque
 

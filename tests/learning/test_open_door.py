@@ -70,7 +70,7 @@ def test_the_observation_is_what_the_sensors_say(env):
     np.testing.assert_allclose(observation[:3], place - model.coupling.contact_point(state[3]), atol=0.02)
     np.testing.assert_allclose(observation[6:9], state[:3], atol=0.02)
     np.testing.assert_allclose(observation[12:16], state[5:], atol=0.02)
-    assert observation[-2] == pytest.approx(info["door_angle"] - model.goal_state[3])
+    assert observation[-2] == pytest.approx(info["door_angle"] - model.goal_angle)
 
 
 def test_an_episode_is_cut_off_after_its_duration():

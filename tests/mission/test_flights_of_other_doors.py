@@ -25,7 +25,7 @@ def flown(source: str, duration: float | None = None, seed: int = 0, **overrides
     summary = simulate(model, duration, seed=seed).summary
     assert summary is not None
     assert summary["opened"] and summary["collisions"] == 0, summary
-    assert abs(summary["final_door_angle_deg"] - math.degrees(model.goal_state[3])) < 1.0
+    assert abs(summary["final_door_angle_deg"] - math.degrees(model.goal_angle)) < 1.0
     assert summary["min_clearance_m"] > 0.0 and summary["max_constraint_violation_m"] <= 0.01
     assert summary["door_angle_estimate_error_deg_max"] < 0.5
     return dict(summary)

@@ -60,7 +60,7 @@ def gripped(goal: float, off: float, rate: float, disturbance: float, time: floa
 def carried(model: Model, offs: list[float], rate: float, noise: float = 0.0) -> tuple[Resistance, Progress, float]:
     """What plans are told last of a door that is seen at these angles from the goal, each for half a second."""
     progress = Progress(model, pushes=False)
-    resistance, goal = Resistance(model, progress), float(model.goal_state[3])
+    resistance, goal = Resistance(model, progress), model.goal_angle
     ticks = [off for off in offs for _ in range(round(0.5 / TICK))]
     for tick, off in enumerate(ticks):
         seen = rate + noise * math.copysign(1.0, tick % 50 - 25)

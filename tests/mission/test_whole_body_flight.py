@@ -35,8 +35,8 @@ class Hovering:
         self.schedule = PlanSchedule(planner, latency, self.recorder)
         converter = StateConverter(model)
         self.flight, self.estimator = WholeBodyFlight(model, converter, self.schedule), Estimator(model, converter)
-        self.tick, angle = 0, float(model.start_state[3])
-        self.attitude = np.array([0.0, 0.0, float(model.start_state[2])])
+        self.tick, angle = 0, model.start_angle
+        self.attitude = np.array([0.0, 0.0, model.start_yaw])
         self.normal = model.door.normal(angle)
         self.place = model.coupling.vehicle_position(self.attitude, angle, model.start_arm) - away * self.normal
 

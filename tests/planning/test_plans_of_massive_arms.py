@@ -15,8 +15,9 @@ from doorman.kinematics.rotations import body_rates_of, rotation_body_to_world
 from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_of
 from doorman.planning.door_problem import door_numbers, door_rows, quasi_static_task
-from doorman.planning.whole_body.model import WholeBodyTask, constraints
-from doorman.planning.whole_body.problem import whole_body_numbers, yaw_inertia
+from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_inertia
+from doorman.planning.whole_body.rows import constraints
+from doorman.planning.whole_body.task import WholeBodyTask
 
 SHARES = {"servo_1": 0.2, "servo_2": 0.2, "servo_3": 0.25, "servo_4": 0.35}
 """Of the arm's mass."""

@@ -14,8 +14,10 @@ from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.vehicles.arm_pattern import ArmPattern
 from doorman.model import GRAVITY, Model
 from doorman.planning.limits import largest_push
-from doorman.planning.whole_body.model import WholeBodyTask, constraints
-from doorman.planning.whole_body.problem import tip_on_face, whole_body_numbers, whole_body_state
+from doorman.planning.whole_body.contact import tip_on_face, whole_body_state
+from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.rows import constraints
+from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
 Array = np.ndarray

@@ -18,14 +18,11 @@ from doorman.model import GRAVITY, Model
 from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus
-from doorman.planning.whole_body.model import WholeBodyTask, constraints, residuals
-from doorman.planning.whole_body.problem import (
-    depth_of,
-    stick_place,
-    whole_body_numbers,
-    whole_body_problem,
-    whole_body_state,
-)  # fmt: skip
+from doorman.planning.whole_body.contact import depth_of, stick_place, whole_body_state
+from doorman.planning.whole_body.numbers import whole_body_numbers
+from doorman.planning.whole_body.problem import whole_body_problem
+from doorman.planning.whole_body.rows import constraints, residuals
+from doorman.planning.whole_body.task import WholeBodyTask
 from doorman.scenario import Scenario
 
 Array = np.ndarray

@@ -12,7 +12,7 @@ from doorman.exceptions import DimensionError, ScenarioError
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.hinge import Hinge
 from doorman.planning.planning_model import planning_model
-from doorman.planning.whole_body.problem import depth_of, depths_in_face, tip_on_face
+from doorman.planning.whole_body.contact import depth_of, depths_in_face, tip_on_face
 
 PUSH = Scenario.load("push")
 
@@ -83,7 +83,7 @@ def test_plan_after_plan_opens_the_door_and_rests_at_the_goal(planner: Planner) 
         rates.append(-x[13])
         plan = planner.replan(x, 0.02, max_iterations=1)
         assert plan.flyable
-    goal = float(planner.model.goal_state[3])
+    goal = planner.model.goal_angle
     assert x[12] == pytest.approx(goal, abs=math.radians(2.0)) and max(rates) < 0.13 and abs(rates[-1]) < 5e-3
     planner.update_door(friction=planner.model.door.friction, disturbance=0.0)
 

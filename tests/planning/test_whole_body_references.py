@@ -94,7 +94,7 @@ def flight() -> Flight:
 
 
 def test_one_problem_flies_from_hover_to_hover(flight: Flight) -> None:
-    start, goal = float(flight.model.start_state[3]), float(flight.model.goal_state[3])
+    start, goal = flight.model.start_angle, flight.model.goal_angle
     hover = flight.before_the_leaf(0.6, start)
     flight.x[:3], flight.x[6:12] = hover + [-0.2, 0.15, 0.1], 0.0
     assert flight.go(hover, flight.model.start_state, 500) > 20

@@ -17,7 +17,7 @@ def assert_opens(source: str, duration: float | None = None, **overrides: Any) -
     summary = simulate(model, duration, seed=2).summary
     assert summary is not None
     assert summary["opened"] and summary["collisions"] == 0, summary
-    assert abs(summary["final_door_angle_deg"] - math.degrees(model.goal_state[3])) < 1.0
+    assert abs(summary["final_door_angle_deg"] - math.degrees(model.goal_angle)) < 1.0
     assert summary["min_clearance_m"] > 0.0
     assert summary["max_constraint_violation_m"] <= 0.01
     assert duration or summary["outcome"] == "completed"

@@ -109,7 +109,7 @@ def test_any_arm_gets_postures_inside_all_limits(tmp_path: Path, joints: int, de
             state[:3]
         )
     room = Room(model.vehicle, model.door, model.reduced, 0.0)
-    there, clear = follow(room, model.start_state, model.goal_state[3])
+    there, clear = follow(room, model.start_state, model.goal_angle)
     assert clear and straight_way_is_clear(room, there, model.goal_state)
 
 

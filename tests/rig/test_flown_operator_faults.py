@@ -54,7 +54,7 @@ def test_a_door_that_would_not_stay_is_held_until_the_operator_gives_up(rig, mon
     flight = held(rig)
     time.sleep(2.0 * rig.model.scenario.mission.hold_open)
     assert flight.session.phase == "hold"
-    assert abs(rig.snapshot.truth.door_angle - rig.model.goal_state[3]) < np.radians(2.0)
+    assert abs(rig.snapshot.truth.door_angle - rig.model.goal_angle) < np.radians(2.0)
     flight.session.interrupt()
     assert found(left(rig, flight)) == {Fault.OPERATOR_ABORT}
 

@@ -172,7 +172,7 @@ def test_the_leaf_is_where_the_door_is(model):
     (markers,) = [one.message for one in Translator(model).translate(told) if one.topic == "markers"]
     leaf, arrow = markers.markers
     middle = [leaf.pose.position.x, leaf.pose.position.y]
-    door, angle = model.door, float(model.start_state[3])
+    door, angle = model.door, model.start_angle
     np.testing.assert_allclose(middle, (door.hinge_position + 0.5 * door.width * door.leaf_direction(angle))[:2])
     assert [arrow.points[0].x, arrow.points[0].y] == pytest.approx(list(model.coupling.contact_point(angle)[:2]))
 

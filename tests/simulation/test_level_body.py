@@ -24,7 +24,7 @@ def test_a_level_body_holds_its_place_in_side_wind() -> None:
         measured = backend.read()
         place = backend.truth.position.copy()
         while measured.time < 8.0:
-            hold = Setpoint(place, rest, rest, float(model.start_state[2]), rest, rest, still)
+            hold = Setpoint(place, rest, rest, model.start_yaw, rest, rest, still)
             wanted = controller.update(measured.position, measured.velocity, hold, measured.time - last)
             last = measured.time
             ahead, left, up = model.actuation.body_force(wanted.force, measured.attitude)

@@ -48,7 +48,7 @@ def test_the_moment_of_inertia_is_that_of_the_leaf_before_the_axis(flight):
 @pytest.mark.parametrize("kind", ["push", "grip"])
 def test_a_tip_that_begins_at_the_leaf_touches_the_true_one(flight, kind):
     begun = flight(contact__kind=kind, **ELSEWHERE)
-    angle = float(begun.model.start_state[3])
+    angle = begun.model.start_angle
     tip = np.array(begun.data.site("tip").xpos)
     ball = 0.0 if kind == "grip" else on_face(tip, angle)
     assert ball <= 0.0 and on_face(tip, angle) == pytest.approx(ball, abs=1e-9)

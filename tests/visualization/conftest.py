@@ -17,7 +17,7 @@ from doorman.recording import Recorder, Recording
 def opening_inputs(model: Model, state: np.ndarray) -> np.ndarray:
     """Pitch that accelerates the door towards the goal, yaw that follows the leaf, joints towards the goal's posture."""
     thrust = model.vehicle.mass * GRAVITY
-    acceleration = 4.0 * (model.goal_state[3] - state[3]) - 4.0 * state[4]
+    acceleration = 4.0 * (model.goal_angle - state[3]) - 4.0 * state[4]
     pitch = math.asin(
         np.clip(-acceleration * model.door.inertia / (model.coupling.distance_from_hinge * thrust), -0.2, 0.2)
     )

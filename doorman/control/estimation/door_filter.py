@@ -85,7 +85,7 @@ class DoorFilter:
     """
 
     def __init__(self, model: Model, settings: EstimationSection) -> None:
-        start, lever = float(model.start_state[3]), model.coupling.lever_length
+        start, lever = model.start_angle, model.coupling.lever_length
         self._door = door = model.door
         inertia = door.inertia
         prior = (

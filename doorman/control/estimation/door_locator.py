@@ -50,7 +50,7 @@ class DoorLocator:
         settings = model.scenario.estimation
         self._model, self._door = model, model.door
         known = max(settings.door_place_deviation, settings.door_yaw_deviation) == 0.0
-        self._start = float(model.start_state[3])
+        self._start = model.start_angle
         shut = abs(model.door.opening_of(self._start)) < _SHUT
         self._works = model.scenario.contact.kind == "grip" and model.door.vertical and shut and not known
         self._shuts = -model.travel.sense  # of α, towards the start

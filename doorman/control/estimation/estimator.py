@@ -106,6 +106,16 @@ class Estimate(OneLine):
     """F_n of rotors and wind along n_D: what the vehicle presses with, or pulls, be there a leaf or not [N]."""
 
     @property
+    def attitude(self) -> Array:
+        """Φ, yaw without jumps, shape (3,) [rad]."""
+        return self.state[:3]
+
+    @property
+    def yaw(self) -> float:
+        """ψ without jumps [rad]."""
+        return float(self.state[2])
+
+    @property
     def door_angle(self) -> float:
         """α [rad]."""
         return float(self.state[3])

@@ -106,7 +106,7 @@ class LeafEstimator:
         self._wind = WindFilter(size.force, model.hinge_scale)
         most = largest_push(model, model.scenario.control.max_tilt) * self._lever
         """Torque of the largest push [N m]."""
-        goal, start = float(model.goal_state[3]), float(model.start_state[3])
+        goal, start = model.goal_angle, model.start_angle
         levers = self._lever + _ON_LEAF * door.wind_lever
         numbers = [
             self._mass, self._lever, settings.vehicle_observer_rate, goal, door.rest_angle, start, most,

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from doorman.control.estimation.pose_age import crossover
 from doorman.control.observers.vehicle_observer import LATEST
 from doorman.model import Model
-from doorman.planning.whole_body.problem import whole_body_numbers
+from doorman.planning.whole_body.numbers import whole_body_numbers
 
 Array = NDArray[np.float64]
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.convention import standing_joints
+from doorman.kinematics.doors.joint_units import InJointUnits
 from doorman.kinematics.doors.leaf_motion import LeafMotion, Sliding, Turning
 from doorman.kinematics.doors.leaf_on_joint import LEANS, LeafOnJoint
 from doorman.kinematics.doors.leaf_on_slide import LeafOnSlide, read_leaf
@@ -29,7 +30,7 @@ _ACROSS = math.cos(math.radians(5.0))
 """Least cosine between the leaf's normal and the contact frame's x axis."""
 
 
-class Door:
+class Door(InJointUnits):
     r"""Leaf on one joint, a hinge of any direction or a slide, anywhere in the world. Threads may share it.
 
     Its angle α is π/2 where it is closed and grows as the leaf moves towards the vehicle, whatever the URDF's joint says there:
@@ -249,99 +250,6 @@ class Door:
             Shape (…, 3), world frame, in the components' unit.
         """
         return np.asarray(components @ self.axes)
-
-    def joint_value(self, door_angle: float) -> float:
-        """Value of the URDF's joint at α [rad or m].
-
-        Args:
-            door_angle: α [rad].
-        """
-        return self.closed + self._sense * self.opening_of(float(door_angle))
-
-    def joint_rate(self, door_rate: float) -> float:
-        """Rate of the URDF's joint [rad/s or m/s].
-
-        Args:
-            door_rate: α̇ [rad/s].
-        """
-        return self._sense * self._turns * self.per_angle * door_rate
-
-    def joint_torque(self, torque: float) -> float:
-        """Torque, or force, in the URDF's joint [N m or N].
-
-        Args:
-            torque: In the sense of α [N m].
-        """
-        return self._sense * self._turns * torque / self.per_angle
-
-    def angle_of_joint(self, value: float) -> float:
-        """α at a value of the URDF's joint [rad].
-
-        Args:
-            value: Of the URDF's joint [rad or m].
-        """
-        return self.angle_of_opening(self._sense * (float(value) - self.closed))
-
-    def opening_of(self, door_angle: float) -> float:
-        """How far the door is open from closed [rad or m].
-
-        Args:
-            door_angle: α [rad].
-        """
-        return self._turns * self.per_angle * (door_angle - 0.5 * math.pi)
-
-    def torque_of_closer(self, preload: float) -> float:
-        """Torque of a closer that shuts the door, in the sense of damping [N m].
-
-        Args:
-            preload: Torque with which it shuts, the same at any opening [N m].
-        """
-        return self._turns * preload
-
-    def angle_of_opening(self, opening: float) -> float:
-        """α of a door that is so far open [rad].
-
-        Args:
-            opening: From closed [rad or m].
-        """
-        return 0.5 * math.pi + self._turns * opening / self.per_angle
-
-    def in_words(self, door_angle: float, digits: int = 1) -> str:
-        """Angle as people say it: in degrees, or a slide's opening in metres.
-
-        Args:
-            door_angle: α [rad].
-            digits: Behind the point of the degrees; an opening has three.
-        """
-        return (
-            f"{round(self.opening_of(door_angle), 3) + 0.0:.3f} m"
-            if self.slides
-            else f"{math.degrees(door_angle):.{digits}f}°"
-        )
-
-    def torque_in_words(self, torque: float) -> str:
-        """A torque in the hinge in N m, or a slide's force in N.
-
-        Args:
-            torque: In the sense of α [N m].
-        """
-        return f"{torque / self.per_angle:.2f} {'N' if self.slides else 'N m'}"
-
-    def rate_in_words(self, rate: float) -> str:
-        """A rate of α in rad/s, or a slide's speed in m/s.
-
-        Args:
-            rate: α̇ [rad/s].
-        """
-        return f"{self.per_angle * rate:.3f} {self.unit}/s"
-
-    def way_in_words(self, way: float) -> str:
-        """A difference of α as people say it: in degrees, or a slide's in centimetres.
-
-        Args:
-            way: Difference of α [rad].
-        """
-        return f"{1e2 * self.per_angle * way:.1f} cm" if self.slides else f"{math.degrees(way):.1f}°"
 
     @property
     def largest_opening(self) -> float:

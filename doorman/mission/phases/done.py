@@ -26,7 +26,7 @@ class Done(Retreat):
         self._targets = [estimate.position]
         if isinstance(before, Retreat):
             self.glide = before.glide
-        if attempt.opened and abs(estimate.door_angle - float(attempt.model.goal_state[3])) > OPEN_ENOUGH:
+        if attempt.opened and abs(estimate.door_angle - attempt.model.goal_angle) > OPEN_ENOUGH:
             attempt.opened = False
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
             attempt.seen = f"by its own estimate the door is at {stands}"

@@ -56,7 +56,7 @@ class Guard:
         if (late := self._attempt.schedule.overdue(estimate.time)) > SILENT:
             return GiveUp(f"the planner is silent for {late:.1f} s")
         past = LOST_PAST if phase.phase is Phase.RECOVER else _PAST
-        if estimate.door_angle < float(self._attempt.model.goal_state[3]) - past:
+        if estimate.door_angle < self._attempt.model.goal_angle - past:
             return GiveUp(f"the leaf has gone past the goal, to {self._stands(estimate)}")
         return None
 

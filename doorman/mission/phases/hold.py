@@ -31,7 +31,7 @@ class Hold(MissionPhase):
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        self._goal = float(attempt.model.goal_state[3])
+        self._goal = attempt.model.goal_angle
         self._waits = False
         self._open_at = self.entered
         self._rate = 0.0

@@ -26,7 +26,7 @@ class Hover(MissionPhase):
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         known = None if before is None else before.glide
-        self.glide = known or Glide(estimate.position, float(estimate.state[2]))
+        self.glide = known or Glide(estimate.position, estimate.yaw)
         self._still_since: float | None = None
 
     def step(self, estimate: Estimate, body_rates: Array, time_step: float) -> tuple[Setpoint, Then]:
@@ -66,7 +66,7 @@ def fly_before_the_leaf(
     """
     assert glide is not None
     model = attempt.model
-    yaw, arm = float(model.start_state[2]), model.start_arm
+    yaw, arm = model.start_yaw, model.start_arm
     target = attempt.leaf.contact_position(estimate, yaw, arm) + away
     rates = arm_rates_to(arm, estimate.arm_angles)
     return glide.to(target, yaw, attempt.settings.approach_speed, rates, time_step), target

@@ -90,7 +90,7 @@ class Open(MissionPhase):
         attempt, leaf, weight = self.attempt, self.attempt.leaf, self.attempt.model.vehicle.mass * GRAVITY
         if self._shaken_at is None:
             self._shaken_at = estimate.time
-            leaf.begin(float(estimate.state[2]), estimate)
+            leaf.begin(estimate.yaw, estimate)
         spent = estimate.time - self._shaken_at
         if spent >= _SHAKES * _SHAKING:
             attempt.tried_grip = attempt.opened = True

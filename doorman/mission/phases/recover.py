@@ -29,7 +29,7 @@ class Recover(MissionPhase):
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        attempt.leaf.begin(float(estimate.state[2]), estimate)
+        attempt.leaf.begin(estimate.yaw, estimate)
         self._nearest, self._progress_at = estimate.door_angle, estimate.time
 
     @property
@@ -81,7 +81,7 @@ class Recover(MissionPhase):
         Args:
             estimate: What is known now.
         """
-        if estimate.door_angle < float(self.attempt.model.goal_state[3]):
+        if estimate.door_angle < self.attempt.model.goal_angle:
             stands = self.attempt.model.door.in_words(estimate.door_angle, 0)
             return GiveUp(f"the leaf has gone past the goal, to {stands} or farther")
         return GiveUp(f"recover took longer than {self.longest:g} s", for_good=False)

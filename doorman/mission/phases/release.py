@@ -52,11 +52,11 @@ class Release(MissionPhase):
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
         closed = before is not None and before.closes_gripper
-        self._goal = float(attempt.model.goal_state[3])
+        self._goal = attempt.model.goal_angle
         self._angle, self._load, self._push = estimate.door_angle, estimate.normal_force, estimate.push
         self._let_go_at = None if closed else self.entered
         self._gives_way = False
-        attempt.leaf.begin(float(estimate.state[2]), estimate, 0.0 if attempt.grips else max(self._push, 0.0))
+        attempt.leaf.begin(estimate.yaw, estimate, 0.0 if attempt.grips else max(self._push, 0.0))
 
     @property
     def tie(self) -> Tie:

@@ -30,7 +30,7 @@ class Retreat(MissionPhase):
 
     def __init__(self, attempt: Attempt, estimate: Estimate, before: MissionPhase | None) -> None:
         super().__init__(attempt, estimate, before)
-        self.glide: Glide = Glide(estimate.position, float(estimate.state[2]))
+        self.glide: Glide = Glide(estimate.position, estimate.yaw)
         self._targets = way_out(attempt.model, estimate.position, estimate.door_angle)
         self._blocked_at: float | None = None
 

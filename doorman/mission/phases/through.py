@@ -73,6 +73,6 @@ class Through(MissionPhase):
 
     def _is_ready(self, estimate: Estimate) -> bool:
         """Whether heading and arm are those of the way."""
-        turned = abs(math.remainder(float(estimate.state[2]) - self._passage.yaw, 2.0 * math.pi))
+        turned = abs(math.remainder(estimate.yaw - self._passage.yaw, 2.0 * math.pi))
         moved = np.abs(estimate.arm_angles - self._passage.arm).max(initial=0.0)
         return bool(max(turned, moved) < 2.0 * _AT_THE_ENTRANCE)

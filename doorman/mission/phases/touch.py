@@ -37,7 +37,7 @@ class Touch(MissionPhase):
         super().__init__(attempt, estimate, before)
         self._touched_at: float | None = None
         self._tug = TUG * attempt.model.vehicle.mass * GRAVITY
-        attempt.leaf.begin(float(attempt.model.start_state[2]))
+        attempt.leaf.begin(attempt.model.start_yaw)
         attempt.estimator.contact.expect()
 
     @property
@@ -118,4 +118,4 @@ class Touch(MissionPhase):
 
     def _beyond(self, estimate: Estimate) -> float:
         """How far the leaf is beyond its place at the start [rad]."""
-        return float(self.attempt.model.start_state[3]) - estimate.door_angle
+        return self.attempt.model.start_angle - estimate.door_angle

@@ -17,15 +17,9 @@ from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.quasi_static_planning import resistance, too_stiff
-from doorman.planning.whole_body.problem import (
-    contact_forces,
-    depth_of,
-    scale_of,
-    turned_by,
-    whole_body_numbers,
-    whole_body_problem,
-    whole_body_state,
-)  # fmt: skip
+from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
+from doorman.planning.whole_body.numbers import scale_of, whole_body_numbers
+from doorman.planning.whole_body.problem import whole_body_problem
 from doorman.planning.whole_body.references import at_the_leaf
 
 Array = NDArray[np.float64]

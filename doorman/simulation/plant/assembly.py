@@ -159,13 +159,13 @@ def first_contact(model: Model) -> Array:
     Returns:
         Shape (3,), world frame [m].
     """
-    angle = float(model.start_state[3])
+    angle = model.start_angle
     return model.true_door.onto_face(model.coupling.contact_point(angle), angle)
 
 
 def _check_first_contact(model: Model) -> None:
     """A flight that begins with the tip on the leaf needs a leaf there, where the true one stands elsewhere."""
-    door, angle = model.true_door, float(model.start_state[3])
+    door, angle = model.true_door, model.start_angle
     if door is model.door or model.scenario.mission.start != "contact":
         return
     away = first_contact(model) - door.hinge_position
@@ -181,7 +181,7 @@ def _check_first_contact(model: Model) -> None:
 def _contact_in_leaf(model: Model) -> list[float]:
     """The first contact in the leaf's frame, shape (3,)."""
     leaf = link_name(model.true_door.urdf, model.true_door.section.leaf)
-    placement = model.true_door.link_placements(float(model.start_state[3]))[leaf]
+    placement = model.true_door.link_placements(model.start_angle)[leaf]
     return [float(value) for value in placement[:3, :3].T @ (first_contact(model) - placement[:3, 3])]
 
 

@@ -167,7 +167,7 @@ def _first_angle(model: Model) -> float:
     Raises:
         ScenarioError: if the hinge does not go so far, or the tip begins on a leaf that is told to be elsewhere.
     """
-    scenario, door, angle = model.scenario, model.true_door, float(model.start_state[3])
+    scenario, door, angle = model.scenario, model.true_door, model.start_angle
     ajar = scenario.simulation.door_ajar
     if ajar == 0.0:
         return angle

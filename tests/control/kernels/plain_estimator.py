@@ -48,7 +48,7 @@ class PlainEstimator:
         self._drew_back, self._doubted = False, 0.0
         self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
         self._free_time = 0.0
-        self._yaw = float(model.start_state[2])  # that the measured one is nearest to, whole turns apart
+        self._yaw = model.start_yaw  # that the measured one is nearest to, whole turns apart
         self._response = PlainResponse(model.scenario.vehicle.attitude_lag)
         self._told: Array | None = None
 

@@ -69,8 +69,8 @@ class PlainLeafEstimator:
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
         self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
-        self._goal, self._rest = float(model.goal_state[3]), float(model.door.rest_angle)
-        self._start = float(model.start_state[3])
+        self._goal, self._rest = model.goal_angle, float(model.door.rest_angle)
+        self._start = model.start_angle
         self._most_resistance = largest_push(model, model.scenario.control.max_tilt) * self._lever
         """Torque of the largest push [N m]."""
         size = model.scale

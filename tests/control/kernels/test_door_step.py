@@ -133,7 +133,7 @@ class PlainFilter:
 def flights(model: Model, seed: int):
     """Both filters, and what they take in: a touch, a swing, a loss, poses that are late, periods that are long."""
     random, sense = np.random.default_rng(seed), model.travel.sense
-    wind, start = random.normal(0.0, 1.0, 3) * (seed % 2), float(model.start_state[3])
+    wind, start = random.normal(0.0, 1.0, 3) * (seed % 2), model.start_angle
     fast, plain, now = DoorFilter(model, model.scenario.estimation), PlainFilter(model), 0.0
     for k in range(400):
         time_step = 0.05 if k % 61 == 60 else 0.004

@@ -28,7 +28,7 @@ def model(request: pytest.FixtureRequest) -> Model:
 
 def flown(model: Model, distances: list[float], seed: int, old: float = 0.0) -> list[tuple[Measurement, Array]]:
     """What the sensors say of a vehicle whose tip comes to these distances from the leaf, one a second, and its rotors' force."""
-    random, angle = np.random.default_rng(seed), float(model.start_state[3])
+    random, angle = np.random.default_rng(seed), model.start_angle
     posture = model.on_the_way(angle)
     rest = np.array([0.0, 0.0, float(posture[2])])
     place, normal = model.coupling.vehicle_position(rest, angle, posture[5:]), model.door.normal(angle)

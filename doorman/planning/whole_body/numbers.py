@@ -1,0 +1,163 @@
+"""Numbers of the whole-body problem, by the names that its task knows them by.
+
+All that changes in flight is a number: wind, hinge, where the tip sticks, references and weights. Nothing is compiled anew.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.surroundings import Surroundings, rows_beside
+from doorman.exceptions import BackendError
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.scale import Scale
+from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.balance import balance_numbers
+from doorman.kinematics.vehicles.rotor_layout import rotor_layout
+from doorman.model import Model
+from doorman.planning.mechanism_numbers import mechanism_numbers
+
+Array = NDArray[np.float64]
+
+_SHIPPED_YAW_TORQUE = 0.25
+"""[N m]."""
+SIDE_WEIGHT, LEVEL_WEIGHT = 0.3, 300.0
+"""Of a change of the force to the side, of the shipped vehicle, and of roll and pitch, of a fully actuated vehicle."""
+_ROOM = (0.03, 1e3, 1.0, 1.0)
+"""By which rows are widened for the shipped vehicle: planes, force, speed and stopping. Noise moves a start across tight rows,
+and plans of one iteration do not converge there; residuals keep the distance instead."""
+
+
+def whole_body_numbers(model: Model) -> Numbers:
+    """Numbers of a scenario's task, by the names that `WholeBodyTask` knows them by: the tip touches and opens.
+
+    Args:
+        model: Model of the scenario.
+    """
+    vehicle, door, scenario = model.vehicle, model.door, model.scenario
+    start, goal = model.start_state, model.goal_state
+    scale = scale_of(model)
+    slope = (start - goal) / (start[3] - goal[3])
+    balance = balance_numbers(vehicle)
+    before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
+    return Numbers({
+        **balance, **_side_numbers(model),
+        "arm.numbers": ArmPattern.of(vehicle.arm)[1],
+        "vehicle.mass": vehicle.mass, "vehicle.radius": vehicle.radius,
+        "vehicle.yaw_inertia": yaw_inertia(model),
+        "vehicle.attitude_gain": model.attitude_loop.gain, "vehicle.rate_gain": model.attitude_loop.rate_gain,
+        "vehicle.tilt_stiffness": tilt_stiffness(model), "vehicle.tilt_offset": np.zeros(2),
+        "vehicle.wind": np.zeros(3),
+        **mechanism_numbers(model),
+        **_beside(model),
+        "mechanism.sense": math.copysign(1.0, goal[3] - start[3]),
+        "mechanism.inertia": door.inertia, "mechanism.damping": door.damping, "mechanism.friction": door.friction,
+        "mechanism.friction_rate": 0.02 * scale.rate, "mechanism.stiffness": door.stiffness, "mechanism.rest": door.rest_angle,
+        "mechanism.torque": 0.0, "mechanism.sticks": 0.0,
+        "contact.stiffness": 1500.0 * scale.stiffness, "contact.damping": 50.0 * scale.damping,
+        "contact.smoothing": 1e-3 * scale.length,
+        "contact.friction": scenario.push.friction_coefficient,
+        "contact.stick": np.zeros(2), "contact.give": 0.004 * scale.length,
+        "contact.slip_damping": 10.0 * scale.damping,
+        "limits.margin": scenario.planner.margin, "limits.width": door.width, "limits.force": 15.0 * scale.force,
+        "limits.speed": scenario.push.max_rate, "limits.deceleration": 0.0, "limits.rounding": 0.01,
+        "limits.creep": 0.5 * (0.015 * scale.rate) ** 2,
+        "limits.widened": np.concatenate([np.zeros(before), *_room_of_rows(model)]),
+        "reference.joint": goal[3], "reference.position": np.zeros(3), "reference.heading": [goal[2], slope[2]],
+        "reference.arm": goal[5:], "reference.arm_slope": slope[5:],
+        "reference.depth": 0.02 * scale.length, "reference.approach_speed": 0.08 * scale.speed,
+        "reference.approach_length": 0.08 * scale.length,
+        "reference.opening_speed": scenario.push.max_rate, "reference.opening_length": 0.2, "reference.force": 0.0,
+        "reference.least_force": 0.5 * scale.force, "reference.largest_force": 12.0 * scale.force,
+        "reference.turned": np.zeros(2), "reference.room": 0.03 * scale.length, "weight.near": 300.0 / scale.length**2,
+        "plan.time_step": scenario.planner.time_step,
+        "weight.place": 40.0 / scale.length**2, "weight.position": 0.0, "weight.heading": 16.0,
+        "weight.arm": 30.0,
+        "weight.approach": 1000.0 / scale.speed**2, "weight.opening": 100.0 / scale.rate**2,
+        "weight.force": 0.0, "weight.least_force": 0.0,
+        "weight.largest_force": 1.0 / scale.force**2, "weight.tilting": 300.0,
+        "weight.velocity_in_world": 0.3 / scale.speed**2, "weight.turning": 0.5 / scale.rate**2,
+    })  # fmt: skip
+
+
+def _room_of_rows(model: Model) -> tuple[Array, Array]:
+    """By how much rows are widened: the planes, and force, speed and stopping."""
+    scale, planes = scale_of(model), 1 + len(rows_beside(model.surroundings))
+    units = np.array([scale.force, scale.rate, scale.rate**2])
+    return np.full(planes, _ROOM[0] * scale.length), np.array(_ROOM[1:]) * units
+
+
+def _beside(model: Model) -> dict[str, Any]:
+    """Numbers of what stands beside the door, where it is not the jambs all the way."""
+    door = model.door
+    wall = {"beside.into": door.into, "beside.frame_depth": door.frame_depth}
+    of: dict[Surroundings, dict[str, Any]] = {
+        "doorway": {},
+        "wall": wall,
+        "corners": {**wall, "beside.frame_back": door.frame_back, "beside.width": door.width},
+    }
+    if door.panel is not None:
+        of["panel"] = {"beside.panel": door.from_doorway(door.panel[0]), "beside.panel_distance": door.panel[1]}
+    return of[model.surroundings]
+
+
+def _side_numbers(model: Model) -> dict[str, Any]:
+    """Of a fully actuated vehicle: the force to the side that it makes now, and how dear a change of it and tilt are."""
+    if not model.actuation.fully:
+        return {}
+    weights = {
+        "actuation.side_weight": SIDE_WEIGHT / scale_of(model).force ** 2,
+        "actuation.level_weight": LEVEL_WEIGHT,
+    }
+    return {"actuation.side": np.zeros(2), **weights}
+
+
+def scale_of(model: Model) -> Scale:
+    """Scale of a scenario's vehicle.
+
+    Args:
+        model: Model of the scenario.
+    """
+    return model.scale
+
+
+def yaw_torque(model: Model) -> float:
+    """Largest torque about the vertical that a plan counts on: a share of what the rotors make around half thrust.
+
+    Args:
+        model: Model of the scenario, whose `control.yaw_share` that is.
+
+    Returns:
+        [N m]; of rotors that cannot steer, which the check refuses, as many as the shipped ones make.
+    """
+    try:
+        layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
+    except BackendError:
+        return _SHIPPED_YAW_TORQUE * scale_of(model).torque
+    return float(model.scenario.control.yaw_share * layout.torque_authority[2])
+
+
+def yaw_inertia(model: Model) -> float:
+    """I_z of vehicle and arm in the goal's posture, about the vertical through the centre of mass [kg m²].
+
+    Args:
+        model: Model of the scenario.
+    """
+    center = model.vehicle.center_of_mass(model.goal_arm)
+    return float(model.vehicle_inertia[2, 2] - model.vehicle.mass * center[:2] @ center[:2])
+
+
+def tilt_stiffness(model: Model) -> Array:
+    """Torque with which the vehicle's attitude loop answers a tilt about the body's x and y axis [N m/rad].
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        Shape (2,), body frame.
+    """
+    return np.asarray(model.attitude_loop.stiffness * model.vehicle_inertia.diagonal()[:2])

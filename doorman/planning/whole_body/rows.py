@@ -1,0 +1,75 @@
+"""What a whole-body plan keeps to and what it is drawn to, from the expressions of its task."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from doorman.collision.constraints import arm_off_the_rotors
+from doorman.ocp.problem.terms import Constraint, Residual
+from doorman.planning.static_moment import static_moment
+from doorman.planning.whole_body.task import WholeBodyTask
+
+
+def constraints(task: WholeBodyTask) -> list[Constraint]:
+    """Rows on states; every one has a number that widens it, so that it contains a start outside (`limits.widened`).
+
+    Args:
+        task: The task in symbols.
+    """
+    limits = task.of["limits"]
+    stoppable = 0.5 * task.joint_rate**2 - limits.deceleration * _positive(task.to_go, limits.rounding)
+    rows = [
+        *static_moment(task),
+        *arm_off_the_rotors(task, limits.margin),
+        *(Constraint(f"disc clear of {name}", nearer, "m") for name, nearer in task.planes.items()),
+        Constraint("tip presses too hard", task.spring_force - limits.force, "N", 30.0),
+        Constraint("too fast", task.opening_rate - limits.speed, "rad/s"),
+        Constraint("can be stopped", stoppable - limits.creep, "rad²/s²", 0.1),
+    ]  # fmt: skip
+    widened: list[Constraint] = []
+    at = 0
+    for row in rows:
+        count = int(ca.SX(row.expression).numel())
+        wider = row.expression - row.scale * limits.widened[at : at + count]
+        widened.append(Constraint(row.name, wider, row.unit, row.scale))
+        at += count
+    return widened
+
+
+def residuals(task: WholeBodyTask) -> list[Residual]:
+    """Residuals that a plan keeps small; one of weight 0 counts for nothing.
+
+    Args:
+        task: The task in symbols.
+    """
+    goes, weigh, free = task.of["reference"], task.of["weight"], 1 - task.touches
+    off_goal = task.joint - goes.joint
+    approach = goes.approach_speed * ca.tanh((goes.depth - task.depth) / goes.approach_length)
+    opening = goes.opening_speed * ca.tanh(task.to_go / goes.opening_length)
+    level = [] if "actuation" not in task.of else [
+        Residual("side force", task.side_force - task.of["actuation"].side, task.of["actuation"].side_weight),
+        Residual("level", task.attitude[:2], task.of["actuation"].level_weight),
+    ]  # fmt: skip
+    return [
+        *level,
+        Residual("place on the face", task.place, weigh.place),
+        Residual("place in the world", task.position - goes.position, weigh.position),
+        Residual("heading", task.attitude[2] - goes.heading[0] - goes.heading[1] * off_goal, weigh.heading),
+        Residual("arm", task.arm_angles - goes.arm - goes.arm_slope * off_goal, weigh.arm),
+        Residual("approach", free * (task.closing_speed - approach), weigh.approach),
+        Residual("opening", task.opening_rate - opening, weigh.opening),
+        Residual("force", task.normal_force - goes.force, weigh.force),
+        Residual("least force", _positive(goes.least_force - task.normal_force, 0.2), weigh.least_force),
+        Residual("largest force", _positive(task.normal_force - goes.largest_force, 0.2), weigh.largest_force),
+        Residual("near a plane", _positive(ca.vertcat(*task.planes.values()) + goes.room, 0.01), weigh.near),
+        Residual("tilting", task.tilt_command + goes.turned - task.attitude[:2], weigh.tilting),
+        Residual("velocity in the world", task.velocity, weigh.velocity_in_world),
+        Residual("turning", task.attitude_rates[2], weigh.turning),
+    ]  # fmt: skip
+
+
+def _positive(value: Any, rounding: Any) -> Any:
+    """max(0, ·), rounded."""
+    return 0.5 * (value + ca.sqrt(value**2 + rounding**2))
