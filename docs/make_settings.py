@@ -20,6 +20,7 @@ from pydantic import BaseModel
 from doorman.hardware.dynamixel import ServoConfig
 from doorman.hardware.mocap import MocapConfig
 from doorman.hardware.pixhawk import PixhawkConfig, Rates, Timeouts
+from doorman.hardware.vehicle.settings import GIVEN
 from doorman.scenario import Scenario
 from doorman.scenario.sized_keys import SIZED
 
@@ -31,7 +32,8 @@ LINKS_TOP = """# Settings of the links
 `docs/make_settings.py` writes this page from the docstrings of the adapters' settings.
 `doorman fly --link pixhawk.min_voltage=14.0` sets a key for one flight.
 A [vehicle file](../how-to/your_vehicle.md) keeps keys in its tables `[pixhawk]`, `[servos]` and `[mocap]`.
-In Python they are the fields of the class that each table names.
+In Python they are the fields of the class that each table names. A key with ‡ can be given in Python only: for a flight, doorman
+derives it from the scenario and from the other links.
 """
 LINK_TABLES = (
     ("pixhawk", PixhawkConfig), ("pixhawk.timeouts", Timeouts), ("pixhawk.rates", Rates), ("servos", ServoConfig),
@@ -98,13 +100,14 @@ def links_page() -> str:
     for name, config in LINK_TABLES:
         about = " ".join(str(config.__doc__).split("\n\n")[0].split())
         parts.append(
-            f"## `{name}`\n\n`{config.__name__}`: {about}\n\n{HEAD}" + "".join(map("{}\n".format, link_rows(config)))
+            f"## `{name}`\n\n`{config.__name__}`: {about}\n\n{HEAD}"
+            + "".join(map("{}\n".format, link_rows(name, config)))
         )
     return "\n".join(parts)
 
 
-def link_rows(config: type[Any]) -> list[str]:
-    """Rows of a class of settings; fields that are settings of their own have a table of their own.
+def link_rows(table: str, config: type[Any]) -> list[str]:
+    """A table's row of every field of a class of settings; fields that are settings of their own have a table of their own.
 
     Raises:
         SystemExit: if a field has no docstring.
@@ -120,7 +123,10 @@ def link_rows(config: type[Any]) -> list[str]:
         value = field.default
         default = "required" if value is dataclasses.MISSING else "none" if value is None else f"`{written(value)}`"
         unit = words["unit"] or (whole[1] if whole else "–")
-        made.append(f"| `{field.name}` | {default} | {unit} | {small(words['meaning']).replace('|', chr(92) + '|')} |")
+        mark = " ‡" if f"{table}.{field.name}" in GIVEN else ""
+        made.append(
+            f"| `{field.name}`{mark} | {default} | {unit} | {small(words['meaning']).replace('|', chr(92) + '|')} |"
+        )
     return made
 
 
