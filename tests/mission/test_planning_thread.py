@@ -118,7 +118,7 @@ def test_plans_are_the_same_in_either_thread(model: Model, schedule: PlanSchedul
 
 def test_a_silent_planner_ends_the_opening(model: Model, schedule: PlanSchedule) -> None:
     class Seen:
-        time, door_angle, door_disturbance, state = 0.0, 1.5, 0.0, model.start_state
+        time, door_angle, door_disturbance, yaw = 0.0, 1.5, 0.0, model.start_yaw
 
     opening = Opening(model, StateConverter(model), schedule)
     opening.resume(0.0, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from doorman.exceptions import BackendError
+from doorman.exceptions import BackendError, UrdfError
 from doorman.resources import urdf_directory
 
 DOOR = (urdf_directory() / "hinged_door.urdf").read_text(encoding="utf-8")
@@ -33,10 +33,10 @@ def test_a_mesh_of_the_vehicle(flight, tmp_path):
     (tmp_path / "flat.obj").write_text(FLAT, encoding="utf-8")
     path = tmp_path / "arm.urdf"
     path.write_text(with_mesh(VEHICLE, "servo_4", "flat.obj"), encoding="utf-8")
-    with pytest.raises(BackendError, match="MuJoCo") as caught:
+    with pytest.raises(UrdfError, match="a mesh cannot be read") as caught:
         flight(vehicle__urdf=str(path))
     assert (caught.value.file, caught.value.field, caught.value.given) == (
         str(path),
-        "link servo_4/collision/mesh",
-        "flat.obj",
+        "link servo_4/collision servo_4/0",
+        "flat.obj: it has no volume",
     )
