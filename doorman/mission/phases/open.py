@@ -35,8 +35,6 @@ class Open(MissionPhase):
         if not attempt.grips:
             attempt.estimator.contact.declare(True)
         self._shaken_at: float | None = None
-        self._keeps = False
-        """Whether the door would stay by itself, by what the swing told; the shake tells nothing of the hinge."""
 
     @property
     def _knows_grip(self) -> bool:
@@ -91,14 +89,13 @@ class Open(MissionPhase):
         """Push and pull about the goal: `grip_watch` tells whether a leaf is felt."""
         attempt, leaf, weight = self.attempt, self.attempt.leaf, self.attempt.model.vehicle.mass * GRAVITY
         if self._shaken_at is None:
-            self._shaken_at, self._keeps = estimate.time, attempt.opening.keeps_the_door(estimate)
+            self._shaken_at = estimate.time
             leaf.begin(estimate.yaw, estimate)
         spent = estimate.time - self._shaken_at
-        if spent >= (_SHAKES + 1) * _SHAKING:  # the last of it lets the leaf come to rest
+        if spent >= _SHAKES * _SHAKING:
             attempt.tried_grip = attempt.opened = True
             return leaf.push(estimate, 0.0), self._after_opening(estimate)
-        share = math.cos(2.0 * math.pi * spent / _SHAKING) if spent < _SHAKES * _SHAKING else 0.0
-        return leaf.push(estimate, share * _SHAKE * weight), None
+        return leaf.push(estimate, _SHAKE * weight * math.cos(2.0 * math.pi * spent / _SHAKING)), None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The end of the attempt, which says where the door stands.
@@ -116,7 +113,7 @@ class Open(MissionPhase):
                 return Next(Phase.HOLD, "the tip is to stay")
             attempt.keeps_hold = True
             return Next(Phase.DONE)
-        if attempt.opening.keeps_the_door(estimate) if self._shaken_at is None else self._keeps:
+        if attempt.opening.keeps_the_door(estimate):
             return Next(Phase.RELEASE)
         return Next(Phase.HOLD, "the door would not stay by itself")
 
