@@ -83,28 +83,12 @@ def test_a_gripper_that_never_closes_is_noticed() -> None:
     assert np.degrees(recording["truth"]["door_angle"]).min() > 85.0
 
 
-@pytest.mark.parametrize("friction", [0.1, 0.3, 0.8])
-def test_a_mission_in_contact_whose_gripper_never_closes_says_so(friction: float) -> None:
-    """It makes no tug: the tip comes to the goal while the leaf swings on or stands, and shakes there."""
-    recording, mission = flown(
-        scenario="paper", simulation__gripper_closes=False, mission__start="contact",
-        simulation__door_friction=friction,
-    )  # fmt: skip
-    assert mission.outcome == (False, "the gripper does not hold the leaf")
+def test_a_mission_in_contact_whose_gripper_never_closes_is_no_success() -> None:
+    """It makes no tug, and may not notice: the leaf swings on, and the summary asks the truth."""
+    recording, _ = flown(scenario="paper", simulation__gripper_closes=False, mission__start="contact")
     summary = recording.summary
-    assert summary is not None and summary["collisions"] == 0 and summary["outcome"] == "given up"
+    assert summary is not None and summary["collisions"] == 0 and summary["outcome"] in ("given up", "goal missed")
     assert summary["true_causes"] == ["the gripper never closed"] and not judge(summary).success
-
-
-@pytest.mark.parametrize("friction", [0.0, 0.3])
-def test_a_gripper_that_holds_is_not_doubted_at_the_goal(friction: float) -> None:
-    """The shake moves the leaf by less than a degree."""
-    recording, mission = flown(scenario="paper", mission__start="contact", simulation__door_friction=friction)
-    assert mission.outcome == (True, "")
-    truth = recording["truth"]
-    ends = recording["mission"].time[phases(recording).index("open") + 1]
-    shaken = np.degrees(truth["door_angle"][(truth.time > ends - 1.8) & (truth.time < ends)])
-    assert np.ptp(shaken) < 1.0
 
 
 @pytest.mark.slow

@@ -49,8 +49,6 @@ class Attempt:
         """Whether the leaf had to be looked for: contact that is lost again soon may have been none."""
         self.losses = 0
         """Of contact."""
-        self.tried_grip = False
-        """Whether a gripper has been tried: by the tug after the touch, or by a shake at the goal."""
 
     def allow_another(self) -> None:
         """Let another attempt follow, unless this one has failed already, or the mission was aborted."""
@@ -66,7 +64,7 @@ class Attempt:
         """
         reason = f"attempt {self.number + 1}, after: {self.failure}"
         self.number, self.losses, self.failure = self.number + 1, 0, ""
-        self.again = self.opened = self.unsure = self.tried_grip = False
+        self.again = self.opened = self.unsure = False
         self.opening = self._make_opening()
         self.estimator.lose_leaf()
         return reason

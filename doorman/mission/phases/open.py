@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
-from doorman.mission.grip_watch import TUG
 from doorman.mission.motion import planned_speed_back
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-from doorman.model import GRAVITY
 
 Array = NDArray[np.float64]
 
-_SHAKING, _SHAKES, _SHAKE = 0.9, 2, 0.8 * TUG
-"""Period [s], number and amplitude, a share of the weight, of the shakes that try a gripper at the goal: they turn a leaf that
-nothing brakes by a quarter of a degree to and fro, and are what `grip_watch` needs."""
 _SURE = 2.0
 """Contact with a leaf that had to be looked for, lost again within this time, may have been none [s]."""
 
@@ -34,12 +27,6 @@ class Open(MissionPhase):
         attempt.opening.resume(estimate.time, attempt.settings.touch_force)
         if not attempt.grips:
             attempt.estimator.contact.declare(True)
-        self._shaken_at: float | None = None
-
-    @property
-    def _knows_grip(self) -> bool:
-        """Whether nothing is left to be tried: a mission that began in contact has made no tug."""
-        return self.attempt.tried_grip or not self.attempt.grips
 
     @property
     def tie(self) -> Tie:
@@ -74,8 +61,6 @@ class Open(MissionPhase):
         """
         attempt = self.attempt
         setpoint = attempt.opening.step(estimate, body_rates)
-        if self._shaken_at is not None or (attempt.opening.done(estimate.time) and not self._knows_grip):
-            return self._shake(estimate)
         if attempt.opening.done(estimate.time):
             attempt.opened = True
             return setpoint, self._after_opening(estimate)
@@ -84,18 +69,6 @@ class Open(MissionPhase):
         if not estimate.touching and not attempt.opening.held:
             return setpoint, self._lose_contact(estimate)
         return setpoint, None
-
-    def _shake(self, estimate: Estimate) -> tuple[Setpoint, Then]:
-        """Push and pull about the goal: `grip_watch` tells whether a leaf is felt."""
-        attempt, leaf, weight = self.attempt, self.attempt.leaf, self.attempt.model.vehicle.mass * GRAVITY
-        if self._shaken_at is None:
-            self._shaken_at = estimate.time
-            leaf.begin(estimate.yaw, estimate)
-        spent = estimate.time - self._shaken_at
-        if spent >= _SHAKES * _SHAKING:
-            attempt.tried_grip = attempt.opened = True
-            return leaf.push(estimate, 0.0), self._after_opening(estimate)
-        return leaf.push(estimate, _SHAKE * weight * math.cos(2.0 * math.pi * spent / _SHAKING)), None
 
     def time_out(self, estimate: Estimate) -> Next | GiveUp:
         """The end of the attempt, which says where the door stands.

@@ -91,7 +91,6 @@ class Touch(MissionPhase):
                 return leaf.push(estimate, -self._tug), None
             if spent >= _PRESSING and (estimate.touching or attempt.grips):
                 attempt.unsure = self._beyond(estimate) > _MISSING
-                attempt.tried_grip = attempt.grips
                 then = Next(Phase.OPEN)
             elif spent >= _PRESSING:  # the leaf stands a little farther away than was believed
                 self._touched_at = None
