@@ -92,6 +92,7 @@ def test_same_optimum_as_ipopt(name: str, spread: float | None) -> None:
     assert_holds(planner, plan, state)
 
 
+@pytest.mark.slow  # compiles kernels of its own for a minute and more
 def test_limits_are_kept_where_they_bind() -> None:
     planner = planner_of("tight")
     limits, states = planner.model.scenario.limits, planner.plan(planner.planning.start_state).states
