@@ -26,15 +26,6 @@ def seconds_to_us(seconds: float) -> int:
     return round(seconds * 1e6)
 
 
-def ns_to_seconds(nanoseconds: int) -> float:
-    """Nanoseconds as time [s].
-
-    Args:
-        nanoseconds: Time [ns].
-    """
-    return nanoseconds * 1e-9
-
-
 def ms_to_seconds(milliseconds: int) -> float:
     """Milliseconds as time [s].
 
