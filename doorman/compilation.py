@@ -184,7 +184,10 @@ class _Locator(UserProvidedCacheLocator):
     def __init__(self, function: Callable[..., Any], directory: Path) -> None:
         self._py_file = inspect.getfile(function)
         self._lineno = function.__code__.co_firstlineno
-        self._cache_path = str(directory / self.get_suitable_cache_subpath(self._py_file))  # type: ignore[no-untyped-call]
+        path = Path(self._py_file)
+        inside = path.is_relative_to(_PACKAGE)  # two copies of this version share what they compile
+        place = str(Path("/", path.relative_to(_PACKAGE))) if inside else self._py_file
+        self._cache_path = str(directory / self.get_suitable_cache_subpath(place))  # type: ignore[no-untyped-call]
 
     def ensure_cache_path(self) -> None:
         pass

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -86,6 +87,26 @@ def test_solvers_of_users_own_models_are_cached_per_source(tmp_path: Path) -> No
     rail.unlink()
     (tmp_path / "wheel.py").write_text(MODEL.format(name="Wheel", factor=5.0))
     assert run(tmp_path, "wheel", "Wheel") == (10.0, 0)
+
+
+COPY = """
+from doorman.ocp.solvers.iterations.careful import squared
+print(squared(1.0, 2.0, 3.0, 4.0), sum(squared.stats.cache_hits.values()))
+"""
+
+
+def test_two_copies_of_a_version_share_what_they_compile(tmp_path: Path) -> None:
+    results = []
+    for name in ("one", "two"):
+        shutil.copytree(ROOT / "doorman", tmp_path / name / "doorman")
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(tmp_path / name)}
+        done = subprocess.run(
+            [sys.executable, "-c", COPY], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120
+        )
+        assert done.returncode == 0, done.stderr
+        results.append(done.stdout.split())
+    assert [hits for _, hits in results] == ["0", "1"]
+    assert results[0][0] == results[1][0]
 
 
 def fresh_directory() -> Path:
