@@ -16,18 +16,18 @@ from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.control.way_out import in_the_doorway
 from doorman.mission.grip_watch import GripWatch
-from doorman.mission.phases.approach import Approach
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.done import Done
+from doorman.mission.phases.free_flight.approach import Approach
+from doorman.mission.phases.free_flight.hover import Hover
+from doorman.mission.phases.free_flight.retreat import Retreat
+from doorman.mission.phases.free_flight.through import Through
 from doorman.mission.phases.guard import Guard
 from doorman.mission.phases.hold import Hold
-from doorman.mission.phases.hover import Hover
 from doorman.mission.phases.open import Open
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase, Then
 from doorman.mission.phases.recover import Recover
 from doorman.mission.phases.release import Release
-from doorman.mission.phases.retreat import Retreat
-from doorman.mission.phases.through import Through
 from doorman.mission.phases.touch import Touch
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.slam import SlamDetector

@@ -11,11 +11,11 @@ from paper_door import door_normal
 from doorman.control.doorway import Doorway
 from doorman.control.estimation.estimator import Estimate, Estimator, Tie
 from doorman.control.state_converter import StateConverter
-from doorman.mission.at_the_leaf import AtTheLeaf
+from doorman.mission.opening.at_the_leaf import AtTheLeaf
+from doorman.mission.opening.swing import Swing
 from doorman.mission.phases.phase import Phase
 from doorman.mission.schedule import PlanSchedule
 from doorman.mission.sequence import Sequence
-from doorman.mission.swing import Swing
 from doorman.model import GRAVITY, Model
 from doorman.planning.planner import Planner
 from doorman.recording import Recorder

@@ -10,7 +10,7 @@ import pytest
 from doorman import Model, Planner, Scenario
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import DoormanError
-from doorman.mission.opening import Opening
+from doorman.mission.opening.gripped import Opening
 from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.planning.hinge import Hinge
 from doorman.recording import Recorder

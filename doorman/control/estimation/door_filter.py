@@ -25,18 +25,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.control.kernels.door_step import (
-    ANGLE,
-    FRICTION,
-    INERTIA,
-    RATE,
-    STATES,
-    STIFFNESS,
-    DoorMemory,
-    advance_door,
-    hinge_of,
-    pass_leaf,
-)
+from doorman.control.kernels.door_filter.memory import ANGLE, FRICTION, INERTIA, RATE, STATES, STIFFNESS, DoorMemory
+from doorman.control.kernels.door_filter.step import advance_door, hinge_of, pass_leaf
 from doorman.control.kernels.leaf import leaf_numbers
 from doorman.model import Model
 from doorman.scenario import EstimationSection
@@ -110,7 +100,7 @@ class DoorFilter:
             work=np.zeros((2, STATES)),
             hinge=np.zeros(len(fields(HingeEstimate))),
         )
-        """What the kernels of `door_step` read and write."""
+        """What its kernels read and write."""
         if door.opening_of(start) > door.per_angle * _AJAR:
             self.stays()
 

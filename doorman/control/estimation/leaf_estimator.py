@@ -16,13 +16,13 @@ from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.wind_filter import WindFilter
-from doorman.control.kernels.leaf_estimator_step import (
+from doorman.control.kernels.leaf_estimator.contact import FACE_DEVIATION, begin_leaf
+from doorman.control.kernels.leaf_estimator.memory import (
     AT,
     ATTITUDE_NOW,
     ATTITUDE_RATES,
     CLOSED,
     DOOR_ANGLE,
-    FACE_DEVIATION,
     FACE_VARIANCE,
     FOUND_SIZE,
     FRICTION_FORCE,
@@ -33,9 +33,8 @@ from doorman.control.kernels.leaf_estimator_step import (
     SINGULAR,
     WIND_NOW,
     LeafMemory,
-    advance_leaf,
-    begin_leaf,
 )
+from doorman.control.kernels.leaf_estimator.step import advance_leaf
 from doorman.control.kernels.tip import ARM
 from doorman.control.kernels.vehicle_step import GIVEN
 from doorman.control.observers.door_observer import DoorObserver

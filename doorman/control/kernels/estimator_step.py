@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.control.kernels.attitude_step import LAG, learn_lag, rates_of_euler
 from doorman.control.kernels.contact_step import TOUCHING, listen_to_noise, watch_contact
-from doorman.control.kernels.door_step import ANGLE, INERTIA, RATE, DoorMemory, advance_door, hinge_of, pass_leaf
+from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE, DoorMemory
+from doorman.control.kernels.door_filter.step import advance_door, hinge_of, pass_leaf
 from doorman.control.kernels.hinge_step import ESTIMATE, observe_hinge
 from doorman.control.kernels.hinge_step import RATE as HINGE_RATE
 from doorman.control.kernels.leaf import SLIDES, leaf_direction, leaf_normal

@@ -5,11 +5,11 @@ from __future__ import annotations
 from doorman.control.estimation.estimator import Estimator
 from doorman.control.passage import Passage, has_doorway
 from doorman.control.state_converter import StateConverter
-from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.door_opening import DoorOpening
-from doorman.mission.opening import Opening
+from doorman.mission.opening.at_the_leaf import AtTheLeaf
+from doorman.mission.opening.door_opening import DoorOpening
+from doorman.mission.opening.gripped import Opening
+from doorman.mission.opening.swing import Swing
 from doorman.mission.schedule import PlanSchedule
-from doorman.mission.swing import Swing
 from doorman.model import Model
 
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
+from doorman.mission.phases.free_flight.retreat import Retreat
 from doorman.mission.phases.hold import OPEN_ENOUGH
 from doorman.mission.phases.phase import MissionPhase, Phase, Then
-from doorman.mission.phases.retreat import Retreat
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.door_opening import SILENT
+from doorman.mission.opening.door_opening import SILENT
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Phase
 from doorman.mission.phases.release import LOST_PAST

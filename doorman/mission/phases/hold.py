@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.position_controller import Setpoint
+from doorman.mission.opening.progress import STILL_OPEN
 from doorman.mission.phases.attempt import Attempt
 from doorman.mission.phases.phase import GiveUp, MissionPhase, Next, Phase, Then
-from doorman.mission.progress import STILL_OPEN
 from doorman.mission.since import since
 
 Array = NDArray[np.float64]

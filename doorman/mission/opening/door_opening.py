@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.mission.progress import Progress
+from doorman.mission.opening.progress import Progress
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
 

@@ -11,7 +11,7 @@ from urdf_variants import write_door
 
 from doorman import Recording, Scenario, simulate
 from doorman.mission import Mission
-from doorman.mission.phases.through import Through
+from doorman.mission.phases.free_flight.through import Through
 from doorman.summary import verdict
 
 AJAR: dict[str, Any] = {

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.mission.phases.attempt import Attempt
-from doorman.mission.phases.hover import STEADY, fly_before_the_leaf
+from doorman.mission.phases.free_flight.hover import STEADY, fly_before_the_leaf
 from doorman.mission.phases.phase import MissionPhase, Next, Phase, Then
 from doorman.mission.since import since
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.progress import NEARLY, SLOW, Progress
+from doorman.mission.opening.progress import NEARLY, SLOW, Progress
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
 

@@ -10,8 +10,8 @@ import pytest
 
 from doorman import Model
 from doorman.control.estimation.estimator import Estimate
-from doorman.mission.progress import Progress
-from doorman.mission.resistance import Resistance
+from doorman.mission.opening.progress import Progress
+from doorman.mission.opening.resistance import Resistance
 
 
 def known(spare: float, deviation: float, wind: float = 0.0) -> Estimate:

@@ -12,8 +12,8 @@ from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
 from doorman.control.state_converter import StateConverter
 from doorman.control.turning_aid import TurningAid
-from doorman.mission.door_opening import HEADING_LOST, DoorOpening
-from doorman.mission.resistance import Resistance
+from doorman.mission.opening.door_opening import HEADING_LOST, DoorOpening
+from doorman.mission.opening.resistance import Resistance
 from doorman.mission.schedule import PlanSchedule, Wanted
 from doorman.model import Model
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from doorman.control.estimation.estimator import Estimate
 from doorman.control.position_controller import Setpoint
-from doorman.mission.at_the_leaf import AtTheLeaf
-from doorman.mission.door_opening import HEADING_LOST, DoorOpening
-from doorman.mission.progress import NEARLY, STANDS, STILL_OPEN
+from doorman.mission.opening.at_the_leaf import AtTheLeaf
+from doorman.mission.opening.door_opening import HEADING_LOST, DoorOpening
+from doorman.mission.opening.progress import NEARLY, STANDS, STILL_OPEN
 from doorman.mission.schedule import PlanSchedule
 from doorman.model import Model
 

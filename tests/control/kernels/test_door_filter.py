@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from doorman.control.estimation.door_filter import DoorFilter
-from doorman.control.kernels.door_step import ANGLE, DAMPING, FRICTION, INERTIA, RATE, STIFFNESS, TORQUE, WIND_X
+from doorman.control.kernels.door_filter.memory import (
+    ANGLE,
+    DAMPING,
+    FRICTION,
+    INERTIA,
+    RATE,
+    STIFFNESS,
+    TORQUE,
+    WIND_X,
+)
 from doorman.model import Model
 from doorman.scenario import Scenario
 

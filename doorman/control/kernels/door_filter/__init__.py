@@ -1,0 +1,1 @@
+"""Kernels of `DoorFilter`, whose docstring has the equations."""

@@ -1,0 +1,1 @@
+"""Kernels of `LeafEstimator`, whose docstring has the equations."""

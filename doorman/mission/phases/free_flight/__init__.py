@@ -1,0 +1,1 @@
+"""Phases away from the leaf: to the door, through the doorway, and back."""
