@@ -15,7 +15,7 @@ from doorman.dynamics.attitude_loop import AttitudeLoop
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.kinematics.coupling import Coupling, distance_in_doorway
 from doorman.kinematics.doors.reading import read_door, read_travel
-from doorman.kinematics.doors.true_door import TrueDoor, is_another
+from doorman.kinematics.doors.variants.true_door import TrueDoor, is_another
 from doorman.kinematics.rotations import regular_state, regular_step
 from doorman.kinematics.scale import Scale
 from doorman.kinematics.task_numbers import task_numbers

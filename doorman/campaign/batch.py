@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from doorman.campaign.draws import Draw
-from doorman.campaign.flight_process import FlightProcess, lost
-from doorman.campaign.orders import order_of, packed
+from doorman.campaign.flights.flight_process import FlightProcess, lost
+from doorman.campaign.flights.orders import order_of, packed
 from doorman.campaign.specification import Flight
 from doorman.checks import number, whole
 from doorman.exceptions import DoormanError

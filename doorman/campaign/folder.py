@@ -8,10 +8,10 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from doorman.cache_files import write_atomically
-from doorman.campaign.orders import digests
-from doorman.campaign.software import software
+from doorman.campaign.flights.orders import digests
+from doorman.campaign.flights.software import software
 from doorman.campaign.specification import Campaign, portable
+from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
 from doorman.locks import locked

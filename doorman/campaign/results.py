@@ -11,10 +11,10 @@ from typing import Any
 import pyarrow as arrow
 import pyarrow.parquet as parquet
 
-from doorman.cache_files import write_atomically
 from doorman.campaign.judgement import final_error, judge
 from doorman.campaign.specification import Flight
 from doorman.campaign.told_reason import told_truly
+from doorman.compilation.cache_files import write_atomically
 
 DRAWN, SUMMARY = "drawn.", "summary."
 """What the names of columns begin with."""

@@ -16,10 +16,10 @@ import dask
 from distributed import Client, Future, LocalCluster, get_worker, wait
 
 from doorman.campaign.batch import usable_cores
-from doorman.campaign.flight_process import FlightProcess, failed, lost
+from doorman.campaign.flights.flight_process import FlightProcess, failed, lost
+from doorman.campaign.flights.lease import Lease
+from doorman.campaign.flights.orders import order_of, packed
 from doorman.campaign.folder import RESULTS, claimed, write_not_flown
-from doorman.campaign.lease import Lease
-from doorman.campaign.orders import order_of, packed
 from doorman.campaign.results import Row, known_runs, read_parts, row_of, write_part, write_table
 from doorman.campaign.specification import Campaign, Flight
 from doorman.exceptions import DoormanError

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from doorman.collision.audit import AuditReport, audit
-from doorman.feasibility.flight import flight_findings
-from doorman.feasibility.geometry import geometry_findings
+from doorman.feasibility.inputs.plant import plant_findings
+from doorman.feasibility.inputs.setup import setup_findings
 from doorman.feasibility.mission import mission_findings
-from doorman.feasibility.plant import plant_findings
-from doorman.feasibility.postures import postures_finding
-from doorman.feasibility.rehearsal import DURATION, rehearse, scaled
 from doorman.feasibility.report import Finding, Report, Severity, graded
-from doorman.feasibility.setup import setup_findings
+from doorman.feasibility.swing.flight import flight_findings
+from doorman.feasibility.swing.geometry import geometry_findings
+from doorman.feasibility.swing.postures import postures_finding
+from doorman.feasibility.swing.rehearsal import DURATION, rehearse, scaled
 from doorman.feasibility.task import task_finding
 from doorman.feasibility.through import through_findings
 from doorman.model import Model

@@ -11,9 +11,9 @@ from doorman.collision.audit import TOLERANCE
 from doorman.collision.scene import CollisionScene
 from doorman.control.doorway import NO_GAP, ROOM_TO_LEVEL, Doorway
 from doorman.feasibility.lift import FIRST_TURN
-from doorman.feasibility.rehearsal import Rehearsal
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.feasibility.resting import torques_at_rest
+from doorman.feasibility.swing.rehearsal import Rehearsal
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.planning.hinge import Hinge

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from doorman.feasibility.geometry import force_needed
 from doorman.feasibility.report import Finding, Severity
+from doorman.feasibility.swing.geometry import force_needed
 from doorman.kinematics.doors.door import Door
 from doorman.model import Model
 from doorman.planning.limits import largest_push

@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 import casadi as ca
 
-from doorman.kinematics.doors.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
+from doorman.kinematics.doors.leaf.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
 from doorman.kinematics.vehicles.arm_pattern import ArmPattern

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from doorman.collision.reduced_model import ReducedModel
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.doors.travel import Travel
+from doorman.kinematics.doors.leaf.travel import Travel
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.postures.ends import PAPER_POSTURES, End, beside_the_normal
 from doorman.postures.room import Room

@@ -4,19 +4,19 @@ Every key has a default (the paper's task); an unknown key is an error that name
 everything else in SI units.
 """
 
-from doorman.scenario.campaign import CampaignSection, Distribution
-from doorman.scenario.flight import (
+from doorman.scenario.scenario import Scenario
+from doorman.scenario.sections.campaign import CampaignSection, Distribution
+from doorman.scenario.sections.flight import (
     ContactStateSection,
     ControlSection,
     EstimationSection,
     MissionSection,
     MissionTimeOutsSection,
 )
-from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
-from doorman.scenario.reality import RealitySection
-from doorman.scenario.safety import SafetySection
-from doorman.scenario.scenario import Scenario
-from doorman.scenario.simulation import (
+from doorman.scenario.sections.planning import LimitsSection, PlannerSection, PushSection, WeightsSection
+from doorman.scenario.sections.reality import RealitySection
+from doorman.scenario.sections.safety import SafetySection
+from doorman.scenario.sections.simulation import (
     GustSection,
     HandSection,
     NoiseSection,
@@ -24,7 +24,7 @@ from doorman.scenario.simulation import (
     SimulationSection,
     WashSection,
 )
-from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
+from doorman.scenario.sections.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 
 __all__ = [
     "CampaignSection",

@@ -10,17 +10,17 @@ from typing import Any
 from pydantic import PrivateAttr, ValidationError, model_validator
 
 from doorman.exceptions import ScenarioError
-from doorman.scenario.campaign import CampaignSection, Distribution
 from doorman.scenario.errors import explain
 from doorman.scenario.files import SCENARIO, SHIPPED, URDF, absolute, locate, read_tables
-from doorman.scenario.flight import ControlSection, EstimationSection, MissionSection
 from doorman.scenario.plain import plain
-from doorman.scenario.planning import LimitsSection, PlannerSection, PushSection
-from doorman.scenario.reality import RealitySection, under
-from doorman.scenario.safety import SafetySection
-from doorman.scenario.simulation import SimulationSection
+from doorman.scenario.sections.campaign import CampaignSection, Distribution
+from doorman.scenario.sections.flight import ControlSection, EstimationSection, MissionSection
+from doorman.scenario.sections.planning import LimitsSection, PlannerSection, PushSection
+from doorman.scenario.sections.reality import RealitySection, under
+from doorman.scenario.sections.safety import SafetySection
+from doorman.scenario.sections.simulation import SimulationSection
+from doorman.scenario.sections.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 from doorman.scenario.sized_keys import SIZED
-from doorman.scenario.task import ContactSection, DoorSection, GoalSection, StartSection, VehicleSection
 from doorman.scenario.toml_text import toml_text
 from doorman.scenario.values import Section, hashed
 

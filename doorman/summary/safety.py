@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.collision.scene import CollisionScene
-from doorman.flown_constraints import flown_constraints
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
+from doorman.summary.flown_constraints import flown_constraints
 
 _CLEARANCE_INTERVAL = 0.01
 """Between states at which FCL measures the clearance [s]."""

@@ -7,7 +7,7 @@ import pytest
 
 from doorman.campaign import Campaign
 from doorman.campaign.draws import draw
-from doorman.campaign.orders import order_of
+from doorman.campaign.flights.orders import order_of
 from doorman.exceptions import ScenarioError
 from doorman.scenario import CampaignSection, Scenario
 

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from doorman.campaign.figures import figures
-from doorman.campaign.report import page
+from doorman.campaign.report.figures import figures
+from doorman.campaign.report.pages import page
 from doorman.campaign.told_reason import told_truly
 from doorman.scenario import Scenario
 from doorman.simulation.reality.causes import ELSEWHERE, LATCHED, NEVER_CLOSED, SEALED, SLIPPED, WIND

@@ -6,8 +6,8 @@ import pytest
 from urdf_variants import robot_data_vehicle
 
 from doorman import simulate
-from doorman.feasibility.geometry import geometry_findings
-from doorman.feasibility.rehearsal import DURATION
+from doorman.feasibility.swing.geometry import geometry_findings
+from doorman.feasibility.swing.rehearsal import DURATION
 from doorman.model import Model
 from doorman.scenario import Scenario
 

@@ -9,11 +9,11 @@ from random_vehicle import FAULTS, RandomVehicle
 
 from doorman import simulate
 from doorman.feasibility import check
-from doorman.feasibility.geometry import geometry_findings
-from doorman.feasibility.plant import plant_findings
-from doorman.feasibility.rehearsal import DURATION, scaled
+from doorman.feasibility.inputs.plant import plant_findings
+from doorman.feasibility.inputs.setup import setup_findings
 from doorman.feasibility.report import Severity
-from doorman.feasibility.setup import setup_findings
+from doorman.feasibility.swing.geometry import geometry_findings
+from doorman.feasibility.swing.rehearsal import DURATION, scaled
 from doorman.model import Model
 
 DRAWS = 100

@@ -9,7 +9,7 @@ import pytest
 
 from doorman.control.state_converter import look_aheads
 from doorman.dynamics.attitude_loop import USUAL_LAG, AttitudeLoop
-from doorman.feasibility.setup import setup_findings
+from doorman.feasibility.inputs.setup import setup_findings
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.scenario import Scenario

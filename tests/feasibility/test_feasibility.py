@@ -24,11 +24,11 @@ from doorman.collision.audit import audit
 from doorman.exceptions import ScenarioError, UrdfError
 from doorman.feasibility import Finding, Report, Severity, check
 from doorman.feasibility.check import audit_finding
-from doorman.feasibility.flight import flight_findings
-from doorman.feasibility.geometry import geometry_findings
-from doorman.feasibility.rehearsal import DURATION, Rehearsal, rehearse
-from doorman.feasibility.setup import setup_findings
-from doorman.feasibility.swing import best_swing, widest_posture
+from doorman.feasibility.inputs.setup import setup_findings
+from doorman.feasibility.swing.flight import flight_findings
+from doorman.feasibility.swing.geometry import geometry_findings
+from doorman.feasibility.swing.rehearsal import DURATION, Rehearsal, rehearse
+from doorman.feasibility.swing.room import best_swing, widest_posture
 from doorman.model import Model
 from doorman.postures.proposal import PAPER_POSTURES
 from doorman.scenario import Scenario

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from doorman.feasibility.rehearsal import DURATION
+from doorman.feasibility.swing.rehearsal import DURATION
 from doorman.feasibility.task import task_finding
 from doorman.model import Model
 from doorman.scenario import Scenario

@@ -16,7 +16,7 @@ from urdf_variants import DOOR, VEHICLE, write_edited
 from doorman import simulate
 from doorman.exceptions import DoormanError, InfeasibleError
 from doorman.feasibility import FeasibilityWarning, Severity, check
-from doorman.feasibility.plant import plant_findings
+from doorman.feasibility.inputs.plant import plant_findings
 from doorman.flight import Verdict
 from doorman.flight.checklist import judge_scenario
 from doorman.model import Model

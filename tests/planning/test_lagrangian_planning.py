@@ -17,7 +17,7 @@ from urdf_variants import write_arm_of
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario, simulate
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
-from doorman.feasibility.rehearsal import rehearse
+from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.kinematics.rotations import body_rate_matrix
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 from rich.text import Text
 
 from doorman.campaign import Campaign
-from doorman.campaign.report import rate_in_words, write_report
+from doorman.campaign.report.pages import rate_in_words, write_report
 from doorman.campaign.results import Row
 from doorman.campaign.running import durable_rows, run_campaign
 from doorman.cli.overrides import parse_overrides

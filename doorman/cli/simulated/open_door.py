@@ -20,7 +20,7 @@ from doorman.cli.task import check_links, load_task
 from doorman.cli.terminal.display import flight_progress, print_run
 from doorman.exceptions import DoormanError
 from doorman.feasibility import Report, check
-from doorman.feasibility.postures import unusual_postures
+from doorman.feasibility.swing.postures import unusual_postures
 from doorman.mission import simulate
 from doorman.model import Model
 from doorman.recording import Recording

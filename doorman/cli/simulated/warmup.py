@@ -17,7 +17,7 @@ from doorman.compilation import CacheContent, KernelCounts, cache_content, kerne
 from doorman.control.estimation.estimator import Estimator
 from doorman.control.state_converter import StateConverter
 from doorman.exceptions import BackendError
-from doorman.feasibility.rehearsal import rehearse
+from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.mission import Mission
 from doorman.model import Model
 from doorman.ocp.solvers.order import last_first

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
-from doorman.kinematics.doors.convention import standing_joints
-from doorman.kinematics.doors.joint_units import InJointUnits
-from doorman.kinematics.doors.leaf_motion import LeafMotion, Sliding, Turning
-from doorman.kinematics.doors.leaf_on_joint import LEANS, LeafOnJoint
-from doorman.kinematics.doors.leaf_on_slide import LeafOnSlide, read_leaf
-from doorman.kinematics.doors.variant import write_door_variant
+from doorman.kinematics.doors.leaf.joint_units import InJointUnits
+from doorman.kinematics.doors.leaf.leaf_motion import LeafMotion, Sliding, Turning
+from doorman.kinematics.doors.urdf.convention import standing_joints
+from doorman.kinematics.doors.urdf.leaf_on_joint import LEANS, LeafOnJoint
+from doorman.kinematics.doors.urdf.leaf_on_slide import LeafOnSlide, read_leaf
+from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frozen, link_index, load_pinocchio
 from doorman.kinematics.vehicles.vehicle import GRAVITY

@@ -6,8 +6,8 @@ import math
 
 from doorman.exceptions import ScenarioError
 from doorman.kinematics.doors.door import Door, Side
-from doorman.kinematics.doors.leaf_on_slide import read_leaf
-from doorman.kinematics.doors.travel import Travel
+from doorman.kinematics.doors.leaf.travel import Travel
+from doorman.kinematics.doors.urdf.leaf_on_slide import read_leaf
 from doorman.scenario import GoalSection, Scenario, StartSection
 
 _BEYOND = math.radians(1.5)

@@ -9,9 +9,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from doorman.cache_files import write_atomically
-from doorman.cache_place import fresh_directory
 from doorman.compilation import PRINTED, cache_directory
+from doorman.compilation.cache_files import write_atomically
+from doorman.compilation.cache_place import fresh_directory
 
 
 def load(text: str) -> ModuleType:

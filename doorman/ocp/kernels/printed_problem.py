@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.cache_files import write_atomically
 from doorman.compilation import cache_directory
+from doorman.compilation.cache_files import write_atomically
 from doorman.ocp.kernels.loading import load
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.flown_constraints import flown_constraints
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.recording import Recording
+from doorman.summary.flown_constraints import flown_constraints
 from doorman.visualization.figures.phases import tied
 from doorman.visualization.style import (
     BLACK,

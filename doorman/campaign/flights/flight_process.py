@@ -1,0 +1,148 @@
+"""Starts the process that flies, hands it orders, waits for no longer than allowed, and tells how it died."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import doorman
+
+_ONE_THREAD = (
+    "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+)  # fmt: skip
+"""Every flight process has one thread: as many as cores share the machine without getting into each other's way."""
+_PREPARATION_TIME = 3600.0
+"""Longest time for compiling everything, and for waiting while another flight process does [s]."""
+_NOTHING = object()
+_LAST_LINES = 5
+"""Of what a flight process printed before it died."""
+
+
+class FlightProcess:
+    """One flight process at a time; another one is started after the last has died.
+
+    Args:
+        module: What the flight process runs.
+    """
+
+    def __init__(self, module: str = "doorman.campaign.flights.flight_program") -> None:
+        self._module = module
+        self._process: subprocess.Popen[str] | None = None
+        self._prepared_for: object = _NOTHING
+        self._answers: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._printed: IO[str] | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+
+    def fly(self, order: dict[str, Any], files: Mapping[str, str], time_out: float) -> dict[str, Any]:
+        """Have an order flown.
+
+        Args:
+            order: As `orders.order_of` makes it.
+            files: As `orders.packed` makes them; sent when the flight process does not have them yet.
+            time_out: Wall-clock time for the flight alone [s].
+
+        Returns:
+            The flight process's answer, or one with an error if it died or took too long.
+        """
+        if self._process is None:
+            try:
+                self._start()
+            except OSError as error:
+                self.close()
+                return lost(f"no process could be started: {error.strerror or error}")
+        if self._prepared_for != order.get("files"):
+            ready = self._ask({**order, "prepare": True, "contents": dict(files)}, _PREPARATION_TIME)
+            if self._process is None or ready.get("lost"):
+                return ready
+            # where that failed, this flight will fail too, and the next one prepares
+            self._prepared_for = order.get("files") if ready["error"] is None else _NOTHING
+        return self._ask(order, time_out)
+
+    def close(self) -> None:
+        """Let the flight process go, whatever it does; may be called twice."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout, self._printed):
+                if stream is not None:
+                    stream.close()
+        folder, self._folder = self._folder, None
+        if folder is not None:
+            folder.cleanup()
+
+    def _start(self) -> None:
+        package = str(Path(doorman.__file__).parent.parent)
+        paths = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
+        # not the user's folder: a file of the name of a module there would be imported instead
+        environment = {**os.environ, "PYTHONPATH": paths, "PYTHONSAFEPATH": "1", **dict.fromkeys(_ONE_THREAD, "1")}
+        self._folder = tempfile.TemporaryDirectory(prefix="doorman-flights-", ignore_cleanup_errors=True)
+        self._printed = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", self._module], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._printed,
+            env=environment, cwd=self._folder.name, text=True, encoding="utf-8", start_new_session=True,
+        )  # fmt: skip
+        self._answers = queue.SimpleQueue()
+        self._prepared_for = _NOTHING
+        threading.Thread(target=_read, args=(self._process.stdout, self._answers), daemon=True).start()
+
+    def _ask(self, order: dict[str, Any], time_out: float) -> dict[str, Any]:
+        process = self._process
+        if process is None or process.stdin is None:
+            raise AssertionError("there is a flight process to ask")
+        try:
+            process.stdin.write(json.dumps(order) + "\n")
+            process.stdin.flush()
+            line = self._answers.get(timeout=time_out)
+        except queue.Empty:
+            self.close()
+            return failed(f"timed out after {time_out:g} s of wall-clock time")
+        except OSError:
+            line = None
+        if line is None:
+            if self._process is None:
+                return lost("closed by the campaign")
+            words = f"the process died with status {process.wait()}: {self._last_words()}"
+            self.close()
+            return lost(words)
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+    def _last_words(self) -> str:
+        if self._printed is None:
+            return ""
+        self._printed.seek(0)
+        return " | ".join(self._printed.read().splitlines()[-_LAST_LINES:])
+
+
+def failed(error: str) -> dict[str, Any]:
+    """An answer in place of a flight process's, for a flight that failed.
+
+    Args:
+        error: What went wrong, in words.
+    """
+    return {"summary": None, "error": error, "wall_time_s": None, "kernels_compiled": 0}
+
+
+def lost(error: str) -> dict[str, Any]:
+    """An answer in place of a flight process's, for a flight that did not come about.
+
+    Args:
+        error: Why, in words.
+    """
+    return {**failed(error), "lost": True}
+
+
+def _read(stream: IO[str], answers: queue.SimpleQueue[str | None]) -> None:
+    for line in stream:
+        answers.put(line)
+    answers.put(None)

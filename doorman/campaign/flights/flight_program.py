@@ -1,0 +1,125 @@
+"""Flight program: a process of its own that flies one order after the other, and dies with whoever started it.
+
+Orders and answers are lines of JSON on stdin and stdout. The first order only prepares; its answer comes when every kernel is
+compiled or loaded. Of all flight processes of a machine one at a time prepares: what one compiles, the others load.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from doorman.campaign.flights.orders import OtherSoftware, check_software, unpacked
+from doorman.compilation import cache_directory, kernel_counts
+from doorman.exceptions import DoormanError
+from doorman.locks import locked
+from doorman.mission import simulate
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+_INFRASTRUCTURE = (OSError, MemoryError, ImportError)
+"""What a flight is not to blame for."""
+_contents: dict[str, str] = {}
+"""Files of the orders, as the last preparation brought them."""
+
+_last: list[tuple[Scenario, Model]] = []
+"""Scenario that was flown last, and its model: in a batch the next flight's, too."""
+
+_REHEARSAL = 0.1
+"""Length of a flight that only compiles [s]."""
+
+
+def main() -> None:
+    """Answer orders until stdin ends."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)  # whatever a library prints must not be taken for an answer
+    orders: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(orders,), daemon=True).start()
+    while True:
+        order = orders.get()
+        answers.write(json.dumps(answer(order)) + "\n")
+        answers.flush()
+
+
+def answer(order: dict[str, Any]) -> dict[str, Any]:
+    """Fly or prepare; an error is an answer too.
+
+    Args:
+        order: As `orders.order_of` makes it; with `prepare` and the files' `contents` it only prepares.
+
+    Returns:
+        Summary or error, with the wall-clock time and the number of kernels that had to be compiled; `lost` where machine or
+        software, not the flight, is at fault.
+    """
+    started, compiled = time.perf_counter(), kernel_counts().compiled
+    result: dict[str, Any] = {"summary": None, "error": None}
+    try:
+        check_software(order)
+        if order.get("prepare"):
+            _contents.clear()
+            _contents.update(order["contents"])
+        scenario = unpacked(order, _contents, Path.cwd())
+        if order.get("prepare"):
+            with _alone_on_this_machine():
+                prepare(scenario)
+        else:
+            result["summary"] = _fly(scenario, order)
+    except Exception as error:  # whatever goes wrong in a flight is this flight's result
+        traceback.print_exc()
+        result["error"] = f"{type(error).__name__}: {error}"
+        result["lost"] = isinstance(error, _INFRASTRUCTURE) and not isinstance(error, DoormanError)
+        result["lost"] |= isinstance(error, OtherSoftware)
+    result["wall_time_s"] = time.perf_counter() - started
+    result["kernels_compiled"] = kernel_counts().compiled - compiled
+    return result
+
+
+def prepare(scenario: Scenario) -> None:
+    """Compile or load what flights of a scenario run: short ones, from the air and from the door, where plans are made.
+
+    Args:
+        scenario: The scenario.
+    """
+    for start in ("hover", "contact"):
+        mission = scenario.mission.model_copy(update={"start": start})
+        simulate(scenario.model_copy(update={"mission": mission}), _REHEARSAL, force=True)
+
+
+def _fly(scenario: Scenario, order: dict[str, Any]) -> dict[str, Any]:
+    """Fly a draw whatever the check would say: its row tells what happened."""
+    model = _model(scenario)
+    recording = simulate(model, order["duration"], order["seed"], path=order.get("path"), force=True)
+    if recording.summary is None:
+        raise RuntimeError("the flight has no summary")
+    return recording.summary
+
+
+def _model(scenario: Scenario) -> Model:
+    if not _last or _last[0][0] != scenario:
+        _last[:] = [(scenario, Model(scenario))]
+    return _last[0][1]
+
+
+@contextmanager
+def _alone_on_this_machine() -> Iterator[None]:
+    with locked(cache_directory() / "preparing.lock", wait=True):
+        yield
+
+
+def _listen(orders: queue.SimpleQueue[dict[str, Any]]) -> None:
+    for line in sys.stdin:
+        orders.put(json.loads(line))
+    os._exit(0)  # nobody waits for an answer any more
+
+
+if __name__ == "__main__":
+    main()

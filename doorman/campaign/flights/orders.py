@@ -1,0 +1,94 @@
+"""Orders: everything that a flight depends on, as any process on any machine can carry it out."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from doorman.campaign.flights.software import differences, software
+from doorman.campaign.specification import Flight, portable
+from doorman.exceptions import DoormanError
+from doorman.scenario import Scenario
+
+_SECTIONS = ("vehicle", "door")
+
+
+class OtherSoftware(DoormanError):
+    """An order is for another version of doorman or of what it computes with, or came with other files."""
+
+
+def order_of(flight: Flight, files: Mapping[str, bytes]) -> dict[str, Any]:
+    """The order for a flight, without its files: scenario, seed, versions, and the files' digests. For JSON.
+
+    Args:
+        flight: The run.
+        files: URDFs and meshes of its scenario, as `carried_files` reads them.
+    """
+    return {
+        "run": flight.draw.run,
+        "seed": flight.draw.seed,
+        "duration": flight.duration,
+        "scenario": portable(flight.scenario),
+        "files": digests(files),
+        "software": software(),
+    }
+
+
+def packed(files: Mapping[str, bytes]) -> dict[str, str]:
+    """Files as texts that JSON can hold, by name.
+
+    Args:
+        files: Content by name.
+    """
+    return {name: base64.b64encode(content).decode() for name, content in files.items()}
+
+
+def digests(files: Mapping[str, bytes]) -> dict[str, str]:
+    """Digests of files by name.
+
+    Args:
+        files: Content by name.
+    """
+    return {name: hashlib.sha256(content).hexdigest()[:16] for name, content in sorted(files.items())}
+
+
+def check_software(order: Mapping[str, Any]) -> None:
+    """Compare what an order was made with and what would fly it.
+
+    Args:
+        order: As `order_of` makes it.
+
+    Raises:
+        OtherSoftware: if they differ.
+    """
+    found = differences(order["software"])
+    if found:
+        raise OtherSoftware(f"the worker has other software than the campaign: {found}")
+
+
+def unpacked(order: Mapping[str, Any], files: Mapping[str, str], folder: Path) -> Scenario:
+    """The scenario of an order, with its files written to a folder.
+
+    Args:
+        order: As `order_of` makes it.
+        files: As `packed` makes them, of this order.
+        folder: Of this process alone.
+
+    Raises:
+        OtherSoftware: if the files are others than the order's.
+        DoormanError: if the scenario is none.
+    """
+    contents = {Path(name).name: base64.b64decode(content) for name, content in files.items()}
+    if digests(contents) != order["files"]:
+        raise OtherSoftware("the worker was sent other files than the campaign's URDFs and meshes")
+    for name, content in contents.items():
+        path = folder / name
+        if not path.is_file() or path.read_bytes() != content:
+            path.write_bytes(content)
+    tables = dict(order["scenario"])
+    for section in _SECTIONS:
+        tables[section] = {**tables[section], "urdf": str(folder / f"{section}.urdf")}
+    return Scenario.model_validate(tables)

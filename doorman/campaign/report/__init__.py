@@ -1,0 +1,1 @@
+"""Report of a campaign: figures, statistics, histograms and pages."""

@@ -1,0 +1,1 @@
+"""Findings from the scenario and its URDFs alone."""

@@ -1,0 +1,297 @@
+"""Findings from the numbers of scenario and URDFs alone: masses, rotors, contact, limits, start and goal, planner."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimation.pose_age import oldest_pose
+from doorman.control.estimation.pose_noise import force_noise, most_force_noise
+from doorman.control.state_converter import look_aheads
+from doorman.dynamics.attitude_loop import LARGE_LAG
+from doorman.feasibility.inputs.bodies import body_findings
+from doorman.feasibility.inputs.door import door_findings
+from doorman.feasibility.inputs.vehicle import vehicle_findings
+from doorman.feasibility.lift import lift_findings
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.model import Model
+
+Array = NDArray[np.float64]
+
+_MOST_BEFORE = 0.25
+"""Share of the contact's distance from the hinge by which the face may stand before the axis."""
+_CONTACT_EDGE = 0.02
+_SHORTEST_HORIZON = 0.3
+_LONGEST_STEP = 0.1
+_NEARLY = 0.9
+"""Share of the oldest pose's age from which the door ends farther from the goal."""
+
+
+def setup_findings(model: Model) -> list[Finding]:
+    """All findings that need no motion.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        The findings.
+    """
+    return [
+        _latch(model),
+        _contact_point(model),
+        _leaf_surface(model),
+        _hinge_limits(model),
+        _doorway(model),
+        _hinge_friction(model),
+        *(_arm_limits(model, name) for name in ("start", "goal") if model.n_arm),
+        *(_constraints_at(model, name) for name in ("start", "goal")),
+        _planner_numbers(model),
+        _age_of_poses(model),
+        *_noise_of_poses(model),
+        _attitude_lag(model),
+        *body_findings(model),
+        *lift_findings(model),
+        *vehicle_findings(model),
+        *door_findings(model),
+    ]
+
+
+def _latch(model: Model) -> Finding:
+    """A latch that somebody must turn first."""
+    latched = model.scenario.door.latched
+    return Finding(
+        "latch", graded(not latched), f"{int(latched)} latches or locks hold the door",
+        float(latched), 0.0, "latches",
+        "unlock it, and take door.latched out of the scenario: pushing or pulling at the leaf opens no latch" if latched else "",
+    )  # fmt: skip
+
+
+def _contact_point(model: Model) -> Finding:
+    """The contact point against the leaf's edges; off the leaf is an error of the model already."""
+    contact, door, distance = model.scenario.contact, model.door, model.coupling.distance_from_hinge
+    if door.slides and door.handle is not None:
+        return Finding("contact on the leaf", Severity.OK, f"frame '{contact.frame}' is on the leaf", None, None, "m")
+    sides = {"hinge": distance, "latch": door.width - distance}
+    edges = {
+        **({"nearer": min(sides.values())} if door.slides else sides),
+        "lower": model.coupling.height,
+        "upper": door.height - model.coupling.height,
+    }
+    nearest = min(edges, key=lambda edge: edges[edge])
+    ok = edges[nearest] >= _CONTACT_EDGE
+    fitted = ""
+    if door.handle is None and not door.slides and distance < contact.distance_from_hinge:
+        fitted = f"; {distance:.2f} m from the hinge, to push from behind the tip in this doorway (contact.fit_doorway)"
+    return Finding(
+        "contact on the leaf", graded(ok, Severity.WARNING),
+        f"the contact point is {1e2 * edges[nearest]:.1f} cm from the leaf's {nearest} edge{fitted}",
+        edges[nearest], _CONTACT_EDGE, "m",
+        "" if ok else "move contact.distance_from_hinge or contact.height away from the edge",
+    )  # fmt: skip
+
+
+def _leaf_surface(model: Model) -> Finding:
+    """A push beside the hinge's axis, on a face that stands far before it, hardly turns the leaf."""
+    offset, most = model.door.surface_offset, _MOST_BEFORE * model.coupling.distance_from_hinge
+    ok = abs(offset) <= most
+    return Finding(
+        "leaf's surface", graded(ok, Severity.WARNING),
+        f"the leaf's face lies {1e3 * offset:.1f} mm before the hinge axis", offset, most, "m",
+        "" if ok else f"a box of link '{model.door.section.leaf}' whose face is nearer to the hinge axis",
+    )  # fmt: skip
+
+
+def _hinge_limits(model: Model) -> Finding:
+    """Start and goal inside the hinge's limits."""
+    door, lower, upper = model.door, model.door.lower_limit, model.door.upper_limit
+    ends = " to ".join(
+        door.in_words(end) for end in sorted((lower, upper), key=door.opening_of if door.slides else None)
+    )
+    angles = {"start": model.start_angle, "goal": model.goal_angle}
+    inside = {name: min(angle - lower, upper - angle) for name, angle in angles.items()}
+    name = min(inside, key=lambda key: inside[key])
+    ok, key = inside[name] >= 0.0, "opening" if door.slides else "door_angle"
+    return Finding(
+        "hinge limits", graded(ok),
+        f"the {name}'s {key.replace('_', ' ')} of {door.in_words(angles[name])} is "
+        f"{door.way_in_words(abs(inside[name]))} {'inside' if ok else 'outside'} the range of {ends}",
+        inside[name], 0.0, "rad",
+        "" if ok else f"change {name}.{key}, or the limits of joint '{door.section.hinge}'",
+    )  # fmt: skip
+
+
+def _hinge_friction(model: Model) -> Finding:
+    """The door observer finds the hinge's friction, up to its bound."""
+    control, friction, words = model.scenario.control, model.door.friction, model.door.torque_in_words
+    limit = control.max_door_disturbance if control.door_observer_rate > 0.0 else 0.0
+    ok = friction <= limit
+    return Finding(
+        "hinge friction", graded(ok),
+        f"of the joint's friction of {words(friction)} the door observer can find {words(limit)}", friction, limit, "N m",
+        "" if ok else "a larger control.max_door_disturbance, with a control.door_observer_rate > 0",
+    )  # fmt: skip
+
+
+def _doorway(model: Model) -> Finding:
+    """Width of the doorway left beside the rotor disc; a vehicle that stays before the wall needs none."""
+    if model.surroundings in ("wall", "panel") or model.door.side == "pull":
+        return Finding("doorway width", Severity.OK, "the vehicle stays before the wall", None, None, "m")
+    margin = model.scenario.planner.margin
+    room = model.door.width - 2.0 * model.vehicle.radius - 2.0 * margin
+    ok = room > 0.0
+    return Finding(
+        "doorway width", graded(ok),
+        f"the doorway of {model.door.width:.2f} m leaves {1e2 * room:.1f} cm beside a disc of "
+        f"{2 * model.vehicle.radius:.2f} m with a margin of {1e2 * margin:.1f} cm on either side",
+        room, 0.0, "m",
+        "" if ok else f"a doorway wider by {-1e2 * room:.1f} cm, smaller rotors, or a smaller planner.margin",
+    )  # fmt: skip
+
+
+def _arm_limits(model: Model, name: str) -> Finding:
+    """Arm posture of start or goal against the joint limits."""
+    arm = model.start_arm if name == "start" else model.goal_arm
+    margin = joint_margin(model, arm[None])
+    joint, inside = margin.joint, margin.inside
+    ok = inside >= 0.0
+    return Finding(
+        f"{name} arm", graded(ok),
+        f"joint {joint} of the {name}'s arm is {margin.size} {'inside' if ok else 'outside'} its limits",
+        inside, 0.0, margin.unit,
+        "" if ok else f"move {name}.arm of joint {joint} by at least {-inside:.3f} {margin.unit} towards the middle",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class JointMargin:
+    """Joint that comes nearest to a limit."""
+
+    joint: str
+    """Its name."""
+    inside: float
+    """Distance from the limit, negative outside [rad], or [m] where it slides."""
+    unit: str
+    """Of the distance."""
+
+    @property
+    def size(self) -> str:
+        """Distance without its sign, in words."""
+        return _degrees(abs(self.inside)) if self.unit == "rad" else f"{1e2 * abs(self.inside):.1f} cm"
+
+
+def joint_margin(model: Model, arms: Array) -> JointMargin:
+    """Joint that comes nearest to a limit.
+
+    Args:
+        model: Model of the scenario, whose arm has joints.
+        arms: Postures H, shape (m, n) [rad], [m] where a joint slides.
+
+    Returns:
+        The joint and its distance from the limit.
+    """
+    vehicle = model.vehicle
+    inside = np.minimum(arms - vehicle.lower_limits, vehicle.upper_limits - arms).min(axis=0)
+    worst = int(np.argmin(inside))
+    return JointMargin(vehicle.joint_names[worst], float(inside[worst]), vehicle.angle_units[worst])
+
+
+def _constraints_at(model: Model, name: str) -> Finding:
+    """Start or goal against the planner's constraints.
+
+    A start inside the margin is left at once; a goal out of bounds makes the planner settle for a compromise, which the
+    rehearsal judges.
+    """
+    margin = model.scenario.planner.margin
+    h = model.constraints(model.start_state if name == "start" else model.goal_state)
+    excess = h + margin
+    worst = int(np.argmax(excess))
+    severity = graded(excess[worst] <= 0.0, Severity.ERROR if name == "start" and h[worst] > 0.0 else Severity.WARNING)
+    broken = [f"'{model.constraint_names[k]}' by {1e2 * excess[k]:.1f} cm" for k in np.flatnonzero(excess > 0.0)]
+    if broken:
+        message = f"the {name} breaks {', '.join(broken)} (margin of {1e2 * margin:.1f} cm included)"
+    else:
+        message = (
+            f"the {name} keeps all constraints; the nearest, '{model.constraint_names[worst]}', "
+            f"by {-1e2 * excess[worst]:.1f} cm beyond the margin of {1e2 * margin:.1f} cm"
+        )
+    return Finding(
+        f"{name} constraints", severity, message, float(excess[worst]), 0.0, "m",
+        "" if not broken else f"change {name}.arm{' or goal.attitude' if name == 'goal' else ''}, contact.distance_from_hinge "
+        "or planner.margin",
+    )  # fmt: skip
+
+
+def _planner_numbers(model: Model) -> Finding:
+    """Horizon, time step, latency and look-ahead of the planner against each other."""
+    scenario = model.scenario
+    planner = scenario.planner
+    horizon = planner.time_step * planner.horizon_steps
+    control = scenario.control
+    acceleration, attitude = look_aheads(model)
+    look_ahead = max(
+        control.position_look_ahead, acceleration + 2.0 * planner.time_step, attitude, control.arm_look_ahead
+    )
+    used = look_ahead + scenario.simulation.planner_latency_periods / planner.rate
+    severity, advice = Severity.OK, ""
+    if used >= horizon:
+        severity, advice = Severity.ERROR, "more planner.horizon_steps, or smaller control.*_look_ahead"
+    elif horizon < _SHORTEST_HORIZON:
+        severity, advice = Severity.WARNING, "more planner.horizon_steps: the door is braked within the horizon"
+    elif planner.time_step > _LONGEST_STEP:
+        severity, advice = Severity.WARNING, "a smaller planner.time_step: constraints hold at nodes only"
+    return Finding(
+        "planner", severity,
+        f"a horizon of {horizon:.2f} s in steps of {planner.time_step:g} s, of which look-ahead and latency use {used:.2f} s",
+        horizon, max(used, _SHORTEST_HORIZON), "s", advice,
+    )  # fmt: skip
+
+
+def _attitude_lag(model: Model) -> Finding:
+    """How far roll and pitch lag behind: the force on the leaf comes by them."""
+    lag = model.attitude_loop.lag
+    return Finding(
+        "attitude lag", graded(lag <= LARGE_LAG, Severity.WARNING),
+        f"roll and pitch lag {1e3 * lag:.0f} ms behind their setpoints; contact is held up to {1e3 * LARGE_LAG:.0f} ms",
+        lag, LARGE_LAG, "s",
+        "" if lag <= LARGE_LAG else "tune the autopilot's attitude and rate loops, then doorman vehicle learn",
+    )  # fmt: skip
+
+
+def _age_of_poses(model: Model) -> Finding:
+    """The simulated cameras' poses, just before the next one comes; the checklist of a vehicle looks at the real ones."""
+    sensors, control = model.scenario.simulation.sensors, model.scenario.control
+    age = sensors.latency + sensors.jitter + (0.0 if sensors.rate is None else 1.0 / sensors.rate)
+    limit = oldest_pose(control)
+    severity = graded(age <= _NEARLY * limit, Severity.WARNING if age <= limit else Severity.ERROR)
+    return Finding(
+        "age of poses", severity,
+        f"poses are up to {1e3 * age:.0f} ms old; contact is stable up to {1e3 * limit:.0f} ms with these gains",
+        age, limit, "s",
+        "" if severity is Severity.OK else "quicker cameras (simulation.sensors.latency, rate), or smaller "
+        "control.position_gain and velocity_gain",
+    )  # fmt: skip
+
+
+def _noise_of_poses(model: Model) -> list[Finding]:
+    """The force that the simulated cameras' noise makes at a tip that only pushes."""
+    if model.scenario.contact.kind != "push":
+        return []
+    simulation, limit = model.scenario.simulation, most_force_noise(model)
+    sensors, noise = simulation.sensors, simulation.noise.position
+    interval = 1.0 / (simulation.controller_rate if sensors.rate is None else sensors.rate)
+    force = force_noise(model, noise, sensors.latency + sensors.jitter, interval)
+    severity = graded(force <= limit, Severity.ERROR)
+    return [Finding(
+        "noise of poses", severity,
+        f"noise of the poses moves the force at the tip by {force:.2f} N; contact is held up to {limit:.2f} N",
+        force, limit, "N",
+        "" if severity is Severity.OK else "quieter or quicker cameras (simulation.noise.position, "
+        "simulation.sensors), or a gripper",
+    )]  # fmt: skip
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.1f}°"

@@ -1,0 +1,276 @@
+"""Findings from the rehearsal: where the door ends, and what the motion asks of arm, rotors, contact and clearance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.collision.audit import TOLERANCE, clearances_at
+from doorman.collision.scene import Clearance, CollisionScene
+from doorman.feasibility.inputs.setup import joint_margin
+from doorman.feasibility.lift import weight_on_joints
+from doorman.feasibility.report import Finding, Severity, graded
+from doorman.feasibility.swing.geometry import inertia_in_words, shortest_swing
+from doorman.feasibility.swing.rehearsal import Rehearsal, least_resistance
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.planning.own_motion import rotor_force
+
+Array = NDArray[np.float64]
+
+LARGEST_ERROR = math.radians(1.2)
+"""Of the door's angle at the end of a rehearsal [rad]: flights end within 0.3° of their rehearsals, where these end near."""
+
+_OPEN = math.radians(2.0)
+_JOINT_SLACK = 0.02
+_PULL_SLACK = 0.05
+_EVERY, _EVERY_TENTH = 0.05, 10
+_HEIGHT = {"grip": 0.05, "push": 0.01}
+"""By which a vehicle is higher or lower than planned, by flight: a grip that is engaged lifts and lowers it [m]."""
+_AT_REST = 0.01
+_ACTIVE = 1e-3
+
+
+def flight_findings(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    """What a rehearsed motion shows.
+
+    Args:
+        model: Model of the scenario.
+        rehearsal: Motion of planner and model.
+
+    Returns:
+        The findings.
+    """
+    return [
+        _goal(model, rehearsal),
+        *([_joints(model, rehearsal), _rates(model, rehearsal)] if model.n_arm else []),
+        _tilt(model, rehearsal),
+        _thrust(model, rehearsal),
+        *_forces(model, rehearsal),
+        *stopping_findings(model),
+        *_clearances(model, rehearsal),
+    ]
+
+
+def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Where the planner takes the door."""
+    target = model.goal_angle
+    error = abs(rehearsal.final_door_angle - target)
+    ok = not rehearsal.failure and error <= LARGEST_ERROR
+    door = model.door
+    ends = f"the door ends at {door.in_words(rehearsal.final_door_angle)}, {door.way_in_words(error)} from the goal"
+    message = f"rehearsed without noise or tracking error for {rehearsal.times[-1]:.1f} s, {ends}"
+    within = rehearsal.time_within(target, _OPEN)
+    if rehearsal.failure:
+        message += f"; the motion breaks off there: {rehearsal.failure}"
+    elif within is not None:
+        message += f", and is within {door.way_in_words(_OPEN)} of it from {within:.1f} s on"
+    return Finding(
+        "goal reached", graded(ok), message, error, LARGEST_ERROR, "rad",
+        "" if ok else _why_not_reached(model, rehearsal),
+    )  # fmt: skip
+
+
+def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
+    """What to change: the constraints that are active at the end, what the hinge resists with, the leaf's inertia, or weights."""
+    state, target = rehearsal.states[-1], model.goal_angle
+    h = model.constraints(state) + model.scenario.planner.margin
+    active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
+    if active:
+        return f"it is held by {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
+    least, pushed = shortest_swing(model), inertia_in_words(model)
+    if least > 0.5 * rehearsal.times[-1]:
+        return (
+            f"the leaf's {pushed} take {least:.0f} s at the largest push: a lighter leaf, a larger contact.distance_from_hinge "
+            "or a larger control.max_tilt"
+        )
+    if abs(state[4]) > _AT_REST:
+        return "it is still moving: raise the weight of the door angle in planner.weights, or lower those of the inputs"
+    sense = math.copysign(1.0, target - float(state[3]))
+    torques = {
+        "friction": model.door.friction,
+        "spring": sense * model.door.stiffness * (float(state[3]) - model.door.rest_angle),
+    }
+    against = [f"{name} of {model.door.torque_in_words(torque)}" for name, torque in torques.items() if torque > 0.0]
+    reason = f"it stands still against the hinge's {' and '.join(against)}" if against else "it stands still"
+    return (
+        f"{reason}: raise the weight of the door angle in planner.weights.state, or lower those of roll, pitch and yaw"
+    )
+
+
+def _joints(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Arm along the rehearsal against the joint limits, which the planner does not know."""
+    margin = joint_margin(model, rehearsal.states[:, 5:])
+    joint, inside = margin.joint, margin.inside
+    ok = inside >= -_JOINT_SLACK
+    return Finding(
+        "joint limits along the swing", graded(ok),
+        f"joint {joint} comes nearest to its limits: {margin.size} {'inside' if inside >= 0.0 else 'outside'}",
+        inside, 0.0, margin.unit, "" if ok else f"start.arm and goal.arm of joint {joint} farther from its limits",
+    )  # fmt: skip
+
+
+def _rates(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Joint rates along the rehearsal against what the servos can do; a limit of 0 in the URDF means none is given."""
+    rates, limits = np.abs(rehearsal.inputs[:, 4 : 4 + model.n_arm]).max(axis=0), _given(model.vehicle.rate_limits)
+    worst = int(np.argmax(rates / limits))
+    unit = f"{model.vehicle.angle_units[worst]}/s"
+    ok = bool(rates[worst] <= limits[worst])
+    return Finding(
+        "servo rates", graded(ok, Severity.WARNING),
+        f"joint {model.vehicle.joint_names[worst]} moves at up to {rates[worst]:.2f} {unit} of {limits[worst]:.2f}",
+        float(rates[worst]), float(limits[worst]), unit,
+        "" if ok else "a start that keeps the constraints, or larger planner.weights.input of the joints",
+    )  # fmt: skip
+
+
+def _tilt(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Tilt along the rehearsal against the controller's limit, which the planner does not know."""
+    roll, pitch = rehearsal.states[:, 0], rehearsal.states[:, 1]
+    tilt = float(np.arccos(np.clip(np.cos(roll) * np.cos(pitch), -1.0, 1.0)).max())
+    limit = model.scenario.control.max_tilt
+    ok = tilt <= limit
+    return Finding(
+        "tilt", graded(ok, Severity.WARNING),
+        f"the plan tilts by up to {math.degrees(tilt):.1f}° of {math.degrees(limit):.1f}°", tilt, limit, "rad",
+        "" if ok else "a larger control.max_tilt, or larger planner.weights on roll, pitch and door rate",
+    )  # fmt: skip
+
+
+def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
+    """Thrust along the rehearsal against what the rotors give."""
+    thrust, limit = float(rehearsal.inputs[:, 0].max()), model.vehicle.max_thrust
+    ok = thrust <= limit
+    return Finding(
+        "thrust", graded(ok, Severity.WARNING),
+        f"the plan asks for up to {thrust:.1f} N of {limit:.1f} N", thrust, limit, "N",
+        "" if ok else "stronger rotors (vehicle.max_thrust), or a larger weight on the thrust",
+    )  # fmt: skip
+
+
+def _forces(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    r"""Force on the door: its pull, and of :math:`F_R = f_t R e_3 - m g e_3` the servo torques.
+
+    These are :math:`J_d^T R^T F_R` and the torques of the arm's own weight.
+    """
+    torques = []
+    for state, inputs in _every(model, rehearsal):
+        rotation = rotation_body_to_world(state[:3])
+        force = rotation @ rotor_force(inputs, model.n_arm) - np.array([0.0, 0.0, model.vehicle.mass * GRAVITY])
+        by_force = model.vehicle.tip_jacobian(state[5:]).T @ rotation.T @ force
+        torques.append(np.abs(by_force) + np.abs(weight_on_joints(model, state)))
+    pull = _pull(model, max(0.0, -float(rehearsal.normal_forces.min())))
+    return [_servo_torques(model, np.max(torques, axis=0)), pull] if model.n_arm else [pull]
+
+
+def _servo_torques(model: Model, torques: Array) -> Finding:
+    limits = _given(model.vehicle.torque_limits)
+    worst = int(np.argmax(torques / limits))
+    unit = "N" if model.vehicle.slides[worst] else "N m"
+    ok = bool(torques[worst] <= limits[worst])
+    return Finding(
+        "servo torques", graded(ok, Severity.WARNING),
+        f"the force on the door and the arm's weight load joint {model.vehicle.joint_names[worst]} with up to "
+        f"{torques[worst]:.2f} {unit} of {limits[worst]:.2f}",
+        float(torques[worst]), float(limits[worst]), unit,
+        "" if ok else "stronger servos, or larger planner.weights on roll, pitch and thrust",
+    )  # fmt: skip
+
+
+def _pull(model: Model, pull: float) -> Finding:
+    """Force that pulls the leaf towards the vehicle: a grip holds it, a tip that only pushes loses the door."""
+    push_only = model.scenario.contact.kind == "push"
+    ok = not push_only or pull <= _PULL_SLACK
+    how = "the tip can only push, and loses the door there" if push_only and not ok else "the contact can do that"
+    return Finding(
+        "pull on the door", graded(ok), f"the plan pulls by up to {pull:.1f} N to brake the door; {how}",
+        pull, _PULL_SLACK if push_only else None, "N",
+        "" if ok else 'contact.kind = "grip", or a hinge with enough friction and damping to brake the door',
+    )  # fmt: skip
+
+
+def stopping_findings(model: Model) -> list[Finding]:
+    """A tip that can only push needs a joint that stops the leaf: the speed from which it does, at the start.
+
+    Args:
+        model: Model of the scenario.
+
+    Returns:
+        None for a grip, else one.
+    """
+    if model.scenario.contact.kind != "push":
+        return []
+    torque, push, lever, door = least_resistance(model), model.scenario.push, model.coupling.lever_length, model.door
+    deceleration = push.stopping_share * torque / (door.inertia + model.vehicle.mass * lever**2)
+    way = model.travel.length
+    speed = min(math.sqrt(2.0 * max(deceleration, 0.0) * way), push.max_rate)
+    needed = 2.0 * way / model.scenario.mission.time_out.open
+    ok = speed >= needed or _ends_at_its_stop(model)
+    known = "" if door.friction > 0.0 else " (unknown: the mean of estimation.friction)"
+    words = f"against {door.torque_in_words(torque)}{known} the door may be as fast as {door.rate_in_words(speed)}"
+    words += ", so that it stops by itself"
+    if torque <= 0.0:
+        words = f"weight or spring drive it on with {door.torque_in_words(-torque)} beyond its friction{known}"
+    return [
+        Finding(
+            "door can be stopped", graded(ok), words, speed, needed, "rad/s",
+            "" if ok else 'contact.kind = "grip": a door without resistance cannot be stopped by pushing',
+        )
+    ]  # fmt: skip
+
+
+def _ends_at_its_stop(model: Model) -> bool:
+    """Whether the goal is where the joint ends, which stops the leaf there."""
+    beyond = {-1.0: model.travel.goal - model.door.lower_limit, 1.0: model.door.upper_limit - model.travel.goal}
+    return beyond[model.travel.sense] < LARGEST_ERROR
+
+
+def _clearances(model: Model, rehearsal: Rehearsal) -> list[Finding]:
+    """Exact distance of all shapes but tip and leaf along the rehearsal, there and a little higher and lower."""
+    states = np.array([state for state, _ in _every(model, rehearsal)])
+    scene = CollisionScene(model.vehicle, model.door)
+    worst = clearances_at(scene, model.coupling, states).worst
+    ok = worst.distance > -TOLERANCE
+    finding = Finding(
+        "clearance along the swing", graded(ok), _near(worst), worst.distance, -TOLERANCE, "m",
+        "" if ok else "a larger planner.margin; against elbow, lintel or sill, which the constraints do not know, another "
+        "contact.height, start.arm or goal.arm",
+    )  # fmt: skip
+    return [finding, *([_height(model, scene, states[::_EVERY_TENTH])] if ok else [])]
+
+
+def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
+    """Room above and below: a vehicle that is tied to the leaf by its tip rises and sinks as it tilts."""
+    positions = np.array([model.coupling.vehicle_position(x[:3], float(x[3]), x[5:]) for x in states])
+    rotations = np.array([rotation_body_to_world(x[:3]) for x in states])
+    height = _HEIGHT[model.scenario.contact.kind]
+    worst = min(
+        (
+            scene.min_clearance_along(positions + [0.0, 0.0, off], rotations, states[:, 5:], states[:, 3]).worst
+            for off in (height, -height)
+        ),
+        key=lambda clearance: clearance.distance,
+    )
+    ok = worst.distance > -TOLERANCE
+    return Finding(
+        "height in the doorway", graded(ok), f"{1e2 * height:.0f} cm higher or lower, {_near(worst)}", worst.distance,
+        -TOLERANCE, "m",
+        "" if ok else "another contact.height, or a start.arm and goal.arm that hold the tip lower or higher",
+    )  # fmt: skip
+
+
+def _near(worst: Clearance) -> str:
+    how = "come as near as" if worst.distance > 0.0 else "overlap by"
+    return f"{worst.first} and {worst.second} {how} {1e3 * abs(worst.distance):.1f} mm"
+
+
+def _given(limits: Array) -> Array:
+    return np.where(limits > 0.0, limits, np.inf)
+
+
+def _every(model: Model, rehearsal: Rehearsal) -> list[tuple[Array, Array]]:
+    """States and inputs of the rehearsal every 0.05 s."""
+    stride = max(1, round(_EVERY / model.scenario.planner.time_step))
+    return list(zip(rehearsal.states[::stride], rehearsal.inputs[::stride], strict=True))

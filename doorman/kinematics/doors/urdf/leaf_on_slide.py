@@ -1,0 +1,154 @@
+"""What a URDF says of a leaf on a slide, as of a drawer or a sliding door: which way it goes, and what stands beside its way."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.doors.urdf.leaf_on_joint import LeafOnJoint, LeafSize
+from doorman.scenario import DoorSection
+
+Array = NDArray[np.float64]
+
+_UP = np.array([0.0, 0.0, 1.0])
+_STEEPEST = math.sin(math.radians(30.0))
+"""Largest upward component of a slide that a vehicle pushes by tilting."""
+_INSIDE = 1e-3
+"""By which 0 is inside of a range that does not end there [m]."""
+
+
+class LeafOnSlide(LeafOnJoint):
+    """Reader of one slide. See `LeafOnJoint`.
+
+    The face lies across the slide: `along` is horizontal in it, and P_h its lower corner where the joint is closed.
+
+    Raises:
+        UrdfError: if the slide has no range or is too steep, or the leaf has no box.
+    """
+
+    unit = "m"
+    _upright = False
+
+    def direction(self, value: float) -> Array:
+        """Horizontal unit vector across the slide, in the face.
+
+        Args:
+            value: Of the joint [m]; it changes nothing.
+
+        Returns:
+            Shape (3,), world frame.
+        """
+        across = np.cross(_UP, self._axis)
+        return np.asarray(across / np.linalg.norm(across))
+
+    def directions(self, closed: float, sense: float) -> tuple[Array, Array]:
+        """Direction across the slide, and the one in which the leaf moves as it opens.
+
+        Args:
+            closed: Joint value of the closed door [m].
+            sense: 1 where the joint value grows as the door opens, else −1.
+
+        Returns:
+            Unit vectors, shape (3,) each, world frame.
+        """
+        return self.direction(closed), sense * self._axis
+
+    def up(self, into: Array, along: Array) -> Array:
+        """Unit vector in the face, at a right angle to `along`, upwards.
+
+        Args:
+            into: Through the doorway, away from the vehicle, unit vector, shape (3,), world frame.
+            along: Along the closed leaf, unit vector, shape (3,), world frame.
+
+        Returns:
+            Shape (3,), world frame.
+        """
+        up = np.cross(into, along)
+        return np.asarray(up * np.sign(up[2]))
+
+    def size(self, axes: Array, closed: float) -> LeafSize:
+        """Size of the leaf's box, seen along the slide.
+
+        Args:
+            axes: From the world to the doorway, (3, 3).
+            closed: Joint value where it is closed [m].
+        """
+        middle, reach = self._placed_box(axes, closed)
+        sides = float(2 * reach[1]), float(2 * reach[2]), float(2 * reach[0]), 0.0
+        return LeafSize(sides, (middle - reach) @ axes)
+
+    def beside(self, axes: Array, closed: float, point: Array) -> tuple[Array, float] | None:
+        """Plane beside the way of a contact point that lies before the leaf's side, or above it, and not on its front.
+
+        Boxes that stand still count where the point is beyond them as well.
+
+        Args:
+            axes: From the world to the doorway, (3, 3).
+            closed: Joint value where it is closed [m].
+            point: The contact point, shape (3,), world frame [m].
+
+        Returns:
+            Its normal towards the contact point, shape (3,), and its distance from the world's origin along that [m]; None for
+            a point on the front.
+        """
+        middle, reach = self._placed_box(axes, closed)
+        away = axes @ point - middle
+        outside = np.abs(away) - reach
+        side = 1 + int(np.argmax(outside[1:]))
+        if outside[side] <= 0.0:
+            return None
+        normal = np.sign(away[side]) * axes[side]
+        planes = [float(np.sign(away[side]) * middle[side] + reach[side])]
+        for placed, size in self._fixed_boxes():
+            plane = float(normal @ placed[:3, 3] + np.abs(normal @ placed[:3, :3]) @ size / 2)
+            if plane < float(normal @ point):
+                planes.append(plane)
+        return normal, max(planes)
+
+    def _placed_box(self, axes: Array, closed: float) -> tuple[Array, Array]:
+        """Centre from the world's origin and half lengths of the leaf's box along the doorway's axes, (3,) each [m]."""
+        center, edges, size = self._box
+        rotation = self.rotation(closed)
+        middle = np.array(self._data.oMi[1].translation) + rotation @ center
+        return axes @ middle, np.abs(axes @ rotation @ edges) @ size / 2
+
+    def _axis_in_world(self) -> Array:
+        """Unit vector along which the leaf slides, world frame; plainly horizontal where it is nearly so."""
+        places = []
+        for value in (0.0, 1.0):
+            pinocchio.forwardKinematics(self._model, self._data, np.array([value]))
+            places.append(np.array(self._data.oMi[1].translation))
+        axis = np.round(places[1] - places[0], 9)
+        if abs(axis[2]) > _STEEPEST:
+            raise UrdfError(
+                "the slide is too steep: a vehicle pushes by tilting", file=self._urdf,
+                field=f"joint {self._section.hinge}", given=f"axis along {axis.round(4).tolist()} in the world",
+                allowed=f"within {math.degrees(math.asin(_STEEPEST)):.0f}° of the horizontal",
+            )  # fmt: skip
+        return np.asarray(axis / np.linalg.norm(axis))
+
+    def _inertia_along_the_joint(self) -> float:
+        """The mass [kg]."""
+        return float(self._model.inertias[1].mass)
+
+    def _likely_closed(self) -> float:
+        """0, or the end of the range that is nearer to it [m]."""
+        lower, upper = self.limits
+        return 0.0 if lower + _INSIDE < 0.0 < upper - _INSIDE else min(self.limits, key=abs)
+
+
+def read_leaf(urdf: Path, model: pinocchio.Model, section: DoorSection) -> LeafOnJoint:
+    """Reader of a door, by the kind of its joint.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's of it, in which that joint alone moves.
+        section: Names, and where the joint is closed if that is said.
+    """
+    kind = LeafOnSlide if model.joints[1].shortname().startswith("JointModelP") else LeafOnJoint
+    return kind(urdf, model, section)

@@ -1,0 +1,103 @@
+r"""The simulated door: of another width than the planner is told, or elsewhere, or with its leaf elsewhere on the hinge.
+
+Leaf, frame and wall stand at :math:`T = t(P_h + o)\,R_z(\psi)\,t(-P_h)` in the world, for the `door_offset` o and the `door_yaw`
+ψ about the vertical through the lower end P_h of the hinge line. α stays the hinge's own angle.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.doors.door import Door, Side
+from doorman.kinematics.doors.variants.face import write_door_with_face
+from doorman.kinematics.urdf.elements import read_joints
+from doorman.kinematics.urdf.robot import frozen
+from doorman.scenario import DoorSection, SimulationSection
+
+Array = NDArray[np.float64]
+
+_KEYS = ("door_width", "door_offset", "door_yaw", "door_face_offset")
+"""Of `[simulation]`, that make the true door another one than the planner is told."""
+
+
+class TrueDoor(Door):
+    """Door as it truly is and where it truly stands. Threads may share it.
+
+    Args:
+        urdf: Path of the URDF; `self.urdf` is another file where width, mass or face are others.
+        section: What the planner is told.
+        simulation: What is true.
+        side: Of the leaf that the vehicle is on.
+        frame: Where the tip touches.
+
+    Raises:
+        UrdfError: if the door cannot be read, or cannot be given another width.
+    """
+
+    def __init__(
+        self, urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side = "push",
+        frame: str | None = None,
+    ) -> None:  # fmt: skip
+        told = _with_width(urdf, section, simulation, side)
+        super().__init__(*_with_face(told, simulation.door_face_offset), side, frame)
+        believed = self.hinge_position
+        self.yaw = simulation.door_yaw
+        self.hinge_position = frozen(believed + simulation.door_offset)
+        self.placement = frozen(_placement(believed, self.hinge_position, self.yaw))
+        turn = self.placement[:3, :3]
+        self._take_axes(turn @ self.into, turn @ self.along, turn @ self.up)
+        self.azimuth += self.yaw
+
+    def link_placements(self, door_angle: float) -> dict[str, Array]:
+        """Placement of every link in the world.
+
+        Args:
+            door_angle: α [rad].
+
+        Returns:
+            Homogeneous matrices of shape (4, 4) by link name.
+        """
+        return {name: self.placement @ link for name, link in super().link_placements(door_angle).items()}
+
+
+def is_another(simulation: SimulationSection) -> bool:
+    """Whether the true door is another one than the planner is told.
+
+    Args:
+        simulation: What is true.
+    """
+    default = SimulationSection()
+    return any(getattr(simulation, key) != getattr(default, key) for key in _KEYS)
+
+
+def _with_width(urdf: Path, section: DoorSection, simulation: SimulationSection, side: Side) -> Door:
+    if simulation.door_width is None:
+        return Door(urdf, section, side)
+    try:
+        return Door(urdf, section.model_copy(update={"width": simulation.door_width}), side)
+    except UrdfError as error:
+        error.field = "simulation.door_width"
+        raise
+
+
+def _with_face(door: Door, offset: float | None) -> tuple[Path, DoorSection]:
+    """URDF and section of a door whose leaf stands elsewhere on the hinge."""
+    section = door.section.model_copy(update={"width": None, "mass": None})  # the file has them already
+    if offset is None:
+        return door.urdf, section
+    links, carried = door.link_placements(0.0), read_joints(door.urdf)[section.hinge].child
+    towards_vehicle = links[carried][:3, :3].T @ -door.normal(0.0)
+    return write_door_with_face(door.urdf, section.hinge, (offset - door.surface_offset) * towards_vehicle), section
+
+
+def _placement(believed: Array, true: Array, yaw: float) -> Array:
+    """Homogeneous matrix from where a door is believed to stand to where it stands, its hinges given, shape (4, 4)."""
+    placement = np.eye(4)
+    placement[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
+    placement[:3, 3] = true - placement[:3, :3] @ believed
+    return placement

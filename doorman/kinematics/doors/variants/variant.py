@@ -1,0 +1,187 @@
+"""Another door of the same make: its URDF with another width or mass of the leaf.
+
+The world is cut along the middle of the closed leaf, and the difference in width is put in between: boxes that span the cut
+grow by it, whatever lies beyond it moves by it. The leaf's inertial is spread with its width and scaled with its mass, so
+that a thin plate stays one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import xml.etree.ElementTree as ElementTree
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.compilation import cache_directory
+from doorman.compilation.cache_files import write_atomically
+from doorman.compilation.cache_place import fresh_directory
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.structure import check_structure
+
+Array = NDArray[np.float64]
+
+
+def write_door_variant(
+    urdf: Path, leaf: str, hinge: Array, along_leaf: Array, along_frame: Array, width: float, new_width: float | None,
+    new_mass: float | None,
+) -> Path:  # fmt: skip
+    """Write a door's URDF with another leaf, once for each, to the cache on disk, or to a temporary file if that is full.
+
+    Args:
+        urdf: URDF of the door.
+        leaf: Name of its leaf's link.
+        hinge: A point of the hinge line, shape (3,), frame's link [m].
+        along_leaf: From hinge to latch along the leaf, shape (3,), leaf's link; along an axis of it.
+        along_frame: The same along the closed leaf, frame's link.
+        width: D_w as the URDF has it [m].
+        new_width: Width of the new leaf [m]; None keeps it.
+        new_mass: Mass of the new leaf [kg]; None keeps it.
+
+    Returns:
+        Path of the new URDF.
+
+    Raises:
+        UrdfError: if the door has other links than frame and leaf, or meshes.
+        OSError: if it cannot be written.
+    """
+    robot = check_structure(urdf)
+    frame, slab = _frame_and_leaf(robot, leaf, urdf)
+    if new_width is not None:
+        of_leaf, of_frame = (_axis(urdf, along) for along in (along_leaf, along_frame))
+        _stretch(slab, *of_leaf, width / 2, new_width - width)
+        _stretch(frame, *of_frame, of_frame[1] * float(hinge[of_frame[0]]) + width / 2, new_width - width)
+    ratio = 1.0 if new_width is None else new_width / width
+    _spread_inertial(slab, 1.0 + (ratio - 1.0) * np.abs(along_leaf), new_mass)
+    return write_door_text(urdf.stem, ElementTree.tostring(robot, encoding="utf-8"))
+
+
+def write_door_text(stem: str, text: bytes) -> Path:
+    """Write the URDF of a door that was made of another one to the cache on disk, or to a temporary file if that is full.
+
+    Args:
+        stem: Of the file's name; what follows it says what is in it.
+        text: The URDF.
+
+    Returns:
+        The file, the same for the same text.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    name = f"{stem}-{hashlib.sha256(text).hexdigest()[:16]}.urdf"
+    try:
+        return _written(cache_directory() / "doors" / name, text)
+    except OSError:
+        return _written(_temporary_directory() / name, text)
+
+
+def _written(path: Path, text: bytes) -> Path:
+    """A file with this text, written if it is not there as a whole."""
+    if not path.is_file() or path.read_bytes() != text:
+        write_atomically(path, text)
+    return path
+
+
+@cache
+def _temporary_directory() -> Path:
+    return fresh_directory()
+
+
+def _frame_and_leaf(
+    robot: ElementTree.Element, leaf: str, urdf: Path
+) -> tuple[ElementTree.Element, ElementTree.Element]:
+    links = {link.get("name"): link for link in robot.findall("link")}
+    slab = links.pop(leaf, None)
+    if slab is None or len(links) != 1:
+        raise UrdfError(
+            "only a door of two links can be given another leaf", file=urdf, field="door.width, door.mass",
+            given=", ".join(str(name) for name in links), allowed=f"a frame and '{leaf}'",
+        )  # fmt: skip
+    if robot.find(".//mesh") is not None:
+        raise UrdfError(
+            "a door with meshes cannot be given another leaf", file=urdf, field="door.width, door.mass",
+            allowed="boxes, cylinders and spheres",
+        )  # fmt: skip
+    (frame,) = links.values()
+    return frame, slab
+
+
+def _axis(urdf: Path, along: Array) -> tuple[int, float]:
+    """Axis of a link that a direction lies along, and its sign on it."""
+    axis = int(np.argmax(np.abs(along)))
+    if abs(along[axis]) < 1.0 - 1e-6:
+        raise UrdfError(
+            "a door at an angle to its links' axes cannot be made wider", file=urdf, field="door.width",
+            given=f"a leaf along {along.round(3).tolist()}", allowed="one along x or y of frame and leaf",
+        )  # fmt: skip
+    return axis, float(np.sign(along[axis]))
+
+
+def _stretch(link: ElementTree.Element, axis: int, sign: float, cut: float, difference: float) -> None:
+    """Insert a difference in length at a cut across an axis of the link, both measured along its `sign`."""
+    for shape in [*link.findall("visual"), *link.findall("collision")]:
+        center, rotation = _placement(shape)
+        box = shape.find("geometry/box")
+        size = np.zeros(3) if box is None else _numbers(box.get("size", ""))
+        edge = int(np.argmax(np.abs(rotation[axis])))
+        middle = sign * center[axis]
+        if middle - size[edge] / 2 < cut < middle + size[edge] / 2 and box is not None:
+            center[axis] += sign * difference / 2
+            size[edge] += difference
+            box.set("size", _text(size))
+        elif middle > cut:
+            center[axis] += sign * difference
+        _origin(shape).set("xyz", _text(center))
+
+
+def _spread_inertial(link: ElementTree.Element, ratios: Array, new_mass: float | None) -> None:
+    """Spread the leaf's mass along the link's axes by ratios, (3,), and scale it to another mass."""
+    inertial = link.find("inertial")
+    mass = None if inertial is None else inertial.find("mass")
+    inertia = None if inertial is None else inertial.find("inertia")
+    if inertial is None or mass is None or inertia is None:
+        return  # a leaf without mass is refused when the door is read
+    center, rotation = _placement(inertial)
+    xx, xy, xz, yy, yz, zz = (float(inertia.get(name, "0")) for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"))
+    matrix = rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ rotation.T
+    spread = np.diag(ratios)
+    second_moments = spread @ (np.trace(matrix) / 2 * np.eye(3) - matrix) @ spread
+    old_mass = float(mass.get("value", "0"))
+    scale = 1.0 if new_mass is None or old_mass == 0.0 else new_mass / old_mass
+    new = scale * (np.trace(second_moments) * np.eye(3) - second_moments)
+    for name, (row, column) in {
+        "ixx": (0, 0),
+        "ixy": (0, 1),
+        "ixz": (0, 2),
+        "iyy": (1, 1),
+        "iyz": (1, 2),
+        "izz": (2, 2),
+    }.items():
+        inertia.set(name, _text([new[row, column]]))
+    mass.set("value", _text([scale * old_mass]))
+    origin = _origin(inertial)
+    origin.set("xyz", _text(spread @ center))
+    origin.set("rpy", "0 0 0")
+
+
+def _placement(element: ElementTree.Element) -> tuple[Array, Array]:
+    """Centre (3,) and rotation (3, 3) of a shape or an inertial in its link."""
+    origin = _origin(element)
+    return _numbers(origin.get("xyz", "0 0 0")), pinocchio.rpy.rpyToMatrix(_numbers(origin.get("rpy", "0 0 0")))
+
+
+def _origin(element: ElementTree.Element) -> ElementTree.Element:
+    origin = element.find("origin")
+    return ElementTree.SubElement(element, "origin", xyz="0 0 0", rpy="0 0 0") if origin is None else origin
+
+
+def _numbers(text: str) -> Array:
+    return np.array([float(word) for word in text.split()])
+
+
+def _text(numbers: Array | list[float]) -> str:
+    return " ".join(f"{number:.17g}" for number in numbers)

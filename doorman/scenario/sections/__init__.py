@@ -1,0 +1,1 @@
+"""Sections of a scenario, one table of the file each."""

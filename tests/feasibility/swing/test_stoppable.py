@@ -1,0 +1,76 @@
+"""Whether a leaf that is pushed can be stopped: friction, closer, weight and the joint's end decide."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from urdf_variants import DOOR, write_edited
+
+from doorman.control.way_out import way_out
+from doorman.feasibility.swing.flight import stopping_findings
+from doorman.feasibility.swing.rehearsal import least_resistance
+from doorman.model import Model
+from doorman.scenario import Scenario
+
+PLUMB = '<origin xyz="0 0 0.4" rpy="0 0 0"/>\n    <parent'
+FLAP = {"contact.kind": "push", "contact.frame": None, "contact.side": "pull", "contact.distance_from_hinge": 0.5,
+        "start.opening": 0.5}  # fmt: skip
+
+
+def leaning(folder: Path, lean: str, friction: float) -> Model:
+    urdf = write_edited(folder / "door.urdf", DOOR, (PLUMB, PLUMB.replace("0 0 0", lean)))
+    return Model(Scenario.load("push", {"door.urdf": str(urdf), "door.friction": friction}))
+
+
+@pytest.mark.parametrize(
+    ("lean", "friction", "stops"),
+    [("0.02 0 0", 0.5, False), ("0.02 0 0", 3.0, True), ("0 -0.02 0", 0.5, True), ("0 0 0", 0.5, True)],
+)
+def test_a_door_whose_weight_drives_it_on_is_refused(lean: str, friction: float, stops: bool, tmp_path: Path) -> None:
+    """11 kg, 0.6 m from a hinge that leans by 0.02 rad: 1.3 N m, which opens the door or shuts it."""
+    model = leaning(tmp_path, lean, friction)
+    (finding,) = stopping_findings(model)
+    assert (finding.severity.value == "ok") is stops, finding.message
+    most = 11.0 * 9.81 * 0.6 * math.sin(0.02)
+    least = {"0.02 0 0": -math.sin(math.radians(70.0)), "0 -0.02 0": math.cos(math.radians(70.0)), "0 0 0": 0.0}
+    assert least_resistance(model) == pytest.approx(friction + least[lean] * most, abs=0.02)
+
+
+@pytest.mark.parametrize(("goal", "stops"), [(0.0, True), (0.1, False)])
+def test_a_flap_that_falls_shut_is_pushed_to_its_stop_alone(goal: float, stops: bool) -> None:
+    keys: dict[str, Any] = {**FLAP, "goal.opening": goal, "door.friction": 0.2}
+    (finding,) = stopping_findings(Model(Scenario.load("shipped:hatch", keys)))
+    assert (finding.severity.value == "ok") is stops, finding.message
+
+
+def test_a_leaf_that_stands_ajar_has_the_friction_for_it() -> None:
+    model = Model(Scenario.load("shipped:hatch", {**FLAP, "goal.opening": 0.1}))
+    weight = abs(model.door.weight_torque(model.travel.start))
+    assert weight > float(model.scenario.estimation.friction[0])
+    assert 0.0 < least_resistance(model) < 0.5 * weight
+
+
+@pytest.mark.parametrize("degrees", [95, 112])
+def test_the_way_out_of_a_door_open_beyond_a_right_angle_leads_away_from_its_leaf(degrees: int) -> None:
+    model = Model(Scenario.load("push", {"goal.opening": math.radians(degrees)}))
+    assert model.surroundings == "corners"
+    door, state = model.door, model.goal_state
+    place = model.coupling.vehicle_position(state[:3], float(state[3]), state[5:])
+    targets = way_out(model, place, float(state[3]))
+    steps = np.diff(np.array([place, *targets]), axis=0)
+    assert door.normal(float(state[3])) @ steps[0] < -0.05, "first away from the leaf"
+    inside = [door.in_doorway(target - door.hinge_position)[1] for target in targets]
+    assert min(inside) > model.vehicle.radius and max(inside) < door.width - model.vehicle.radius
+    assert targets[-1] @ door.into < place @ door.into - 1.0
+
+
+@pytest.mark.parametrize(("degrees", "share"), [(70.0, 1.0), (105.0, 1.0), (35.0, 0.5), (14.0, 0.2)])
+def test_an_arm_that_pushes_moves_by_as_much_as_the_leaf_turns(degrees: float, share: float) -> None:
+    model = Model(Scenario.load("push", {"goal.opening": math.radians(degrees)}))
+    moved = model.goal_arm - model.start_arm
+    whole = np.array([0.0, math.pi / 2 - 1.0, 0.6 - math.pi / 2, 0.4])
+    np.testing.assert_allclose(moved, share * whole, atol=2e-3)
