@@ -21,7 +21,7 @@ from suite.draw_sets import SETS, rows_of  # noqa: E402
 from suite.draw_table import figures, page  # noqa: E402
 
 from doorman.campaign import Campaign  # noqa: E402
-from doorman.campaign.running import durable_rows, run_campaign  # noqa: E402
+from doorman.campaign.running import durable_rows, run_campaign
 from doorman.cli.overrides import parse_overrides  # noqa: E402
 from doorman.exceptions import DoormanError  # noqa: E402
 from doorman.scenario import Scenario  # noqa: E402

@@ -17,7 +17,8 @@ if TYPE_CHECKING:  # the types of the names below; no layer hides an import here
     from doorman.model import Model
     from doorman.ocp.problem.terms import Constraint, Cost, Residual
     from doorman.ocp.solvers.solution import PlanStatus
-    from doorman.planning.planner import Plan, Planner
+    from doorman.planning.plan import Plan
+    from doorman.planning.planner import Planner
     from doorman.recording import Recording
     from doorman.scenario import Scenario
 
@@ -32,7 +33,7 @@ _MODULES = {
     "Cost": "ocp.problem.terms",
     "DoormanError": "exceptions",
     "Model": "model",
-    "Plan": "planning.planner",
+    "Plan": "planning.plan",
     "PlanStatus": "ocp.solvers.solution",
     "Planner": "planning.planner",
     "Recording": "recording",

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import logging
-import threading
-import time
 import uuid
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import dask
-from distributed import Client, Future, LocalCluster, get_worker, wait
+from distributed import Client, Future
 
 from doorman.campaign.batch import usable_cores
-from doorman.campaign.flights.flight_process import FlightProcess, failed, lost
-from doorman.campaign.flights.lease import Lease
+from doorman.campaign.flights.cluster import answer_of, connected, first_done, threads_of
+from doorman.campaign.flights.flight_process import failed
 from doorman.campaign.flights.orders import order_of, packed
+from doorman.campaign.flights.worker import close_processes, fly
 from doorman.campaign.folder import RESULTS, claimed, write_not_flown
 from doorman.campaign.results import Row, known_runs, read_parts, row_of, write_part, write_table
 from doorman.campaign.specification import Campaign, Flight
@@ -35,22 +31,6 @@ _HOPELESS = 20
 """So many such failures in a row, and no flight between them, end a campaign."""
 _AHEAD = 4
 """Flights that are ordered ahead, for each thread of the cluster."""
-_CONNECTION_TIME = 10.0
-"""Longest time to find a cluster [s]."""
-_LOOK = 5.0
-"""How often it is looked whether the cluster has workers [s]."""
-_WORKERLESS = 300.0
-"""A cluster without a worker for so long flies nothing any more [s]."""
-_NEVER_LOST = {"distributed.scheduler.worker-ttl": None}
-"""Workers in this process are not given up for silence: after a suspended night nobody would start others."""
-_STATUS_PAGE = "127.0.0.1:0"
-"""Of a local cluster and its workers: without an address Dask listens on port 8787 of every interface, or on another one."""
-
-_processes: dict[tuple[str, int], FlightProcess] = {}
-"""Of this process, by campaign and thread."""
-_leases: dict[str, Lease] = {}
-"""Of this process, by campaign."""
-_processes_lock = threading.Lock()
 
 
 def run_campaign(
@@ -125,7 +105,7 @@ def _flown(client: Client, campaign: Campaign, runs: Iterator[int]) -> Iterator[
     try:
         waiting = True
         while waiting or orders.futures:
-            while waiting and len(orders.futures) < _AHEAD * max(_threads(client), 1):
+            while waiting and len(orders.futures) < _AHEAD * max(threads_of(client), 1):
                 run = next(runs, None)
                 if run is None:
                     waiting = False
@@ -133,9 +113,9 @@ def _flown(client: Client, campaign: Campaign, runs: Iterator[int]) -> Iterator[
                 problem = orders.submit(run)
                 if problem is not None:
                     yield problem
-            for future in _done(client, list(orders.futures)) if orders.futures else []:
+            for future in first_done(client, list(orders.futures)) if orders.futures else []:
                 flight, tried = orders.futures.pop(future)
-                answer = _answer(future)
+                answer = answer_of(future)
                 future.release()  # type: ignore[no-untyped-call]
                 losses = losses + 1 if answer.get("lost") else 0
                 if losses >= _HOPELESS:
@@ -204,104 +184,3 @@ class _Orders:
             key = f"files-{name}-{self._name}"
             self._files[name] = self._client.submit(dict, packed(contents), key=key, pure=False)
         return self._files[name]
-
-
-def _threads(client: Client) -> int:
-    """Threads of the cluster."""
-    return sum(int(worker.get("nthreads", 1)) for worker in client.scheduler_info()["workers"].values())
-
-
-def _done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
-    """Wait for one of the flights at least, as long as the cluster has workers."""
-    workers_seen = time.monotonic()
-    while True:
-        try:
-            return list(wait(futures, timeout=_LOOK, return_when="FIRST_COMPLETED").done)  # type: ignore[no-untyped-call]
-        except CancelledError as error:
-            raise DoormanError(f"the cluster has dropped a flight: {error}", field="--scheduler") from error
-        except TimeoutError:
-            now = time.monotonic()
-            if client.scheduler_info()["workers"]:
-                workers_seen = now
-            elif now - workers_seen > _WORKERLESS:
-                raise DoormanError(
-                    f"the cluster has had no worker for {now - workers_seen:.0f} s", field="--scheduler",
-                    allowed="a cluster with workers; the same command goes on where this one ended",
-                ) from None  # fmt: skip
-
-
-def _answer(future: Future[Any]) -> dict[str, Any]:
-    """The flight process's answer, or that its worker was lost."""
-    if future.status == "finished":
-        answer: dict[str, Any] = future.result()
-        return answer
-    return lost(f"the worker was lost: {future.exception()!r}")  # type: ignore[no-untyped-call]
-
-
-def fly(order: dict[str, Any], files: dict[str, str], time_out: float, campaign: str, lease: str) -> dict[str, Any]:
-    """Fly one run in the process that belongs to this thread of a worker.
-
-    Args:
-        order: As `order_of` makes it.
-        files: As `packed` makes them.
-        time_out: Wall-clock time [s].
-        campaign: Whose process it is.
-        lease: Key of a result that the campaign's client holds as long as it lives.
-
-    Returns:
-        The flight process's answer.
-    """
-    with _processes_lock:
-        flight_process = _processes.setdefault((campaign, threading.get_ident()), FlightProcess())
-        if campaign not in _leases:
-            _leases[campaign] = Lease(get_worker(), lease, lambda: close_processes(campaign))
-    return flight_process.fly(order, files, time_out)
-
-
-def close_processes(campaign: str) -> None:
-    """Let the flight processes of a campaign go, on this worker.
-
-    Args:
-        campaign: The campaign.
-    """
-    with _processes_lock:
-        processes = [_processes.pop(key) for key in list(_processes) if key[0] == campaign]
-        watched = _leases.pop(campaign, None)
-    if watched is not None:
-        watched.end()
-    for flight_process in processes:
-        flight_process.close()
-
-
-@contextmanager
-def connected(workers: int, scheduler: str | None) -> Iterator[Client]:
-    """A client of the cluster at an address, or of one made here, whose workers are threads that wait for flight processes.
-
-    Args:
-        workers: Number of a cluster that is made here.
-        scheduler: Address of a cluster; None makes one here.
-    """
-    logging.getLogger("distributed").setLevel(logging.ERROR)
-    if scheduler is None:
-        with (
-            dask.config.set(_NEVER_LOST),
-            LocalCluster(  # type: ignore[no-untyped-call]
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=False,
-                dashboard_address=_STATUS_PAGE,
-                worker_dashboard_address=_STATUS_PAGE,
-                memory_limit=None,
-            ) as cluster,
-            Client(cluster) as client,  # type: ignore[no-untyped-call]
-        ):
-            yield client
-        return
-    try:
-        client = Client(scheduler, timeout=_CONNECTION_TIME)  # type: ignore[no-untyped-call]
-    except (OSError, ValueError) as error:
-        raise DoormanError(
-            f"no Dask scheduler answers: {error}", field="--scheduler", given=scheduler, allowed="tcp://host:port"
-        ) from error
-    with client:
-        yield client

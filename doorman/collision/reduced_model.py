@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.collision.surroundings import Surroundings, row_names
 from doorman.copying import PerThread
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.loading import load
-from doorman.ocp.kernels.printed_problem import kept_text
+from doorman.ocp.kernels.printed.loading import load
+from doorman.ocp.kernels.printed.printed_problem import kept_text
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from doorman.control.kernels.tip import ARM, tip_on_leaf
 from doorman.control.position_controller import Setpoint
 from doorman.kinematics.coupling import VehicleMotion
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.kinematics.vehicles.arm import ArmParameters
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import Model
-from doorman.planning.planner import Plan
+from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 from doorman.signals import Measurement
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.model import GRAVITY, Model
-from doorman.planning.planner import Plan
+from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import scale_of, whole_body_numbers  # fmt: skip
 from doorman.planning.whole_body.references import at_the_leaf

@@ -30,7 +30,7 @@ from doorman.dynamics.small_matrices import inverse_of_symmetric
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import body_rates, euler_rates
 from doorman.kinematics.task import Task
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.body_symbols import symmetric
 
 

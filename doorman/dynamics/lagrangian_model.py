@@ -22,7 +22,7 @@ from doorman.kinematics.coupling import JACOBIAN_OF_DOOR_ANGLE, Coupling
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import regular_state, regular_step, rotation_body_to_world, skew
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import GRAVITY, Vehicle
 
 Array = NDArray[np.float64]

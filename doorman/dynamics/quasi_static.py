@@ -18,7 +18,7 @@ import casadi as ca
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import euler_rates
 from doorman.kinematics.task import Task
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
 
 class QuasiStaticTask(Task):

@@ -18,7 +18,7 @@ from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.rotations import body_rate_matrix, rotation_body_to_world, skew
-from doorman.kinematics.vehicles.arm import ArmParameters, tip_motion, tips_in_world
+from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion, tips_in_world
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.one_line import OneLine
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern, Rows
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern, Rows
 
 
 def rotation_body_to_world(attitude: Any) -> Any:

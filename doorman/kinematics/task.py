@@ -20,7 +20,7 @@ import casadi as ca
 from doorman.kinematics.doors.leaf.leaf_symbols import CLOSED, VerticalLeaf, leaf_in_symbols
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.symbols import arm_points, rotation_body_to_world
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.body_symbols import SymbolicBodies
 from doorman.kinematics.vehicles.vehicle import GRAVITY
 from doorman.ocp.symbolic_model import SymbolicModel

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 

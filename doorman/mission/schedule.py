@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from doorman.mission.planning_thread import PlanningThread
 from doorman.planning.hinge import Hinge
-from doorman.planning.planner import Plan, Planner
+from doorman.planning.plan import Plan
+from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 from doorman.recording import Recorder
 

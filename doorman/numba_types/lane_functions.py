@@ -1,4 +1,4 @@
-"""Elementary functions of numbers or lanes, the same bits for both: what printed expressions call besides `lanes`.
+"""Elementary functions of numbers or lanes, the same bits for both: what printed expressions call besides `elementary`.
 
 Rounding, signs and comparisons are machine instructions on whole registers. Other functions are those of the C library, called
 once for every lane.

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from doorman.checks import per_node, vector
 from doorman.exceptions import DimensionError, SolverError
-from doorman.ocp.kernels.module_text import module_text
-from doorman.ocp.kernels.printed_problem import printed_problem
+from doorman.ocp.kernels.printed.module_text import module_text
+from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.columns import column
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.expressions import Expressions

@@ -10,9 +10,9 @@ from typing import Any
 
 from doorman.exceptions import SolverError
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.ocp.kernels.printed_problem import kept_text
+from doorman.ocp.kernels.printed.printed_problem import kept_text
 from doorman.ocp.problem.columns import column
 from doorman.ocp.problem.terms import Constraint, Cost, Residual
 

@@ -6,7 +6,6 @@ import math
 import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,9 +19,9 @@ from doorman.ocp.problem.terms import Constraint, Cost, Residual
 from doorman.ocp.solvers.hybrid import Hybrid
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.ocp.solvers.solution import PlanStatus, row_name
-from doorman.one_line import OneLine
 from doorman.planning.composition import Extras
 from doorman.planning.hinge import Hinge
+from doorman.planning.plan import Plan
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
 
@@ -33,41 +32,6 @@ COLD_ITERATIONS = 200
 
 LARGEST_PRICE = 100.0
 """Of a metre of violation, where the start is outside the constraints; inside, multipliers of a few units hold them."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Plan(OneLine):
-    """One second or so of motion; arrays are read-only."""
-
-    states: Array
-    """x_0 … x_N, shape (N + 1, nx); the first is the state that was given."""
-    inputs: Array
-    """u_0 … u_{N−1}, shape (N, nu)."""
-    cost: float
-    """J, the paper's cost; its goal leans against a disturbance of the hinge (`PlanningModel.goal`)."""
-    max_violation: float
-    """Largest excess of a constraint, with the planner's margin, or of a bound, over 0 at nodes 1 … N [m, rad, N, rad/s]."""
-    iterations: int
-    """Of the solver, linearisations and sweeps."""
-    status: PlanStatus
-    """How the solve ended, and whether the plan may be flown."""
-    solve_time: float
-    """Of the whole call [s]."""
-    time_step: float
-    """Δt between nodes [s]."""
-    violated: str = ""
-    """Where a constraint is violated: its name, the node and the amount of the worst one; of a door that cannot be opened, the
-    numbers; else empty."""
-
-    @property
-    def usable(self) -> bool:
-        """Whether dynamics and constraints hold along the plan."""
-        return self.status.usable
-
-    @property
-    def flyable(self) -> bool:
-        """Whether it may be flown: usable, or the way back to where constraints hold."""
-        return self.status.flyable
 
 
 class Planner(CopiedWhole):

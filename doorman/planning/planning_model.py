@@ -14,9 +14,9 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
+from doorman.planning.grip.lagrangian_planning import LagrangianPlanning
+from doorman.planning.grip.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.hinge import Hinge
-from doorman.planning.lagrangian_planning import LagrangianPlanning
-from doorman.planning.quasi_static_planning import QuasiStaticPlanning
 from doorman.planning.whole_body.planning import WholeBodyPlanning
 
 Array = NDArray[np.float64]

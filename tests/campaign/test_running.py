@@ -22,8 +22,10 @@ from typer.testing import CliRunner
 
 import doorman
 from doorman.campaign import Campaign
+from doorman.campaign.flights.cluster import connected
+from doorman.campaign.flights.cluster import first_done as _done
 from doorman.campaign.results import OF_THE_CLOCK
-from doorman.campaign.running import _done, connected, durable_rows, run_campaign
+from doorman.campaign.running import durable_rows, run_campaign
 from doorman.cli import app
 from doorman.exceptions import DoormanError
 
@@ -138,15 +140,15 @@ def test_the_command_of_a_failure_flies_it_again_to_the_bit(flown, tmp_path):
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x"])
 def test_a_cluster_that_is_not_there_is_an_error(campaign, tmp_path, monkeypatch, address):
-    monkeypatch.setattr("doorman.campaign.running._CONNECTION_TIME", 0.5)
+    monkeypatch.setattr("doorman.campaign.flights.cluster._CONNECTION_TIME", 0.5)
     with pytest.raises(DoormanError) as caught:
         run_campaign(campaign, tmp_path, scheduler=address)
     assert caught.value.field == "--scheduler"
 
 
 def test_a_cluster_whose_workers_are_gone_is_an_error(campaign, tmp_path, monkeypatch):
-    monkeypatch.setattr("doorman.campaign.running._LOOK", 0.05)
-    monkeypatch.setattr("doorman.campaign.running._WORKERLESS", 0.2)
+    monkeypatch.setattr("doorman.campaign.flights.cluster._LOOK", 0.05)
+    monkeypatch.setattr("doorman.campaign.flights.cluster._WORKERLESS", 0.2)
     with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0", processes=False) as cluster:
         with pytest.raises(DoormanError, match="no worker for") as caught:
             run_campaign(campaign, tmp_path, scheduler=cluster.scheduler_address)

@@ -15,7 +15,7 @@ from doorman.collision.constraints import arm_off_the_rotors
 from doorman.dynamics.quasi_static import QuasiStaticTask
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.resources import urdf_directory
 

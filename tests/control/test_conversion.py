@@ -7,7 +7,8 @@ import pytest
 
 from doorman.control.state_converter import StateConverter
 from doorman.model import GRAVITY, Model
-from doorman.planning.planner import Plan, Planner
+from doorman.planning.plan import Plan
+from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
 from doorman.scenario import Scenario
 

@@ -12,7 +12,8 @@ from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.whole_body_control import WholeBodyController, tilted
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
-from doorman.planning.planner import Plan, Planner
+from doorman.planning.plan import Plan
+from doorman.planning.planner import Planner
 from doorman.planning.whole_body.contact import contact_forces, tip_on_face
 from doorman.scenario import Scenario
 

@@ -17,7 +17,7 @@ from doorman.kinematics.doors.door import Door
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.rotations import euler_rate_matrix, rotation_body_to_world
 from doorman.kinematics.task_numbers import task_numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.scenario import Scenario
 

@@ -11,21 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import (
-    broadcast,
-    clock,
-    get,
-    lane,
-    larger,
-    load,
-    multiply_rows,
-    put,
-    sincos,
-    square_root,
-    store,
-    tanh,
-    zero,
-)
+from doorman.numba_types.clock import clock
+from doorman.numba_types.elementary import larger, sincos, square_root, tanh
+from doorman.numba_types.lanes import broadcast, get, lane, load, put, store, zero
+from doorman.numba_types.matrix_rows import multiply_rows
 
 Array = NDArray[np.float64]
 WIDTHS = (2, 4, 8, 16)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
+from doorman.numba_types.clock import clock
 from doorman.ocp import Bounds, Problem, QuadraticCost, functions
 
 Array = NDArray[np.float64]

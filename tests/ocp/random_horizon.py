@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.workspace import Workspace
-from doorman.planning.door_problem import door_problem
+from doorman.planning.grip.door_problem import door_problem
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from door_tasks import model_of
 from doorman.exceptions import DimensionError, ScenarioError
 from doorman.model import Model
 from doorman.ocp import Problem, QuadraticCost
-from doorman.planning.door_problem import door_cost, door_numbers, door_problem
+from doorman.planning.grip.door_problem import door_cost, door_numbers, door_problem
 from doorman.scenario import Scenario
 
 GOOD: dict[str, Any] = {

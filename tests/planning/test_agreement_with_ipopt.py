@@ -9,7 +9,8 @@ from interior_point import InteriorPointReference
 
 from doorman.model import Model
 from doorman.ocp import PlanStatus
-from doorman.planning.planner import LARGEST_PRICE, Plan, Planner
+from doorman.planning.plan import Plan
+from doorman.planning.planner import LARGEST_PRICE, Planner
 
 PROBLEMS = [(name, kind, limits) for name, limits in CASES for kind in KINDS]
 

@@ -21,7 +21,7 @@ from doorman.feasibility.swing.rehearsal import rehearse
 from doorman.kinematics.rotations import body_rate_matrix
 from doorman.numba_types.handles import Handle
 from doorman.ocp.kernels import functions
-from doorman.planning.lagrangian_problem import lagrangian_model, lagrangian_numbers, lagrangian_problem
+from doorman.planning.grip.lagrangian_problem import lagrangian_model, lagrangian_numbers, lagrangian_problem
 from doorman.planning.planning_model import planning_model
 
 FULL = {"planner.model": "lagrangian"}

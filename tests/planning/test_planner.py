@@ -14,8 +14,8 @@ from doorman import Model, Plan, Planner, PlanStatus, Scenario
 from doorman.exceptions import DimensionError, ScenarioError, SingularityError
 from doorman.model import GRAVITY
 from doorman.ocp import SolverOptions
+from doorman.planning.grip.pushes import push_state
 from doorman.planning.hinge import Hinge
-from doorman.planning.quasi_static_planning import push_state
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ from urdf_variants import write_massive
 
 from doorman import Model, Plan, Planner, PlanStatus, Scenario
 from doorman.kinematics.rotations import body_rates_of, rotation_body_to_world
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_of
-from doorman.planning.door_problem import door_numbers, door_rows, quasi_static_task
+from doorman.planning.grip.door_problem import door_numbers, door_rows, quasi_static_task
 from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_inertia
 from doorman.planning.whole_body.rows import constraints
 from doorman.planning.whole_body.task import WholeBodyTask

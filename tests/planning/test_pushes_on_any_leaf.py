@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import GRAVITY, Model
 from doorman.planning.limits import largest_push
 from doorman.planning.whole_body.contact import tip_on_face, whole_body_state

@@ -11,7 +11,7 @@ import doorman
 from doorman import Planner
 from doorman.exceptions import SolverError
 from doorman.planning.composition import Extras
-from doorman.planning.door_problem import door_problem
+from doorman.planning.grip.door_problem import door_problem
 
 HIGHEST = 1.32
 

@@ -16,7 +16,8 @@ from doorman.cli.recordings.recorded import chosen_recording, recorded_scenario,
 from doorman.exceptions import RecordingError
 from doorman.model import Model
 from doorman.planning.hinge import Hinge
-from doorman.planning.planner import Plan, Planner
+from doorman.planning.plan import Plan
+from doorman.planning.planner import Planner
 from doorman.recording import Recording, Topic
 
 _NEEDED = (

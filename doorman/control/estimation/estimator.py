@@ -44,7 +44,7 @@ from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
 from doorman.dynamics.attitude_loop import USUAL_LAG
 from doorman.kinematics.rotations import euler_rates
-from doorman.kinematics.vehicles.arm import ArmParameters
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import GRAVITY, Model
 from doorman.numba_types.handles import held, separate
 from doorman.one_line import OneLine

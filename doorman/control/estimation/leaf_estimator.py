@@ -41,7 +41,7 @@ from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
 from doorman.kinematics.rotations import euler_rates
-from doorman.kinematics.vehicles.arm import ArmParameters
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 from doorman.model import GRAVITY, Model
 from doorman.numba_types.handles import held, separate
 from doorman.planning.limits import largest_push

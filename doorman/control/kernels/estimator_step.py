@@ -21,7 +21,7 @@ from doorman.control.kernels.tip import POSITION as MEASURED
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
 from doorman.control.kernels.vehicle_step import FORCE, OUTER_FORCE, POSITION, VELOCITY, advance_vehicle
 from doorman.kinematics.rotations import SMALLEST_COSINE
-from doorman.kinematics.vehicles.arm import ArmParameters
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.control.kernels.leaf import HINGE, OFFSET, PER_ANGLE, SLIDES, leaf_direction, leaf_normal
-from doorman.kinematics.vehicles.arm import ArmParameters, tip_motion
+from doorman.kinematics.vehicles.arms.arm import ArmParameters, tip_motion
 
 Array = NDArray[np.float64]
 

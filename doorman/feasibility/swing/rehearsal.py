@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from doorman.exceptions import SingularityError
 from doorman.model import Model
+from doorman.planning.grip.pushes import push_state
 from doorman.planning.planner import Planner
 from doorman.planning.planning_model import planning_model
-from doorman.planning.quasi_static_planning import push_state
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 
 from doorman.kinematics.symbols import arm_frames
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 
 
 class SymbolicBodies:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from doorman.checks import vector
 from doorman.copying import PerThread
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.elements import read_joints
 from doorman.kinematics.urdf.robot import frame_index, frozen, link_index, load_pinocchio
-from doorman.kinematics.vehicles.arm_chain import arm_chain, standing_joints
+from doorman.kinematics.vehicles.arms.arm_chain import arm_chain, check_followers, standing_joints
+from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
+from doorman.kinematics.vehicles.arms.joint_limits import position_limits, positive_rates, positive_torques, sliding
 from doorman.kinematics.vehicles.bodies import Bodies
 from doorman.kinematics.vehicles.disc import disc_radius, propeller_reach
 from doorman.kinematics.vehicles.rotors import Rotor, read_rotors
@@ -29,29 +29,6 @@ _LEVEL = 1e-3
 
 GRAVITY = 9.81
 """[m/s²]."""
-
-
-@dataclass(frozen=True)
-class ArmGeometry:
-    """The arm as constants of its zero configuration, in body axes; enough to compute every point without Pinocchio.
-
-    With R_0 = I and R_i = R_{i−1} Rot(axis_i, η_i): joint i+1 lies R_i link_{i+1} after joint i, and a point of parent i
-    lies R_i offset after joint i (parent −1: the body itself, offsets from O_B). A joint that slides does not turn what it
-    carries, R_i = R_{i−1}, and lies R_i axis_i η_i farther.
-    """
-
-    axes: Array
-    """Joint axes at H = 0, shape (n, 3)."""
-    links: Array
-    """Vector from joint i−1 (from O_B for the first) to joint i at H = 0, shape (n, 3) [m]."""
-    slides: NDArray[np.bool_]
-    """Whether a joint is prismatic, shape (n,)."""
-    point_parents: NDArray[np.int64]
-    """Index of the joint that carries each constrained point, shape (n_points,)."""
-    point_offsets: Array
-    """Vector from that joint to the point at H = 0, shape (n_points, 3) [m]."""
-    above: bool
-    """Whether the arm belongs above the rotors' plane, and not below it."""
 
 
 class Vehicle:
@@ -84,10 +61,10 @@ class Vehicle:
         self.mass = self._positive_mass()
         self._heavy = [(k, body.mass, np.array(body.lever)) for k, body in enumerate(self.model.inertias) if body.mass]
         self.bodies = Bodies.of(self.model, self._data, self._base_placement())
-        self.slides = self._sliding()
-        self.lower_limits, self.upper_limits = self._position_limits()
-        self.rate_limits = self._positive_rates()
-        self.torque_limits = self._positive_torques()
+        self.slides = sliding(urdf, self.joint_names)
+        self.lower_limits, self.upper_limits = position_limits(urdf, self.model, self.joint_names)
+        self.rate_limits = positive_rates(urdf, self.model, self.joint_names)
+        self.torque_limits = positive_torques(urdf, self.model, self.joint_names, self.lower_limits, self.upper_limits)
         self.rotors = read_rotors(urdf, self.model, self._base_placement())
         self.radius = float(self.names.radius or disc_radius(urdf, self.model, self._base_placement()))
         self.max_thrust = self._thrust_limit()
@@ -254,7 +231,7 @@ class Vehicle:
         """Lock every joint that is not on the chain from the base link to the tip."""
         chain = arm_chain(full, self.names.base_link, self.names.tip, self.urdf)
         names = tuple(full.names[i] for i in chain)
-        self._check_followers(set(names))
+        check_followers(self.urdf, set(names))
         self.standing_joints = standing_joints(full, self.names.base_link, names)
         locked = [i for i in range(1, full.njoints) if i not in chain]
         try:
@@ -265,16 +242,6 @@ class Vehicle:
                 allowed="links and joints of different names",
             ) from error  # fmt: skip
         return model, names
-
-    def _check_followers(self, chain: set[str]) -> None:
-        """No joint of the arm follows another, and nothing else follows the arm: both would stand still."""
-        for name, joint in read_joints(self.urdf).items():
-            if joint.leader is not None and (name in chain or joint.leader in chain):
-                what = "a joint of the arm follows another" if name in chain else "a joint follows the arm"
-                raise UrdfError(
-                    what, file=self.urdf, field=f"joint {name}/mimic", given=joint.leader,
-                    allowed="joints that move on their own",
-                )  # fmt: skip
 
     def _servo_frames(self) -> list[int]:
         """Frames of joints 3 … n: named by the scenario, else `servo_k`, else the joint itself."""
@@ -313,44 +280,6 @@ class Vehicle:
                 allowed="> 0 kg m² about every axis",
             )
         return mass
-
-    def _sliding(self) -> NDArray[np.bool_]:
-        joints = read_joints(self.urdf)
-        slides = np.array([joints[name].kind == "prismatic" for name in self.joint_names], dtype=np.bool_)
-        slides.flags.writeable = False
-        return slides
-
-    def _position_limits(self) -> tuple[Array, Array]:
-        """Of the joints; a continuous one has none, whatever its `<limit>` says."""
-        joints = read_joints(self.urdf)
-        endless = np.array([joints[name].kind == "continuous" for name in self.joint_names], dtype=np.bool_)
-        lower, upper = self.model.lowerPositionLimit, self.model.upperPositionLimit
-        return frozen(np.where(endless, -np.inf, lower)), frozen(np.where(endless, np.inf, upper))
-
-    def _positive_rates(self) -> Array:
-        for name, rate in zip(self.joint_names, self.model.velocityLimit, strict=True):
-            if not rate > 0.0:
-                raise UrdfError(
-                    "a joint of the arm cannot move", file=self.urdf, field=f"joint {name}/limit@velocity",
-                    given=float(rate), allowed="> 0 rad/s, or m/s of a prismatic joint",
-                )  # fmt: skip
-        return frozen(self.model.velocityLimit)
-
-    def _positive_torques(self) -> Array:
-        for name, torque, lower, upper in zip(
-            self.joint_names, self.model.effortLimit, self.lower_limits, self.upper_limits, strict=True
-        ):
-            if not torque > 0.0:
-                raise UrdfError(
-                    "a joint of the arm cannot hold anything", file=self.urdf, field=f"joint {name}/limit@effort",
-                    given=float(torque), allowed="> 0 N m, or N of a prismatic joint",
-                )  # fmt: skip
-            if not lower < upper:
-                raise UrdfError(
-                    "a joint of the arm has no range", file=self.urdf, field=f"joint {name}/limit@upper",
-                    given=float(upper), allowed=f"> {lower:g}, or type=\"fixed\"",
-                )  # fmt: skip
-        return frozen(self.model.effortLimit)
 
     def _thrust_limit(self) -> float:
         if self.names.max_thrust is not None:

@@ -15,7 +15,7 @@ from doorman.collision.surroundings import Surroundings, rows_beside
 from doorman.exceptions import BackendError
 from doorman.kinematics.numbers import Numbers
 from doorman.kinematics.scale import Scale
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
 from doorman.model import Model

@@ -14,9 +14,9 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
+from doorman.planning.grip.pushes import resistance, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
-from doorman.planning.quasi_static_planning import resistance, too_stiff
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
 from doorman.planning.whole_body.numbers import scale_of, whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem

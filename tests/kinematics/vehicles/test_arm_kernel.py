@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from urdf_variants import VEHICLE, robot_data_vehicle, write_arm_of
 
-from doorman.kinematics.vehicles.arm import ArmParameters, arm_kinematics, point_derivative
+from doorman.kinematics.vehicles.arms.arm import ArmParameters, arm_kinematics, point_derivative
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 

@@ -13,8 +13,8 @@ from urdf_variants import VEHICLE, write_arm_of, write_edited
 
 from doorman.exceptions import UrdfError
 from doorman.kinematics.symbols import arm_points
-from doorman.kinematics.vehicles.arm import ArmParameters, arm_kinematics, point_derivative
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm import ArmParameters, arm_kinematics, point_derivative
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.model import Model
 from doorman.scenario import Scenario, VehicleSection

@@ -14,7 +14,7 @@ import numpy as np
 from doorman import Plan, Planner, Scenario
 from doorman.ocp import AugmentedLagrangian, Cddp, Hybrid, Problem, PythonModel, Solution
 from doorman.ocp.problem.terms import Constraint
-from doorman.planning.quasi_static_planning import push_state
+from doorman.planning.grip.pushes import push_state
 
 MODELS: dict[str, tuple[str, dict[str, Any]]] = {
     "paper": ("paper", {}),

@@ -28,7 +28,7 @@ ELSEWHERE = {
     "doorman.ocp.kernels.compiled_model.": "nothing but calls of a model's functions, which run without a table here",
     "doorman.ocp.solvers.iterations.correction.pass_over_equalities": "tests/ocp/search/test_equalities.py",
     "doorman.ocp.solvers.sweeps.full_weights.": "tests/ocp/search/system.py: against IPOPT",
-    "doorman.kinematics.vehicles.arm.": "tests/kinematics: Pinocchio",
+    "doorman.kinematics.vehicles.arms.arm.": "tests/kinematics: Pinocchio",
 }
 """Kernels that no plan runs, and where they are compared."""
 

@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman import compilation
-from doorman.numba_types import lanes
+from doorman.numba_types import clock as clocks
+from doorman.numba_types import elementary, lanes, matrix_rows
 
 Array = NDArray[Any]
 
@@ -218,8 +219,9 @@ _LANE_FUNCTIONS: dict[str, Callable[..., Any]] = {
 _BODIES = {body.__name__: body for body in (call, _write, with_number, mark_bounds, eliminate_inputs)}
 compilation.kernel = _kernel  # type: ignore[assignment]
 lanes.builtin = _builtin
-for _body in (load, store, get, put, zero, larger, multiply_rows, clock):
+for _body in (load, store, get, put, zero):
     setattr(lanes, _body.__name__, _body)
+elementary.larger, matrix_rows.multiply_rows, clocks.clock = larger, multiply_rows, clock  # type: ignore[assignment]
 
 from doorman.numba_types import handles, lane_functions  # noqa: E402
 

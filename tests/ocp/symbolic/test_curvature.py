@@ -8,8 +8,9 @@ import pytest
 import unicycle
 
 from doorman import ocp
-from doorman.ocp.kernels import functions, module_text
+from doorman.ocp.kernels import functions
 from doorman.ocp.kernels.default_curvature import _curve_horizon
+from doorman.ocp.kernels.printed import module_text
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from doorman.ocp.kernels import printed_problem
-from doorman.ocp.kernels.printed_problem import kept_text
+from doorman.ocp.kernels.printed import printed_problem
+from doorman.ocp.kernels.printed.printed_problem import kept_text
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from doorman.exceptions import SolverError
-from doorman.ocp.kernels.loading import load
-from doorman.ocp.kernels.operations import IMPORTS, words_for
-from doorman.ocp.kernels.printing import printed
+from doorman.ocp.kernels.printed.loading import load
+from doorman.ocp.kernels.printed.operations import IMPORTS, words_for
+from doorman.ocp.kernels.printed.printing import printed
 from doorman.ocp.kernels.runtime import LANES
 
 a, b = ca.SX.sym("a"), ca.SX.sym("b")

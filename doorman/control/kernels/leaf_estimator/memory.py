@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.control.kernels.door_filter.memory import DoorMemory
 from doorman.control.kernels.wind_step import WindMemory
-from doorman.kinematics.vehicles.arm import ArmParameters
+from doorman.kinematics.vehicles.arms.arm import ArmParameters
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,8 @@ import pinocchio
 from numpy.typing import NDArray
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.doors.urdf.convention import FixedBox, closed_value, meets
+from doorman.kinematics.doors.urdf.beside import depth_beside, extents, fixed_boxes
+from doorman.kinematics.doors.urdf.convention import closed_value, meets
 from doorman.kinematics.urdf.elements import read_boxes, read_joints
 from doorman.kinematics.urdf.robot import link_index
 from doorman.scenario import DoorSection
@@ -25,10 +26,6 @@ _VERTICAL = 1e-5
 """Largest horizontal component of an axis that counts as vertical: a rounded π/2 in a URDF leaves less."""
 LEANS = 0.5
 """Least upward component of an axis whose end above is `up`; one that leans more has it on the right of the vehicle."""
-
-
-_OVERLAP, _BORDER = 0.05, 0.3
-"""A box borders on a doorway that reaches over its edge by less than the first, and is farther by less than the second [m]."""
 
 
 @dataclass(frozen=True)
@@ -207,6 +204,10 @@ class LeafOnJoint:
         sides = float(middle[1] + reach[1]), float(2 * reach[2]), float(2 * reach[0]), float(reach[0] - middle[0])
         return LeafSize(sides, self.origin + (middle[2] - reach[2]) * axes[2])
 
+    def fixed_boxes(self) -> Iterator[tuple[Array, Array]]:
+        """Placement in the world, (4, 4), and lengths of boxes that do not move with the leaf."""
+        return fixed_boxes(self._urdf, self._model)
+
     def frame_depth(self, axes: Array, leaf: LeafSize) -> tuple[float, float]:
         """How far boxes beside the doorway, that do not move with the leaf, reach before and behind the hinge axis [m].
 
@@ -217,28 +218,7 @@ class LeafOnJoint:
         Returns:
             Not negative; 0 without any.
         """
-        nearest, farthest = [0.0], [0.0]
-        for placed, size in self._fixed_boxes():
-            center = axes @ (placed[:3, 3] - leaf.corner)
-            half = np.abs(axes @ placed[:3, :3]) @ size / 2
-            if self._is_beside(center, half, leaf):
-                nearest.append(float(center[0] - half[0]))
-                farthest.append(float(center[0] + half[0]))
-        return -min(nearest), max(farthest)
-
-    def _is_beside(self, center: Array, half: Array, leaf: LeafSize) -> bool:
-        """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it.
-
-        Args:
-            center: Of the box from P_h in the doorway, shape (3,) [m].
-            half: Half lengths of the box there, shape (3,) [m].
-            leaf: Size of the leaf.
-        """
-        if self._upright:
-            return bool(abs(center[1] - 0.5 * leaf.sides[0]) > half[1])
-        middle = 0.5 * np.array(leaf.sides[:2])
-        gap = float((np.abs(center[1:] - middle) - half[1:] - middle).max())
-        return -_OVERLAP < gap < _BORDER
+        return depth_beside(self.fixed_boxes(), axes, leaf.corner, leaf.sides[:2], self._upright)
 
     def frame(self, name: str, value: float) -> tuple[Array, Array]:
         """Origin and x axis of a frame on the leaf.
@@ -312,7 +292,7 @@ class LeafOnJoint:
         (lower, upper), (center, edges, size) = limits, self._box
         reach = np.abs(edges) @ size / 2
         across = [i for i in range(3) if i != int(np.argmax(np.abs(self.rotation(0.0).T @ self._axis)))]
-        width, boxes = float(np.hypot(*center[across]) + max(reach[across])), list(self._boxes_beside())
+        width, boxes = float(np.hypot(*center[across]) + max(reach[across])), extents(self.fixed_boxes())
         middle = self.origin + (self._axis @ self.rotation(0.0) @ center) * self._axis
 
         def at_a_jamb(value: float) -> bool:
@@ -327,17 +307,3 @@ class LeafOnJoint:
                 allowed="a door that is closed at π/2, at 0 or at an end of the range, or door.closed in the scenario",
             )  # fmt: skip
         return closed
-
-    def _boxes_beside(self) -> Iterator[FixedBox]:
-        """Extents along the world's axes of boxes that do not move with the leaf."""
-        for placed, size in self._fixed_boxes():
-            yield FixedBox(placed[:3, 3], np.abs(placed[:3, :3]) @ size / 2)
-
-    def _fixed_boxes(self) -> Iterator[tuple[Array, Array]]:
-        """Placement in the world, (4, 4), and lengths of boxes that do not move with the leaf."""
-        pinocchio.framesForwardKinematics(self._model, self._data, np.zeros(1))
-        for frame, placement in zip(self._model.frames, self._data.oMf, strict=True):
-            if frame.type == pinocchio.FrameType.BODY and frame.parentJoint != 1:
-                for box in read_boxes(self._urdf, frame.name):
-                    if box is not None:
-                        yield np.array(placement.homogeneous) @ box.placement, np.asarray(box.size)

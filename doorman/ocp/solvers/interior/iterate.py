@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
+from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.interior import newton, rows
 from doorman.ocp.solvers.interior.memory import FILTER_SIZE, NUMBER, Interior
 from doorman.ocp.solvers.iterations.augmented_lagrangian import CONVERGED, FAILED, OUT_OF_ITERATIONS, PAUSED, STALLED

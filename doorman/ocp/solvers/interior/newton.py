@@ -12,7 +12,8 @@ IPOPT (Wächter and Biegler 2006).
 from __future__ import annotations
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import load, multiply_rows, store
+from doorman.numba_types.lanes import load, store
+from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import curve_horizon
 from doorman.ocp.solvers.interior.memory import NUMBER, Interior
 from doorman.ocp.solvers.result import RESULT

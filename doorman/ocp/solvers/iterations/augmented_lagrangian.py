@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
+from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.iterations.nominal import (
     linearize,
     measure_nominal,
@@ -169,7 +169,7 @@ def iterate(model: object, work: Workspace, max_iterations: int, deadline: float
         model: The problem's model.
         work: Workspace; its nominal trajectory need not satisfy the dynamics, but those of the integrators.
         max_iterations: Largest number of linearisations; after the last one the full step is taken without a check.
-        deadline: On the clock of `doorman.numba_types.lanes.clock`; no iteration but the first begins that would not be over
+        deadline: On the clock of `doorman.numba_types.clock.clock`; no iteration but the first begins that would not be over
             by then, if it takes as long as the longest so far [s].
 
     Returns:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
+from doorman.numba_types.clock import clock
 from doorman.ocp.kernels.functions import at_node, constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.solvers.iterations.augmented_lagrangian import (
     CONVERGED,

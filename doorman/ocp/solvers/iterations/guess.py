@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import multiply_rows
+from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import at_node, step
 from doorman.ocp.solvers.iterations.nominal import measure, violation
 from doorman.ocp.solvers.workspace import LARGEST_STATE, Workspace, copy_trajectory

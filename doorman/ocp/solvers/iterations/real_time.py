@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
+from doorman.numba_types.clock import clock
 from doorman.ocp.solvers.iterations import guess
 from doorman.ocp.solvers.iterations.augmented_lagrangian import direction
 from doorman.ocp.solvers.iterations.nominal import linearize, move, save, take_multipliers, total_cost

@@ -15,15 +15,8 @@ from __future__ import annotations
 import numpy as np
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import clock
-from doorman.ocp.kernels.functions import (
-    at_node,
-    constrain,
-    constrain_end,
-    constrain_horizon,
-    constrain_input,
-    step,
-)
+from doorman.numba_types.clock import clock
+from doorman.ocp.kernels.functions import at_node, constrain, constrain_end, constrain_horizon, constrain_input, step
 from doorman.ocp.solvers.iterations.correction import FEASIBILITY, set_up
 from doorman.ocp.solvers.iterations.guess import accept_trial, start_trial
 from doorman.ocp.solvers.iterations.nominal import measure, total_cost

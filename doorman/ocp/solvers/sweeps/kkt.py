@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.functions import is_implemented
+from doorman.ocp.kernels.supplying import is_implemented
 
 Array = NDArray[np.float64]
 

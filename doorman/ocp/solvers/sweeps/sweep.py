@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.numba_types.lanes import load, multiply_rows, store
+from doorman.numba_types.lanes import load, store
+from doorman.numba_types.matrix_rows import multiply_rows
 from doorman.ocp.kernels.functions import at_node, expand_end_cost, expand_stage_cost
 from doorman.ocp.solvers.result import RESULT
 from doorman.ocp.solvers.sweeps.full_weights import off_diagonal_curvature, off_diagonal_slope

@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 from doorman.collision.surroundings import Surroundings
 from doorman.dynamics.lagrangian_model import LagrangianModel, inertia_numbers
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.model import Model
-from doorman.ocp.kernels.printed_problem import printed_problem
+from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
-from doorman.planning.door_problem import door_numbers, door_rows
+from doorman.planning.grip.door_problem import door_numbers, door_rows
 from doorman.planning.limits import lagrangian_bounds, largest_body_rates
 from doorman.planning.weights import chosen_weights
 

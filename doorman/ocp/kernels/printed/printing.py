@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.ocp.kernels.operations import words_for
+from doorman.ocp.kernels.printed.operations import words_for
 
 Read = Callable[[str, int], str]
 """Words that read an entry of a named argument."""

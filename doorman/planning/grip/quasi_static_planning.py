@@ -1,4 +1,4 @@
-"""The full Lagrangian dynamics as a model to plan with."""
+"""The simplified dynamics as a model to plan with: its states and inputs are the reduced ones."""
 
 from __future__ import annotations
 
@@ -8,22 +8,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix
-from doorman.kinematics.urdf.robot import frozen
-from doorman.model import Model
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.options import SolverOptions
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
+from doorman.planning.grip.door_problem import door_numbers, door_problem
+from doorman.planning.grip.grip_planning import GripPlanning
 from doorman.planning.hinge import Hinge
-from doorman.planning.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
-from doorman.planning.own_motion import force_left_to_the_door, stepped
-from doorman.planning.quasi_static_planning import GripPlanning
+from doorman.planning.own_motion import stepped
 
 Array = NDArray[np.float64]
 
 
-class LagrangianPlanning(GripPlanning):
-    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; see `PlanningModel`.
+class QuasiStaticPlanning(GripPlanning):
+    """x = [Φ, α, α̇, H], u = [f_t, Ω, Ḣ_d]; see `PlanningModel`.
 
     Args:
         model: Model of the scenario.
@@ -31,17 +30,17 @@ class LagrangianPlanning(GripPlanning):
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.dynamics = lagrangian_model(model)
         joints = model.vehicle.joint_names
-        angles = ("roll", "pitch", "yaw", "door angle")
-        self.state_names = (*angles, "roll rate", "pitch rate", "yaw rate", "door rate", *joints)
-        self.input_names = ("thrust", "torque x", "torque y", "torque z", *(f"rate of {j}" for j in joints))
-        self.start_state = frozen(at_rest(model.start_state))
-        self.goal_state = frozen(at_rest(model.goal_state))
-        self.hover_input = model.hover_input
-        self.follows_start, self.has_inertia = False, True
+        self.state_names = ("roll", "pitch", "yaw", "door angle", "door rate", *joints)
+        self.input_names = ("thrust", "body rate x", "body rate y", "body rate z", *(f"rate of {j}" for j in joints))
+        if model.actuation.fully:
+            self.input_names += ("force ahead", "force to the left")
+        self.start_state = model.start_state
+        self.goal_state = model.goal_state
+        self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])
+        self.follows_start = self.has_inertia = False
         self.tolerance = SolverOptions().feasibility
-        self.numbers = lagrangian_numbers(model)
+        self.numbers = door_numbers(model)
 
     def check_state(self, state: ArrayLike, field: str = "state") -> Array:
         """A state as a contiguous float array. See `PlanningModel`.
@@ -57,10 +56,10 @@ class LagrangianPlanning(GripPlanning):
             DimensionError: if it has another shape or is not finite.
             SingularityError: if the pitch is not inside ±90°.
         """
-        return self.dynamics.check_state(state, field)
+        return self.model.check_state(state, field)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
-        """The door problem with full dynamics. See `PlanningModel`.
+        """The paper's problem. See `PlanningModel`.
 
         Args:
             extras: Constraints and costs of the user.
@@ -72,7 +71,7 @@ class LagrangianPlanning(GripPlanning):
             ScenarioError: if a vector of weights does not fit the arm.
             SolverError: if an expression of the user is none.
         """
-        return lagrangian_problem(self.model, self.numbers, extras)
+        return door_problem(self.model, self.numbers, extras)
 
     def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
         """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`.
@@ -83,10 +82,11 @@ class LagrangianPlanning(GripPlanning):
             start: x, shape (nx,).
             given: Numbers that replace these.
         """
-        return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin, **given})
+        known = {**hinge.numbers(), "door.moving_inertia": hinge.inertia, "limits.margin": margin}
+        return self.numbers.replaced({**known, **given})
 
     def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
-        r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`. See `PlanningModel`.
+        """The reduced state itself: body rates are inputs here. See `PlanningModel`.
 
         Args:
             reduced: [Φ, α, α̇, H], shape (5 + n,).
@@ -94,15 +94,11 @@ class LagrangianPlanning(GripPlanning):
 
         Returns:
             x, shape (nx,).
-
-        Raises:
-            SingularityError: if the pitch is ±90°.
         """
-        x = np.asarray(reduced, dtype=np.float64)
-        return np.concatenate([x[:4], euler_rate_matrix(x[:3]) @ np.asarray(body_rates), x[4:]])
+        return np.array(reduced, dtype=np.float64)
 
     def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
-        r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques. See `PlanningModel`.
+        """States and inputs themselves. See `PlanningModel`.
 
         Args:
             states: x, shape (nx,) or (m, nx).
@@ -111,13 +107,10 @@ class LagrangianPlanning(GripPlanning):
         Returns:
             [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
         """
-        x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
-        u[:, 1:4] = body_rates_of(x[: len(u), :3], x[: len(u), 4:7])
-        reduced = np.delete(x, (4, 5, 6), axis=1)
-        return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
+        return states, inputs
 
     def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
-        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`.
+        r"""The thrust's, :math:`F_R = f_t R e_3 - m_A g e_3`: the vehicle's own inertia is unknown to this model.
 
         Args:
             reduced: [Φ, α, α̇, H], shape (5 + n,).
@@ -127,10 +120,12 @@ class LagrangianPlanning(GripPlanning):
         Returns:
             Shape (3,), world frame [N].
         """
-        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
+        force: Array = rotation_body_to_world(reduced[:3]) @ rotors
+        force[2] -= self.model.vehicle.mass * GRAVITY
+        return force
 
     def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
-        """The full dynamics, without friction in the hinge. See `PlanningModel`.
+        r"""This model with the inertia that a push really moves, :math:`I_D + m_A D_V^2`. See `PlanningModel`.
 
         Args:
             disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
@@ -138,5 +133,9 @@ class LagrangianPlanning(GripPlanning):
         Returns:
             x⁺ = f(x, u) over `planner.time_step`.
         """
-        numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
-        return stepped(lagrangian_problem(self.model, numbers))
+        model = self.model
+        moving = model.door.inertia + model.vehicle.mass * model.coupling.lever_length**2
+        known = {"door.moving_inertia": moving, "door.friction": 0.0, "door.disturbance": disturbance}
+        if model.actuation.fully:
+            return stepped(door_problem(model, self.numbers.replaced(known)))
+        return model.reduced.with_numbers(known).step

@@ -7,7 +7,7 @@ from typing import Any
 
 import casadi as ca
 
-from doorman.ocp.kernels.printing import printed
+from doorman.ocp.kernels.printed.printing import printed
 from doorman.ocp.problem.expressions import Expressions
 
 _TEXT = """

@@ -8,10 +8,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from doorman.ocp.kernels.curvature_text import curvature_text, prices_of
-from doorman.ocp.kernels.module_templates import HEAD, HORIZON, HORIZON_ROWS, LINEARIZE_ROWS, LINEARIZE_STEP, NODE
-from doorman.ocp.kernels.operations import IMPORTS
-from doorman.ocp.kernels.printing import printed
+from doorman.ocp.kernels.printed.curvature_text import curvature_text, prices_of
+from doorman.ocp.kernels.printed.module_templates import (
+    HEAD,
+    HORIZON,
+    HORIZON_ROWS,
+    LINEARIZE_ROWS,
+    LINEARIZE_STEP,
+    NODE,
+)
+from doorman.ocp.kernels.printed.operations import IMPORTS
+from doorman.ocp.kernels.printed.printing import printed
 from doorman.ocp.problem.expressions import Expansion, Expressions, integrators_of
 
 _MOST_LINES = 10_000

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from doorman.collision.surroundings import Surroundings
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.vehicles.arm_pattern import ArmPattern
+from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.model import GRAVITY, Model
-from doorman.ocp.kernels.printed_problem import printed_problem
+from doorman.ocp.kernels.printed.printed_problem import printed_problem
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.problem.terms import Constraint

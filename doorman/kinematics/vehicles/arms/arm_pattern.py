@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.kinematics.vehicles.vehicle import ArmGeometry
+from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
 
 Array = NDArray[np.float64]
 Entry = int | float

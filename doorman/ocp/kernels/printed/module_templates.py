@@ -11,7 +11,7 @@ import numpy as np
 
 from doorman.compilation import kernel
 {imports}from doorman.ocp.kernels import functions
-from doorman.ocp.kernels.loading import remade
+from doorman.ocp.kernels.printed.loading import remade
 from doorman.ocp.kernels.runtime import (
     LANES,
     WIDTH,

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.kinematics.vehicles.vehicle import ArmGeometry
-from doorman.numba_types.lanes import sincos
+from doorman.kinematics.vehicles.arms.arm_geometry import ArmGeometry
+from doorman.numba_types.elementary import sincos
 
 Array = NDArray[np.float64]
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from doorman.compilation import cache_directory
 from doorman.compilation.cache_files import write_atomically
-from doorman.ocp.kernels.loading import load
+from doorman.ocp.kernels.printed.loading import load
 from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
 
 Array = NDArray[np.float64]
 
-_PACKAGE = Path(__file__).parents[2]
+_PACKAGE = Path(__file__).parents[3]
 _FOLDERS = ("kinematics", "dynamics", "collision", "planning", "ocp/problem", "ocp/kernels")
 
 

@@ -91,3 +91,22 @@ def standing_joints(full: pinocchio.Model, base_link: str, arm: tuple[str, ...])
     above = carriers(full, full.frames[full.getFrameId(base_link, pinocchio.FrameType.BODY)].parentJoint)
     others = (str(full.names[i]) for i in range(1, full.njoints) if i not in above)
     return tuple(name for name in others if name not in arm and not name.startswith(PREFIX))
+
+
+def check_followers(urdf: Path, chain: set[str]) -> None:
+    """Check that no joint of the arm follows another, and nothing else follows the arm: both would stand still.
+
+    Args:
+        urdf: Path of the URDF.
+        chain: Names of the arm's joints.
+
+    Raises:
+        UrdfError: if one does.
+    """
+    for name, joint in read_joints(urdf).items():
+        if joint.leader is not None and (name in chain or joint.leader in chain):
+            what = "a joint of the arm follows another" if name in chain else "a joint follows the arm"
+            raise UrdfError(
+                what, file=urdf, field=f"joint {name}/mimic", given=joint.leader,
+                allowed="joints that move on their own",
+            )  # fmt: skip

@@ -1,0 +1,87 @@
+"""What stands beside a doorway: boxes of a door's URDF that do not move with the leaf."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.kinematics.doors.urdf.convention import FixedBox
+from doorman.kinematics.urdf.elements import read_boxes
+
+Array = NDArray[np.float64]
+
+_OVERLAP, _BORDER = 0.05, 0.3
+"""A box borders on a doorway that reaches over its edge by less than the first, and is farther by less than the second [m]."""
+
+
+def fixed_boxes(urdf: Path, model: pinocchio.Model) -> Iterator[tuple[Array, Array]]:
+    """Boxes that do not move with the leaf.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's of it, in which the leaf's joint alone moves.
+
+    Yields:
+        Placement in the world, (4, 4), and lengths of a box, (3,) [m].
+    """
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, np.zeros(1))
+    for frame, placement in zip(model.frames, data.oMf, strict=True):
+        if frame.type == pinocchio.FrameType.BODY and frame.parentJoint != 1:
+            for box in read_boxes(urdf, frame.name):
+                if box is not None:
+                    yield np.array(placement.homogeneous) @ box.placement, np.asarray(box.size)
+
+
+def extents(boxes: Iterable[tuple[Array, Array]]) -> list[FixedBox]:
+    """Extents of boxes along the world's axes.
+
+    Args:
+        boxes: As `fixed_boxes` yields them.
+    """
+    return [FixedBox(placed[:3, 3], np.abs(placed[:3, :3]) @ size / 2) for placed, size in boxes]
+
+
+def depth_beside(
+    boxes: Iterable[tuple[Array, Array]], axes: Array, corner: Array, size: tuple[float, float], upright: bool
+) -> tuple[float, float]:
+    """How far boxes beside the doorway reach before and behind the hinge axis [m].
+
+    Args:
+        boxes: As `fixed_boxes` yields them.
+        axes: From the world to the doorway, (3, 3).
+        corner: P_h, shape (3,), world frame [m].
+        size: Width and height of the leaf [m].
+        upright: Whether the hinge stands rather than lies.
+
+    Returns:
+        Not negative; 0 without any.
+    """
+    nearest, farthest = [0.0], [0.0]
+    for placed, lengths in boxes:
+        center = axes @ (placed[:3, 3] - corner)
+        half = np.abs(axes @ placed[:3, :3]) @ lengths / 2
+        if _is_beside(center, half, size, upright):
+            nearest.append(float(center[0] - half[0]))
+            farthest.append(float(center[0] + half[0]))
+    return -min(nearest), max(farthest)
+
+
+def _is_beside(center: Array, half: Array, size: tuple[float, float], upright: bool) -> bool:
+    """Whether a box is beside the doorway: of an upright door all that does not span it, else what borders on it.
+
+    Args:
+        center: Of the box from P_h in the doorway, shape (3,) [m].
+        half: Half lengths of the box there, shape (3,) [m].
+        size: Width and height of the leaf [m].
+        upright: Whether the hinge stands rather than lies.
+    """
+    if upright:
+        return bool(abs(center[1] - 0.5 * size[0]) > half[1])
+    middle = 0.5 * np.array(size)
+    gap = float((np.abs(center[1:] - middle) - half[1:] - middle).max())
+    return -_OVERLAP < gap < _BORDER

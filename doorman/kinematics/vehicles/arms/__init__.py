@@ -1,0 +1,1 @@
+"""The arm of a vehicle: its chain of joints, its constants, and the kernel of its points."""

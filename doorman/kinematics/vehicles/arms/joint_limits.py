@@ -1,0 +1,99 @@
+"""Limits of an arm's joints, as the URDF gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.exceptions import UrdfError
+from doorman.kinematics.urdf.elements import read_joints
+from doorman.kinematics.urdf.robot import frozen
+
+Array = NDArray[np.float64]
+
+
+def sliding(urdf: Path, names: Sequence[str]) -> NDArray[np.bool_]:
+    """Whether joints are prismatic, shape (n,), read-only.
+
+    Args:
+        urdf: Path of the URDF.
+        names: Of the arm's joints.
+    """
+    joints = read_joints(urdf)
+    slides = np.array([joints[name].kind == "prismatic" for name in names], dtype=np.bool_)
+    slides.flags.writeable = False
+    return slides
+
+
+def position_limits(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> tuple[Array, Array]:
+    """Lower and upper limits of the joints; a continuous one has none, whatever its `<limit>` says.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's of the arm alone.
+        names: Of the arm's joints.
+
+    Returns:
+        Shape (n,) each [rad, or m].
+    """
+    joints = read_joints(urdf)
+    endless = np.array([joints[name].kind == "continuous" for name in names], dtype=np.bool_)
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    return frozen(np.where(endless, -np.inf, lower)), frozen(np.where(endless, np.inf, upper))
+
+
+def positive_rates(urdf: Path, model: pinocchio.Model, names: Sequence[str]) -> Array:
+    """Largest rates of the joints.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's of the arm alone.
+        names: Of the arm's joints.
+
+    Returns:
+        Shape (n,) [rad/s, or m/s].
+
+    Raises:
+        UrdfError: if one is not positive.
+    """
+    for name, rate in zip(names, model.velocityLimit, strict=True):
+        if not rate > 0.0:
+            raise UrdfError(
+                "a joint of the arm cannot move", file=urdf, field=f"joint {name}/limit@velocity",
+                given=float(rate), allowed="> 0 rad/s, or m/s of a prismatic joint",
+            )  # fmt: skip
+    return frozen(model.velocityLimit)
+
+
+def positive_torques(urdf: Path, model: pinocchio.Model, names: Sequence[str], lower: Array, upper: Array) -> Array:
+    """Largest torques of the joints.
+
+    Args:
+        urdf: Path of the URDF.
+        model: Pinocchio's of the arm alone.
+        names: Of the arm's joints.
+        lower: Their lower limits, shape (n,) [rad, or m].
+        upper: Their upper limits, shape (n,) [rad, or m].
+
+    Returns:
+        Shape (n,) [N m, or N].
+
+    Raises:
+        UrdfError: if one is not positive, or a joint has no range.
+    """
+    for name, torque, least, most in zip(names, model.effortLimit, lower, upper, strict=True):
+        if not torque > 0.0:
+            raise UrdfError(
+                "a joint of the arm cannot hold anything", file=urdf, field=f"joint {name}/limit@effort",
+                given=float(torque), allowed="> 0 N m, or N of a prismatic joint",
+            )  # fmt: skip
+        if not least < most:
+            raise UrdfError(
+                "a joint of the arm has no range", file=urdf, field=f"joint {name}/limit@upper",
+                given=float(most), allowed=f"> {least:g}, or type=\"fixed\"",
+            )  # fmt: skip
+    return frozen(model.effortLimit)

@@ -1,0 +1,1 @@
+"""Expressions printed as modules of kernels."""

@@ -1,0 +1,72 @@
+"""What plans of a vehicle that holds on to the door share, whatever their dynamics."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.numbers import Numbers
+from doorman.model import Model
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.grip.pushes import leaning, push_along_normal, too_stiff
+from doorman.planning.hinge import Hinge
+
+Array = NDArray[np.float64]
+
+
+class GripPlanning(ABC):
+    """What does not depend on the dynamics of a vehicle whose tip holds on to the door; see `PlanningModel`."""
+
+    model: Model
+    goal_state: Array
+
+    @abstractmethod
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        """Reduced states and inputs, see `PlanningModel`.
+
+        Args:
+            states: x, shape (nx,) or (m, nx).
+            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
+
+        Returns:
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
+        """
+
+    def goal(self, start: Array, hinge: Hinge) -> Array:
+        """The scenario's goal, leaning against the hinge. See `PlanningModel`.
+
+        Args:
+            start: x, shape (nx,).
+            hinge: What is known of it.
+
+        Returns:
+            x, shape (nx,).
+        """
+        return leaning(self.model, self.goal_state, hinge)
+
+    def impossible(self, hinge: Hinge, start: Array) -> tuple[PlanStatus, str] | None:
+        """Whether the door resists by more than the vehicle can push. See `PlanningModel`.
+
+        Args:
+            hinge: What is known of it.
+            start: x, shape (nx,).
+
+        Returns:
+            `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
+        """
+        return too_stiff(self.model, hinge, float(start[3]))
+
+    def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
+        """Share of the thrust along the door's normal. See `PlanningModel`.
+
+        Args:
+            numbers: What `fitted` returned.
+            states: x_0 … x_N, shape (N + 1, nx).
+            inputs: u_0 … u_{N−1}, shape (N, nu).
+
+        Returns:
+            At every input, shape (N,) [N].
+        """
+        return push_along_normal(self.model, *self.reduced(states, inputs))

@@ -1,0 +1,142 @@
+"""The full Lagrangian dynamics as a model to plan with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from doorman.kinematics.numbers import Numbers
+from doorman.kinematics.rotations import body_rates_of, euler_rate_matrix
+from doorman.kinematics.urdf.robot import frozen
+from doorman.model import Model
+from doorman.ocp.problem.problem import Problem
+from doorman.ocp.solvers.options import SolverOptions
+from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
+from doorman.planning.grip.grip_planning import GripPlanning
+from doorman.planning.grip.lagrangian_problem import at_rest, lagrangian_model, lagrangian_numbers, lagrangian_problem
+from doorman.planning.hinge import Hinge
+from doorman.planning.own_motion import force_left_to_the_door, stepped
+
+Array = NDArray[np.float64]
+
+
+class LagrangianPlanning(GripPlanning):
+    """x = [Φ, α, Φ̇, α̇, H], u = [f_t, T, Ḣ_d]; see `PlanningModel`.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.dynamics = lagrangian_model(model)
+        joints = model.vehicle.joint_names
+        angles = ("roll", "pitch", "yaw", "door angle")
+        self.state_names = (*angles, "roll rate", "pitch rate", "yaw rate", "door rate", *joints)
+        self.input_names = ("thrust", "torque x", "torque y", "torque z", *(f"rate of {j}" for j in joints))
+        self.start_state = frozen(at_rest(model.start_state))
+        self.goal_state = frozen(at_rest(model.goal_state))
+        self.hover_input = model.hover_input
+        self.follows_start, self.has_inertia = False, True
+        self.tolerance = SolverOptions().feasibility
+        self.numbers = lagrangian_numbers(model)
+
+    def check_state(self, state: ArrayLike, field: str = "state") -> Array:
+        """A state as a contiguous float array. See `PlanningModel`.
+
+        Args:
+            state: x, shape (nx,).
+            field: Name of the argument, for the error.
+
+        Returns:
+            Shape (nx,).
+
+        Raises:
+            DimensionError: if it has another shape or is not finite.
+            SingularityError: if the pitch is not inside ±90°.
+        """
+        return self.dynamics.check_state(state, field)
+
+    def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
+        """The door problem with full dynamics. See `PlanningModel`.
+
+        Args:
+            extras: Constraints and costs of the user.
+
+        Returns:
+            The problem; its parameters are in the order of `numbers`.
+
+        Raises:
+            ScenarioError: if a vector of weights does not fit the arm.
+            SolverError: if an expression of the user is none.
+        """
+        return lagrangian_problem(self.model, self.numbers, extras)
+
+    def fitted(self, hinge: Hinge, margin: float, start: Array, given: Mapping[str, ArrayLike] = NOTHING) -> Numbers:
+        """The scenario's numbers with those of the hinge and the margin; a start changes none. See `PlanningModel`.
+
+        Args:
+            hinge: What is known of it.
+            margin: Distance from door and frame [m].
+            start: x, shape (nx,).
+            given: Numbers that replace these.
+        """
+        return self.numbers.replaced({**hinge.numbers(), "limits.margin": margin, **given})
+
+    def state(self, reduced: ArrayLike, body_rates: ArrayLike) -> Array:
+        r"""The reduced state with :math:`\dot\Phi = W(\Phi)\,\Omega`. See `PlanningModel`.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            body_rates: Ω, shape (3,), body frame [rad/s].
+
+        Returns:
+            x, shape (nx,).
+
+        Raises:
+            SingularityError: if the pitch is ±90°.
+        """
+        x = np.asarray(reduced, dtype=np.float64)
+        return np.concatenate([x[:4], euler_rate_matrix(x[:3]) @ np.asarray(body_rates), x[4:]])
+
+    def reduced(self, states: Array, inputs: Array) -> tuple[Array, Array]:
+        r"""States without Φ̇, inputs with :math:`\Omega = W^{-1}\dot\Phi` for the torques. See `PlanningModel`.
+
+        Args:
+            states: x, shape (nx,) or (m, nx).
+            inputs: u at the first of the states, shape (nu,) or (≤ m, nu).
+
+        Returns:
+            [Φ, α, α̇, H] of the states and [f_t, Ω, Ḣ_d], and [f_x, f_y] of a fully actuated vehicle, of the inputs.
+        """
+        x, u = np.array(states, ndmin=2), np.array(inputs, ndmin=2)
+        u[:, 1:4] = body_rates_of(x[: len(u), :3], x[: len(u), 4:7])
+        reduced = np.delete(x, (4, 5, 6), axis=1)
+        return (reduced if states.ndim == 2 else reduced[0]), u.reshape(inputs.shape)
+
+    def force_on_door(self, reduced: Array, rotors: Array, acceleration: Array) -> Array:
+        r"""What the vehicle itself leaves of the thrust, :math:`f_t R e_3 - m_A g e_3 - m_A \ddot P`.
+
+        Args:
+            reduced: [Φ, α, α̇, H], shape (5 + n,).
+            rotors: Their force, shape (3,), body frame [N].
+            acceleration: P̈ of O_B, shape (3,), world frame [m/s²].
+
+        Returns:
+            Shape (3,), world frame [N].
+        """
+        return force_left_to_the_door(self.model.vehicle.mass, reduced[:3], rotors, acceleration)
+
+    def swing(self, disturbance: float) -> Callable[[Array, Array], Array]:
+        """The full dynamics, without friction in the hinge. See `PlanningModel`.
+
+        Args:
+            disturbance: Torque in the hinge beyond damping and spring, in the sense of damping [N m].
+
+        Returns:
+            x⁺ = f(x, u) over `planner.time_step`.
+        """
+        numbers = self.numbers.replaced({"door.disturbance": disturbance, "door.friction": 0.0})
+        return stepped(lagrangian_problem(self.model, numbers))

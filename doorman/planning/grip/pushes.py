@@ -1,0 +1,129 @@
+"""Pushes on a door: what the rotors press with, what a hinge resists with, and the attitude that belongs to a push."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import GRAVITY, Model
+from doorman.ocp.solvers.solution import PlanStatus
+from doorman.planning.hinge import Hinge
+from doorman.planning.limits import largest_push
+
+Array = NDArray[np.float64]
+
+_AT_GOAL = 0.05
+"""A door within this of the goal need not be moved [rad]."""
+
+
+def push_along_normal(model: Model, states: Array, inputs: Array) -> Array:
+    r"""Push of the rotors along the door's normal, :math:`n_D^T (f_t R e_3 - m_A g e_3)`.
+
+    Args:
+        model: Model of the scenario.
+        states: Reduced, shape (m, 5 + n); a last one without input is left out.
+        inputs: Reduced, shape (m or m − 1, 4 + n).
+
+    Returns:
+        Shape of the inputs' first axis [N].
+    """
+    roll, pitch, yaw, angle = states[: len(inputs), :4].T
+    door, weight = model.door, model.vehicle.mass * GRAVITY
+    normals = door.normals(angle)
+    ahead = np.cos(yaw) * normals[:, 0] + np.sin(yaw) * normals[:, 1]
+    left = np.cos(yaw) * normals[:, 1] - np.sin(yaw) * normals[:, 0]
+    level = np.cos(roll) * np.sin(pitch) * ahead - np.sin(roll) * left
+    pushes = inputs[:, 0] * (level + np.cos(roll) * np.cos(pitch) * normals[:, 2]) - weight * normals[:, 2]
+    for k, side in enumerate(inputs[:, 4 + model.n_arm :] if model.actuation.fully else ()):
+        pushes[k] += normals[k] @ rotation_body_to_world(states[k, :3])[:, : len(side)] @ side
+    return np.asarray(pushes)
+
+
+def resistance(model: Model, hinge: Hinge, angle: float) -> float:
+    """Torque of a hinge at rest against the way to the goal [N m].
+
+    Args:
+        model: Model of the scenario.
+        hinge: What is known of it.
+        angle: α [rad].
+    """
+    torque = hinge.torque_at_rest(angle, model.door.rest_angle) + model.door.weight_torque(angle)
+    return hinge.friction + math.copysign(torque, torque * (model.goal_angle - angle))
+
+
+def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str] | None:
+    """Whether a door resists by more, here or on the way to the goal, than the vehicle can push.
+
+    Args:
+        model: Model of the scenario.
+        hinge: What is known of it.
+        angle: α [rad].
+
+    Returns:
+        `PlanStatus.CANNOT_OPEN` and the numbers; None if it can be moved, or is at the goal.
+    """
+    goal, lever, limits = model.goal_angle, model.coupling.lever_length, model.scenario.limits
+    most = model.scenario.control.max_tilt
+    if abs(angle - goal) < _AT_GOAL:
+        return None
+    tilt = min(limits.tilt, most) if limits.enabled else most
+    ends = (angle, goal + math.copysign(_AT_GOAL, angle - goal))
+    missing = [resistance(model, hinge, end) - lever * largest_push(model, tilt, end) for end in ends]
+    if max(missing) <= 0.0:
+        return None
+    hardest = ends[missing.index(max(missing))]
+    worst, push = resistance(model, hinge, hardest), largest_push(model, tilt, hardest)
+    words = f"resists by {worst:.2f} N m; {push:.1f} N, {lever:.2f} m from the hinge, make {push * lever:.2f} N m"
+    if model.door.slides:
+        words = f"resists by {model.door.torque_in_words(worst)}; the vehicle has {push:.2f} N"
+    return PlanStatus.CANNOT_OPEN, words
+
+
+def leaning(model: Model, goal: Array, hinge: Hinge) -> Array:
+    """A goal whose attitude pushes against what the door is estimated to resist with, beyond what the scenario names.
+
+    A cost that draws to a level vehicle lets a door creep that needs a steady push.
+
+    Args:
+        model: Model of the scenario.
+        goal: Begins with Φ and α, shape (nx,).
+        hinge: What is known of it.
+
+    Returns:
+        The same with the roll and pitch of that push added.
+    """
+    closer = (hinge.stiffness - model.door.stiffness) * (float(goal[3]) - model.door.rest_angle)
+    push = -(hinge.disturbance + closer + model.door.weight_torque(float(goal[3]))) / model.coupling.lever_length
+    if model.actuation.fully:
+        return goal
+    leans = goal.copy()
+    leans[:2] += push_state(model, goal, push)[:2]
+    return leans
+
+
+def push_state(model: Model, state: Array, push: float) -> Array:
+    r"""A state with the attitude that a push makes by itself, whatever else the rotors hold against.
+
+    A plan knows of the push along n_D and of nothing else: a steady wind that the controller leans into would be taken
+    for a force on the tip. So roll and pitch are those of :math:`F_n n_D + m_A g e_3`.
+
+    Args:
+        model: Model of the scenario.
+        state: Begins with Φ and α, such as the reduced one, x = [Φ, α, α̇, H], shape (nx,).
+        push: F_n [N].
+
+    Returns:
+        The same with that roll and pitch; the same of a fully actuated vehicle, which stays level.
+    """
+    if model.actuation.fully:
+        return state
+    start, yaw, normal = state.copy(), float(state[2]), model.door.normal(float(state[3]))
+    forward = push * (math.cos(yaw) * normal[0] + math.sin(yaw) * normal[1])
+    left = push * (math.cos(yaw) * normal[1] - math.sin(yaw) * normal[0])
+    weight = model.vehicle.mass * GRAVITY + push * normal[2]
+    start[0] = math.atan2(-left, math.hypot(forward, weight))
+    start[1] = math.atan2(forward, weight)
+    return start
