@@ -46,4 +46,4 @@ class SolverOptions:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name not in ("guess_active_sets", "hessian") and not value > 0.0:
-                raise SolverError("not a setting", field=f"options.{field.name}", given=value, allowed="> 0")
+                raise SolverError("not positive", field=f"options.{field.name}", given=value, allowed="> 0")

@@ -192,7 +192,7 @@ class Replanner(Cddp):
         started = time.monotonic()
         first, max_iterations = vector(state, self._problem.nx, "state"), checked_budget(max_iterations, time_limit)
         if math.isnan(shift):
-            raise DimensionError("not a shift", field="shift", given=shift, allowed="a number of steps")
+            raise DimensionError("the shift is NaN", field="shift", given=shift, allowed="a number of steps")
         work, options = self._work, self.options
         deadline, self._deadline, self._gave_up = started + time_limit, started + 0.5 * time_limit, False
         guessing = options.guess_active_sets

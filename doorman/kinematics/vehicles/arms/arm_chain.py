@@ -43,7 +43,7 @@ def arm_chain(full: pinocchio.Model, base_link: str, tip: str, urdf: Path) -> li
     if joint != base or tip == base_link or rotor or not carried:
         raise UrdfError(
             "no chain of joints leads from the base link to the tip", file=urdf, field="vehicle.tip", given=tip,
-            allowed=f"a link that hangs on '{base_link}' or is fixed to it, itself the root, fixed to it or floating",
+            allowed=f"a link that '{base_link}' carries; '{base_link}' is the root, fixed to it, or floats on it",
         )  # fmt: skip
     for index in chain:
         kind = written[full.names[index]].kind
