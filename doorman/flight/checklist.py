@@ -114,13 +114,13 @@ def _autopilot(model: Model, links: VehicleLinks) -> Iterator[Check]:
     autopilot = links.autopilot
     state, status = _settled(autopilot.state, lambda one: one.status is SampleStatus.FRESH), autopilot.status()
     yield _row("autopilot", state.status is SampleStatus.FRESH, f"{status.dialect}, state {state.status.value}",
-               "wait until its estimator has a position")  # fmt: skip
+               "wait until the autopilot's estimator has a position")  # fmt: skip
     yield _row("disarmed", not state.armed, f"{state.mode}, {'armed' if state.armed else 'disarmed'}",
-               "land and disarm it first")  # fmt: skip
+               "land and disarm the vehicle first")  # fmt: skip
     yield _telemetry(links)
     stamps = status.dialect == PX4.name and links.mocap is not None
     most = _MOST_FOR_STAMPS if stamps else _MOST_ROUND_TRIP
-    why = ": PX4 does not use the poses' stamps beyond 10 ms" if stamps else ""
+    why = "; PX4 ignores the time stamps of poses beyond 10 ms" if stamps else ""
     yield _row("clock", status.synchronised and status.round_trip < most,
                f"offset {status.clock_offset:.3f} s, round trip {status.round_trip * 1e3:.1f} ms",
                "wait, or find what slows the line down" + why,
@@ -128,21 +128,21 @@ def _autopilot(model: Model, links: VehicleLinks) -> Iterator[Check]:
     yield judge_battery(state.battery, status.conditions, model.scenario.safety.low_battery)
     findings = autopilot.check_parameters()
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
-               "set them, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
+               "set these parameters, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
     if status.on_earth is not None:
-        yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none, and so no home to return to",
-                   "reboot the autopilot: it had a position before it got one", Verdict.WARNING)  # fmt: skip
+        yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none: the autopilot has no home to return to",
+                   "reboot the autopilot: its estimator started before it had one", Verdict.WARNING)  # fmt: skip
     yield judge_setpoints(status.dialect, autopilot.config.setpoints)
     if model.actuation.fully:
         yield judge_rotors(autopilot.config.setpoints, autopilot.side_force_missing())
     if status.namesake:
         yield Check("system id", Verdict.WARNING,
-                    f"another station has ours, {autopilot.config.system_id}: the autopilot may not notice when we are gone",
-                    "give the other one another id, or end it")  # fmt: skip
+                    f"another station uses {autopilot.config.system_id}, too: the autopilot may miss that doorman has stopped",
+                    "give the other station another id, or close it")  # fmt: skip
     ready_to_arm = autopilot.state().ready_to_arm
     words = "; ".join(("failed", *autopilot.check_again())) if ready_to_arm is False else "passed"
     yield _row("autopilot's own checks", ready_to_arm is not False, "not reported" if ready_to_arm is None else words,
-               "mend what it says, or see its parameters")  # fmt: skip
+               "repair what it reports, or check its parameters")  # fmt: skip
 
 
 def _telemetry(links: VehicleLinks) -> Check:
@@ -157,32 +157,32 @@ def _telemetry(links: VehicleLinks) -> Check:
 
     low = {name: rate for name, rate in needed.items() if status.rates.get(name, 0.0) < _LEAST_RATE * rate}
     if low:
-        return Check("telemetry", Verdict.BAD, words(low), "a faster line, or lower rates")
+        return Check("telemetry", Verdict.BAD, words(low), "use a faster line, or ask for lower rates")
     less = {name: status.wanted_rates[name] for name, rate in needed.items() if rate < status.wanted_rates[name]}
     if less:
-        return Check("telemetry", Verdict.WARNING, words(less), "it refused more: a quicker loop (SCHED_LOOP_RATE)")
+        return Check("telemetry", Verdict.WARNING, words(less), "the autopilot refused the wanted rates: raise SCHED_LOOP_RATE")
     return Check("telemetry", Verdict.GOOD, "rates as asked for")
 
 
 def _mocap(model: Model, links: VehicleLinks) -> Iterator[Check]:
     if links.mocap is None:
-        yield Check("mocap", Verdict.WARNING, "none: flown on the autopilot's own estimate")
+        yield Check("mocap", Verdict.WARNING, "none: the flight uses the autopilot's own estimate")
         return
     pose, figures = _settled(links.mocap.read, lambda sample: sample.fresh), links.mocap.statistics
     yield _row("mocap", pose.fresh, f"pose {pose.quality.value}, {figures.frame_rate:.1f} frames/s",
-               "see that the object is visible")  # fmt: skip
+               "make sure that the cameras see the object")  # fmt: skip
     yield judge_age(figures.latency, figures.frame_rate, oldest_pose(model.scenario.control))
     if model.scenario.contact.kind == "push":
         yield judge_noise(model, figures.position_noise, figures.latency, figures.frame_rate)
     off = apart(links)
     yield _row("mocap and autopilot", off < TOGETHER, f"{off * 1e3:.0f} mm apart",
-               "the autopilot must take the poses: see its parameters, and reboot it")  # fmt: skip
+               "let the autopilot use the poses: check its parameters, then reboot it")  # fmt: skip
     turn = turned(links)
     yield _row("mocap's and autopilot's attitude", turn < BELIEVED_TURN, f"{math.degrees(turn):.0f}° apart",
-               "the object's axes must be the autopilot's, and its yaw must come from the poses")  # fmt: skip
+               "align the object's axes with the autopilot's, and let it take its yaw from the poses")  # fmt: skip
     lean = leaning(links)
     yield _row("mocap's and autopilot's level", lean < _LEVEL, f"{math.degrees(lean):.1f}° apart",
-               "define the object again while the vehicle stands level, or level the autopilot's sensors")  # fmt: skip
+               "define the object again while the vehicle stands level, or calibrate the autopilot's level")  # fmt: skip
 
 
 def judge_age(latency: float, rate: float, limit: float) -> Check:
@@ -195,13 +195,13 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
     """
     age = latency + 1.0 / rate if rate > 0.0 else math.inf
     found = (
-        f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; {limit * 1e3:.0f} ms are flown"
+        f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; at most {limit * 1e3:.0f} ms are allowed"
     )
     if not age <= limit:
         return Check(
-            "mocap's latency", Verdict.BAD, found, "quicker cameras, or smaller control.position_gain, velocity_gain"
+            "mocap's latency", Verdict.BAD, found, "use faster cameras, or smaller control.position_gain and velocity_gain"
         )
-    return _row("mocap's latency", latency < _MOST_LATENCY, found, "a wired network", Verdict.WARNING)
+    return _row("mocap's latency", latency < _MOST_LATENCY, found, "use a wired network", Verdict.WARNING)
 
 
 def judge_noise(model: Model, position_noise: float, latency: float, rate: float) -> Check:
@@ -217,8 +217,8 @@ def judge_noise(model: Model, position_noise: float, latency: float, rate: float
         return Check("mocap's noise", Verdict.WARNING, "not measured yet", "wait for more frames")
     limit = most_force_noise(model)
     force = force_noise(model, position_noise, max(latency, 0.0), 1.0 / rate)
-    found = f"{1e3 * position_noise:.1f} mm make {force:.2f} N at the tip; {limit:.2f} N are flown"
-    return _row("mocap's noise", force <= limit, found, "quieter or quicker cameras, larger markers, or a gripper")
+    found = f"{1e3 * position_noise:.1f} mm of noise make {force:.2f} N at the tip; at most {limit:.2f} N are allowed"
+    return _row("mocap's noise", force <= limit, found, "use better or faster cameras, larger markers, or a gripper")
 
 
 def _servos(model: Model, links: VehicleLinks) -> Iterator[Check]:
@@ -244,11 +244,11 @@ def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
     off = float(np.abs(arm - model.start_arm).max())
     found = f"{off:.2f} rad off the start posture"
     if min(float(np.abs(arm - state[5:]).max()) for state in _swing(model)) < _ELSEWHERE:
-        return _row("arm's posture", off < _POSTURE, found, "the arm moves there in the air; see that it has room",
+        return _row("arm's posture", off < _POSTURE, found, "the arm moves to its start posture in the air: make sure that it has room",
                     Verdict.WARNING)  # fmt: skip
     seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (arm, model.start_arm))
     advice = (
-        "if it stands as it should, the servos' zeros, directions or ids are wrong; else cut its power and put it there"
+        "if the arm is in its start posture, check the servos' zeros, directions and ids; else switch off the servos and put it there"
     )
     return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}", advice)
 
@@ -263,9 +263,9 @@ def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> C
     """
     charge, least = battery.remaining, max(_LEAST_BATTERY, low + _FOR_THE_FLIGHT)
     volts = f"{battery.voltage:.1f} V" if math.isfinite(battery.voltage) else "no voltage"
-    advice = f"charge it to {least:.0%} at least"
+    advice = f"charge the battery to at least {least:.0%}"
     if EventKind.BATTERY_SILENT in conditions:
-        return Check("battery", Verdict.BAD, "not reported any more", "see to its monitor")
+        return Check("battery", Verdict.BAD, "the autopilot no longer reports it", "check the battery monitor")
     flat = battery.alarm or EventKind.BATTERY_LOW in conditions
     if math.isfinite(charge):
         words = f"{volts}, {charge:.0%}" + (", low" if flat else "")
@@ -276,7 +276,7 @@ def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> C
         "battery",
         Verdict.WARNING,
         f"{volts}, its charge is not reported",
-        "see yourself that it is charged: in flight only the autopilot, or pixhawk.min_voltage, tells",
+        "check the charge yourself: in flight only the autopilot or pixhawk.min_voltage notices a low battery",
     )
 
 
@@ -288,8 +288,8 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
         setpoints: "attitude" or "position".
     """
     winds_up = dialect == ARDUPILOT.name and setpoints == "position"
-    found = f"{setpoints}; {dialect} winds up against a door, and is flung off it" if winds_up else setpoints
-    return _row("setpoints", not winds_up, found, "--setpoints attitude", Verdict.WARNING)
+    found = f"{setpoints}: {dialect}'s position control winds up against a door and then throws the vehicle back" if winds_up else setpoints
+    return _row("setpoints", not winds_up, found, "use --setpoints attitude", Verdict.WARNING)
 
 
 def judge_rotors(setpoints: str, missing: str) -> Check:
@@ -300,9 +300,9 @@ def judge_rotors(setpoints: str, missing: str) -> Check:
         missing: Why the autopilot makes no force to the side; empty if it does.
     """
     if setpoints != "attitude":
-        return Check("rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "--setpoints attitude")
+        return Check("rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "use --setpoints attitude")
     found = missing or "the autopilot knows how they are tilted"
-    return _row("rotors", not missing, found, "PX4 1.14 or newer, its CA_ROTOR parameters as the URDF's rotors")
+    return _row("rotors", not missing, found, "use PX4 1.14 or newer, and set its CA_ROTOR parameters to the URDF's rotors")
 
 
 def judge_limits(model: Model) -> Iterator[Check]:
@@ -312,11 +312,11 @@ def judge_limits(model: Model) -> Iterator[Check]:
         model: Model of the scenario.
     """
     start, limits = model.scenario.mission.start, model.scenario.safety
-    yield _row("start", start == "hover", f"in {start}", 'it takes off, and comes to the leaf: mission.start = "hover"')
+    yield _row("start", start == "hover", f"in {start}", 'set mission.start = "hover": a real vehicle takes off before it comes to the leaf')
     outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
     words = f"; the way leads to {outside[0].round(2)}" if outside else ""
     yield _row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
-               "all of the way between safety.fence_low and safety.fence_high")  # fmt: skip
+               "set safety.fence_low and safety.fence_high around the whole way")  # fmt: skip
 
 
 def _way(model: Model) -> list[NDArray[np.float64]]:
@@ -340,12 +340,12 @@ def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:
     pad, state = Places.of(model).pad, links.autopilot.state()
     off = float(np.linalg.norm(state.position[:2] - pad[:2]))
     yield _row("place", off < _PLACE, f"{off:.2f} m from the pad at x {pad[0]:.2f}, y {pad[1]:.2f}",
-               f"put it within {_PLACE:g} m")  # fmt: skip
+               f"put the vehicle within {_PLACE:g} m of the pad")  # fmt: skip
 
 
 def _computer() -> Iterator[Check]:
     yield _row("scheduling", is_real_time(), "real time" if is_real_time() else "ordinary",
-               "as root, or with the limit rtprio, other programs cannot delay it", Verdict.WARNING)  # fmt: skip
+               "run as root, or with the limit rtprio: other programs cannot delay the controller then", Verdict.WARNING)  # fmt: skip
 
 
 def judge_scenario(report: Report) -> Iterator[Check]:
@@ -354,7 +354,7 @@ def judge_scenario(report: Report) -> Iterator[Check]:
     Args:
         report: Of `doorman.feasibility.check`.
     """
-    yield _row("scenario", report.possible, _told(report.errors) or "possible", "doorman check says what to change")
+    yield _row("scenario", report.possible, _told(report.errors) or "possible", "run doorman check: it says what to change")
     if report.warnings:
         yield Check("scenario's warnings", Verdict.WARNING, _told(report.warnings))
 

@@ -93,7 +93,7 @@ class FlyingBackend(Backend):
         """
         if self.links.is_open:
             raise BackendError(
-                "it flies already: a mission opens its backend itself", allowed="stop() before another open()"
+                "the vehicle flies already: a mission opens its backend itself", allowed="stop() before another open()"
             )
         try:
             self.flight, self.end, self._stopping = self._new_flight(), None, False

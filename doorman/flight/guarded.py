@@ -61,13 +61,13 @@ class End(Enum):
     NOT_FLOWN = "not flown"
     """It was refused on the ground; the vehicle is disarmed."""
     LANDED = "landed and disarmed"
-    FALLEN = "fallen: its motors stopped in the air"
-    CRASHED = "crashed: it lies on its side, or the autopilot says so"
+    FALLEN = "fallen: the motors stopped in the air"
+    CRASHED = "crashed: the vehicle lies on its side, or the autopilot reports a crash"
     TAKEN_OVER = "taken over by the pilot or the autopilot"
     """And still armed when the session ended."""
-    UNHEARD = "not heard any more: the autopilot's own failsafe lands it"
+    UNHEARD = "link lost: the autopilot's own failsafe lands the vehicle"
     """The link is gone."""
-    STILL_ARMED = "still armed: take it over by radio"
+    STILL_ARMED = "still armed: take the vehicle over by radio"
     """It was asked to land and does not report that it has."""
 
 
@@ -127,7 +127,7 @@ class GuardedFlight(Uncopied):
             return f"gripper: {reason}"
         height = float(places.hover[2] - autopilot.state().position[2])
         if not LEAST_HEIGHT <= height <= MOST_HEIGHT:
-            return f"take off: not a height: {height:.2f} m, {LEAST_HEIGHT:g} to {MOST_HEIGHT:g} m are"
+            return f"take off: the hover point is {height:.2f} m up; allowed: {LEAST_HEIGHT:g} to {MOST_HEIGHT:g} m"
         steps: tuple[tuple[str, Callable[[], Outcome]], ...] = (
             ("engage", self._engage),
             ("arm", autopilot.arm),
@@ -165,7 +165,7 @@ class GuardedFlight(Uncopied):
         """Close it, and let its spring open it: in flight it must open whatever has failed. Returns what went wrong."""
         if not self.links.config.gripper:
             return ""
-        self.say("close the gripper, and let it open by itself")
+        self.say("try the gripper: close it, then let its spring open it")
         servos, rest = self.links.servos, np.zeros(self.links.config.n_arm)
 
         def angle() -> float:
@@ -174,14 +174,14 @@ class GuardedFlight(Uncopied):
         deadline = time.monotonic() + CLOSES_WITHIN
         while angle() < CLOSED:
             if time.monotonic() > deadline:
-                return f"it does not close within {CLOSES_WITHIN:g} s: it stands at {angle():.2f} of {CLOSED:g} rad"
+                return f"it does not close within {CLOSES_WITHIN:g} s; it has reached {angle():.2f} of {CLOSED:g} rad"
             self.links.move_arm(rest, closed=True)
             time.sleep(0.01)
         deadline = time.monotonic() + OPENS_WITHIN
         while angle() > HALF_OPEN:
             if time.monotonic() > deadline:
                 self.links.let_go()
-                return f"without current it opens only to {angle():.2f} rad, not to {HALF_OPEN:g}: it needs a stronger spring"
+                return f"its spring opens it only to {angle():.2f} rad, not to {HALF_OPEN:g} rad; fit a stronger spring"
             servos.command(rest, 0.0)
             time.sleep(0.01)
         self.links.let_go()
@@ -200,7 +200,7 @@ class GuardedFlight(Uncopied):
             return f"measure the thrust in hover: {self.supervisor.reason or reason}"
         if reason := self._take_delay():
             return f"measure the delay of the poses: {reason}"
-        return "" if self.links.engaged else "measure the thrust in hover: the vehicle is not ours any more"
+        return "" if self.links.engaged else "measure the thrust in hover: doorman no longer controls the vehicle"
 
     def _write_measured(self, topic: str, figures: Mapping[str, float]) -> None:
         self._recorder.write(topic, 0.0, figures)
@@ -213,7 +213,7 @@ class GuardedFlight(Uncopied):
             return ""
         figures = mocap.statistics
         latency, limit = figures.latency + delay, oldest_pose(self.model.scenario.control)
-        self.say(f"poses come {1e3 * latency:.0f} ms late, {1e3 * delay:+.0f} ms against mocap.latency")
+        self.say(f"poses arrive {1e3 * latency:.0f} ms late, {1e3 * delay:+.0f} ms from mocap.latency")
         quickest = mocap.config.latency + delay
         self._write_measured("poses", {"delay": delay, "latency": quickest, "rate": figures.frame_rate})
         self.backend.pose_delay = delay
@@ -261,7 +261,7 @@ class GuardedFlight(Uncopied):
         """Whatever happened: the vehicle ends on the ground, or with somebody else."""
         autopilot = self.links.autopilot
         if self.supervisor.rising and self.way_back.may_go_on() and autopilot.state().landed is LandedState.ON_GROUND:
-            self.say("it has not taken off: disarm")
+            self.say("the vehicle has not taken off: disarm")
             if not autopilot.disarm().done:
                 autopilot.land()
         elif self.way_back.may_go_on():

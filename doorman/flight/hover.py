@@ -48,8 +48,8 @@ def measure_hover(
     found = slope is not None and slope.deviation <= _FOUND
     if slope is not None and found:
         curve = autopilot.shape_thrust(slope.shape(curve.hover_thrust))
-    steep = f"{slope.value:.2f} times as steep" if slope is not None and found else "their slope was not found"
-    say(f"{config.hover_force:.1f} N are {curve.hover_thrust:.2f} of full thrust, {steep}")
+    steep = f"a slope of {slope.value:.2f}" if slope is not None and found else "the slope was not found"
+    say(f"{config.hover_force:.1f} N take {curve.hover_thrust:.2f} of full thrust; {steep}")
     note(
         {
             "thrust": curve.hover_thrust, "force": curve.hover_force, "voltage": autopilot.state().battery.voltage,
@@ -70,7 +70,7 @@ def judge_slope(slope: Slope | None) -> str:
         return ""
     if not _LEAST_SLOPE <= slope.value <= _MOST_SLOPE:
         return (
-            f"thrust grows {slope.value:.2f} times as steeply as its setpoint, {_LEAST_SLOPE:g} to {_MOST_SLOPE:g} are flown: "
-            "see the autopilot's thrust model (THR_MDL_FAC, MOT_THST_EXPO), propellers and battery"
+            f"thrust grows {slope.value:.2f} times as fast as its setpoint; allowed: {_LEAST_SLOPE:g} to {_MOST_SLOPE:g}; "
+            "check the autopilot's thrust model (THR_MDL_FAC, MOT_THST_EXPO), propellers and battery"
         )
     return ""

@@ -43,7 +43,7 @@ def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:
         autopilot.open()
     except BackendError as error:
         yield Check("autopilot", Verdict.BAD, str(error),
-                    "one that waits to be spoken to, as on udpout and tcp, stays silent in a dry run")  # fmt: skip
+                    "a dry run sends nothing: on udpout and tcp the autopilot waits for a first message")  # fmt: skip
         return
     try:
         time.sleep(LISTENING)
@@ -51,18 +51,18 @@ def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:
     finally:
         autopilot.stop()
     rates = ", ".join(f"{name} {rate:.0f}/s" for name, rate in status.rates.items() if rate > 0.0)
-    yield Check("autopilot", Verdict.GOOD, f"{status.dialect}, {state.mode}, hears nothing of us; {rates}")
+    yield Check("autopilot", Verdict.GOOD, f"{status.dialect}, {state.mode}, receives nothing from doorman; {rates}")
     if state.armed:
-        yield Check("disarmed", Verdict.BAD, "armed", "land and disarm it first")
+        yield Check("disarmed", Verdict.BAD, "armed", "land and disarm the vehicle first")
     else:
         yield Check("disarmed", Verdict.GOOD, "disarmed")
     yield judge_battery(state.battery, status.conditions, model.scenario.safety.low_battery)
-    yield Check("clock, rates, parameters", Verdict.WARNING, "not asked", "the checklist of a flight asks")
+    yield Check("clock, rates, parameters", Verdict.WARNING, "not checked in a dry run", "the checklist of a flight checks them")
 
 
 def _mocap(config: VehicleConfig) -> Iterator[Check]:
     if config.mocap is None:
-        yield Check("mocap", Verdict.WARNING, "none: flown on the autopilot's own estimate")
+        yield Check("mocap", Verdict.WARNING, "none: the flight uses the autopilot's own estimate")
         return
     receiver = MocapReceiver(config.mocap)
     try:
@@ -73,7 +73,7 @@ def _mocap(config: VehicleConfig) -> Iterator[Check]:
         yield Check("mocap", Verdict.BAD, str(error), "see docs/hardware/mocap.md")
         return
     verdict = Verdict.GOOD if pose.fresh else Verdict.BAD
-    advice = "" if pose.fresh else "see that the object is visible"
+    advice = "" if pose.fresh else "make sure that the cameras see the object"
     yield Check("mocap", verdict, f"pose {pose.quality.value}, {rate:.1f} frames/s", advice)
 
 
@@ -83,7 +83,7 @@ def _servos(config: VehicleConfig) -> Iterator[Check]:
     with contextlib.suppress(OSError):
         there = stat.S_ISCHR(Path(device).stat().st_mode) and os.access(device, os.R_OK | os.W_OK)
     if there:
-        yield Check("servos", Verdict.WARNING, f"{device} is there; not asked", "the checklist of a flight asks")
+        yield Check("servos", Verdict.WARNING, f"{device} exists; its servos are not checked in a dry run", "the checklist of a flight checks them")
     else:
-        yield Check("servos", Verdict.BAD, f"{device} is not there, or not ours to read and write",
+        yield Check("servos", Verdict.BAD, f"{device} does not exist, or this user may not read and write it",
                     "see docs/hardware/servos.md")  # fmt: skip

@@ -135,7 +135,7 @@ class FlightSession(Uncopied):
             before, last = last, self._mission.phase
             if last is Phase.HOLD and before is not last:
                 self.flight.say(
-                    f"the door would not stay by itself: somebody take it, then Ctrl-C; it is left after {patience:g} s"
+                    f"the door does not stay open by itself: hold it, then press Ctrl-C; the vehicle lets go after {patience:g} s"
                 )
             if on_progress is not None:
                 on_progress(now, door_angle)

@@ -105,7 +105,7 @@ class WayBack:
         for _ in range(_PLANS):
             if self._fly_out(yaw):
                 break
-            self._say("the autopilot's position jumps: the way out is planned anew")
+            self._say("the autopilot's position jumped: plan the way out again")
         if self.may_go_on() and not self._lost and self._travel(places.hover, yaw):
             self._travel(places.hover, places.yaw)
 
@@ -113,7 +113,7 @@ class WayBack:
         """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle, if nothing is wrong."""
         if not self._only_given_up or not self.may_go_on():
             return
-        self._say(f"hover: Ctrl-C again lands, or take over by radio; it lands by itself after {OPERATOR_PATIENCE:g} s")
+        self._say(f"hover: press Ctrl-C again to land, or take over by radio; the vehicle lands after {OPERATOR_PATIENCE:g} s")
         self._links.hold()
         begin = time.monotonic()
         while self.may_go_on() and self._only_given_up:
@@ -143,7 +143,7 @@ class WayBack:
                 if now - begin > 2.0 * _RELEASE_TIME and not tried:
                     tried = True
                     self._say(
-                        f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; take over by radio, or mend it"
+                        f"the gripper does not open: hover for {_HOLDING_PATIENCE:g} s; open it by hand, or take over by radio"
                     )
                     with contextlib.suppress(BackendError):  # a servo that has shut down lets go when it restarts
                         self._links.servos.recover(_RECOVERY)
@@ -197,7 +197,7 @@ class WayBack:
         begin = time.monotonic()
         while self.may_go_on() and not self._seen:
             if time.monotonic() - begin > _UNHEARD:
-                self._say("the autopilot's state is old: fly back by its own position control")
+                self._say("the autopilot's state is too old: fly back by the autopilot's position control")
                 break
             time.sleep(0.02)
         return self.may_go_on()

@@ -41,7 +41,7 @@ FLAT = frozenset({EventKind.BATTERY_LOW})
         (Battery(13.0), FLAT, Verdict.BAD, "13.0 V, low"),
         (Battery(13.0, alarm=True), (), Verdict.BAD, "13.0 V, low"),
         (Battery(), (), Verdict.WARNING, "no voltage, its charge is not reported"),
-        (Battery(15.6, 10.0, 0.8), {EventKind.BATTERY_SILENT}, Verdict.BAD, "not reported any more"),
+        (Battery(15.6, 10.0, 0.8), {EventKind.BATTERY_SILENT}, Verdict.BAD, "no longer reports"),
     ],
 )
 def test_a_battery_is_judged_by_its_charge_and_by_what_the_autopilot_thinks_of_it(

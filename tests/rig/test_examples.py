@@ -97,7 +97,7 @@ def test_what_is_found_before_and_in_a_flight_is_told(rig: FlightRig):
         backend.open()  # another flight, which knows nothing of the last one
         assert not backend.flight.supervisor.findings
         rig.far.call("rig.autopilot.kill_switch")
-        with pytest.raises(BackendError, match="its motors stopped in the air"):
+        with pytest.raises(BackendError, match="motors stopped in the air"):
             backend.stop()
         assert backend.end is End.FALLEN
     finally:

@@ -37,7 +37,7 @@ def held(rig) -> Flight:
     """A door with a closer, which somebody would have to take."""
     rig.far.call("rig.plant.draw_shut", 1.0)
     flight = at_hover(rig)
-    until(lambda: any(words.startswith("the door would not stay") for words in flight.said), "a held door", flight.told)
+    until(lambda: any(words.startswith("the door does not stay") for words in flight.said), "a held door", flight.told)
     return flight
 
 

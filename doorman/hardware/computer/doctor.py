@@ -70,7 +70,7 @@ def _versions() -> Iterator[Row]:
     try:
         texts = requires(DISTRIBUTION) or []
     except PackageNotFoundError:
-        yield Row("versions", Complaint.WORSE, "doorman runs uninstalled: nobody knows what it needs", _INSTALL)
+        yield Row("versions", Complaint.WORSE, "doorman is not installed, so its dependencies cannot be checked", _INSTALL)
         return
     for text in texts:
         requirement = Requirement(text)
@@ -93,12 +93,12 @@ def _versions() -> Iterator[Row]:
 def _permissions(host: Host) -> Iterator[Row]:
     devices = host.serial_devices()
     if not devices:
-        yield Row("serial devices", Complaint.WORSE, "none is plugged in: /dev/ttyUSB* and /dev/ttyACM*", "lsusb")
+        yield Row("serial devices", Complaint.WORSE, "none is plugged in: no /dev/ttyUSB* or /dev/ttyACM*", "lsusb")
     for device in devices:
         if host.may(device):
-            yield Row(device.name, Complaint.NONE, "ours to read and write")
+            yield Row(device.name, Complaint.NONE, "this user may read and write it")
         else:
-            yield Row(device.name, Complaint.MISSING, "not ours to read and write; log in anew after this",
+            yield Row(device.name, Complaint.MISSING, "this user may not read and write it; log in again after this",
                       "sudo usermod -aG dialout $USER")  # fmt: skip
 
 
@@ -109,13 +109,13 @@ def _latency_timers(host: Host) -> Iterator[Row]:
             yield Row(name, Complaint.NONE, "1 ms")
         else:
             command = f"echo 1 | sudo tee /{path}"
-            yield Row(name, Complaint.MISSING, f"{timer} ms; for good: doorman system udev", command)
+            yield Row(name, Complaint.MISSING, f"{timer} ms; to keep the change: doorman system udev", command)
 
 
 def _modem_manager(host: Host) -> Iterator[Row]:
     ignored = "ID_MM_DEVICE_IGNORE" in (host.read(SYSTEM_FILES["udev"].place.lstrip("/")) or "")
     if host.runs("ModemManager") and not ignored:
-        yield Row("ModemManager", Complaint.WORSE, "it talks to a Pixhawk that is plugged in",
+        yield Row("ModemManager", Complaint.WORSE, "it sends to a Pixhawk that is plugged in",
                   "sudo systemctl disable --now ModemManager")  # fmt: skip
 
 
@@ -123,16 +123,16 @@ def _priority(host: Host) -> Iterator[Row]:
     if host.real_time_allowed():
         yield Row("real-time priority", Complaint.NONE, "allowed")
     else:
-        yield Row("real-time priority", Complaint.WORSE, "not allowed: programs delay the controller; log in anew after this",
+        yield Row("real-time priority", Complaint.WORSE, "not allowed: other programs delay the controller; log in again after this",
                   f"doorman system limits | sudo tee {SYSTEM_FILES['limits'].place}")  # fmt: skip
     if host.processors() < 2:
-        yield Row("processors", Complaint.MISSING, "one core for controller and planner", "nproc")
+        yield Row("processors", Complaint.MISSING, "controller and planner share one core", "nproc")
 
 
 def _governor(host: Host) -> Iterator[Row]:
     governors = {text for _, text in host.each("sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")}
     if governors - {"performance"}:
-        yield Row("governor", Complaint.WORSE, f"{', '.join(sorted(governors))}: cores are slow to speed up",
+        yield Row("governor", Complaint.WORSE, f"{', '.join(sorted(governors))}: the cores speed up slowly",
                   "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")  # fmt: skip
     else:
         yield Row("governor", Complaint.NONE, "performance" if governors else "the system has none")
@@ -143,22 +143,22 @@ def _clock(host: Host) -> Iterator[Row]:
     if source is not None and source not in _GOOD_CLOCKS:
         better = host.read("sys/devices/system/clocksource/clocksource0/available_clocksource") or ""
         best = next((name for name in _GOOD_CLOCKS if name in better.split()), "tsc")
-        yield Row("clock", Complaint.WORSE, f"{source}, slow to read; there is {better or 'no other'}",
+        yield Row("clock", Complaint.WORSE, f"{source}, slow to read; the computer has {better or 'no other'}",
                   f"echo {best} | sudo tee /sys/devices/system/clocksource/clocksource0/current_clocksource")  # fmt: skip
     else:
-        yield Row("clock", Complaint.NONE, source or "not told")
+        yield Row("clock", Complaint.NONE, source or "not known")
     if host.runs("chronyd"):
         text = host.read("etc/chrony/chrony.conf") or host.read("etc/chrony.conf") or ""
         slews = re.findall(r"^\s*maxslewrate\s+([\d.]+)", text, re.MULTILINE)
         if not slews or float(slews[-1]) > LARGEST_SLEW:
-            yield Row("time server", Complaint.WORSE, "chrony may slew the clock by 8 %: servos' stamps count as late then",
+            yield Row("time server", Complaint.WORSE, "chrony may slew the clock by 8 %: doorman then takes the servos' samples for late",
                       "echo maxslewrate 500 | sudo tee -a /etc/chrony/chrony.conf; sudo systemctl restart chrony")  # fmt: skip
 
 
 def _buffers(host: Host) -> Iterator[Row]:
     text = host.read("proc/sys/net/core/rmem_max")
     if text is not None and text.isdigit() and int(text) < RECEIVE_BUFFER // 2:  # the kernel doubles what is asked for
-        yield Row("network buffers", Complaint.WORSE, f"{text} bytes: poses are lost when the computer is busy",
+        yield Row("network buffers", Complaint.WORSE, f"{text} bytes: a busy computer loses poses",
                   f"sudo sysctl -w net.core.rmem_max={RECEIVE_BUFFER}")  # fmt: skip
 
 
@@ -177,5 +177,5 @@ def _kernels() -> Iterator[Row]:
         yield Row("kernels", Complaint.NONE, f"{count} compiled")
     else:
         yield Row(
-            "kernels", Complaint.WORSE, "none is compiled yet: the first flight waits for minutes", "doorman warmup"
+            "kernels", Complaint.WORSE, "none is compiled yet: the first flight waits for some minutes", "doorman warmup"
         )

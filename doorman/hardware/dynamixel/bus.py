@@ -154,12 +154,12 @@ class ServoBus(Uncopied):
         worker = self._opened()
         deadline = time.monotonic() + timeout
         if not self._recovering.acquire(timeout=timeout):
-            return (f"another recovery lasts longer than {timeout:g} s",)
+            return (f"another recovery has taken more than {timeout:g} s",)
         try:
             request = RecoveryRequest(deadline)
             worker.request = request
             if not request.done.wait(deadline - time.monotonic() + self.config.boot_timeout):
-                return (f"no recovery within {timeout:g} s",)
+                return (f"the servos did not recover within {timeout:g} s",)
             return tuple(request.failures)
         finally:
             self._recovering.release()
@@ -238,6 +238,6 @@ def _finite(values: ArrayLike, size: int, field: str) -> NDArray[np.float64]:
 def _grip_current(grip: float) -> float:
     current = float(_finite([grip], 1, "grip")[0])
     if abs(current) > STRONGEST_GRIP:
-        raise BackendError("more than any of the servos takes", field="grip", given=current,
+        raise BackendError("no servo takes so much current", field="grip", given=current,
                            allowed=f"-{STRONGEST_GRIP:g} to {STRONGEST_GRIP:g} A")  # fmt: skip
     return current

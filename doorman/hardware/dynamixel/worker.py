@@ -233,7 +233,7 @@ class BusWorker:
         try:
             self._cycle.halt()
             for failure in connection.rest(self._config):
-                text = f"not left at rest, its watchdog stops it: {failure}"
+                text = f"the servo did not take zero velocity, its watchdog stops it: {failure}"
                 self._log.write(ServoEvent(time.monotonic(), None, ServoFault.NONE, True, text))
         finally:
             connection.port.close()

@@ -120,7 +120,7 @@ class MocapReceiver(Uncopied):
         found = worker.wait(decided, timeout) and not worker.client_words
         rate = worker.pipeline.wrong_rate
         if rate is not None:
-            raise BackendError("frames come at another rate", field="mocap.rate", given=self.config.rate,
+            raise BackendError("the cameras send frames at another rate", field="mocap.rate", given=self.config.rate,
                                allowed=f"the stream's {rate:.1f} 1/s")  # fmt: skip
         if not found:
             raise BackendError(
@@ -128,7 +128,7 @@ class MocapReceiver(Uncopied):
                 f"{worker.client_words or worker.pipeline.diagnosis()}",
                 field="mocap.connection",
                 given=self.config.connection,
-                allowed="where Tracker's UDP object stream is sent to, or cameras that can be reached",
+                allowed="the address that Tracker's UDP object stream is sent to, or cameras that can be reached",
             )
 
     def _as_of_now(self, worker: MocapWorker) -> PoseSample:

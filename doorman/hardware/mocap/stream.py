@@ -101,7 +101,7 @@ class StreamReader:
             return None
         found = [one for one in packet.objects if one.name == self._config.object_name]
         if len(found) > 1:
-            self._book.strike(MocapFault.CORRUPT, arrival, f"{len(found)} objects of one name in a packet")
+            self._book.strike(MocapFault.CORRUPT, arrival, f"{len(found)} objects of the same name in a packet")
             return None
         self._hear(sender, bool(found), arrival)
         self._remember([one.name for one in packet.objects])
@@ -133,14 +133,14 @@ class StreamReader:
         holds = self._book.holds
         if self.last_packet is None or MocapFault.SILENT in holds:
             if MocapFault.FOREIGN in holds:
-                return "only packets of other senders come"
-            return "only damaged packets come" if MocapFault.CORRUPT in holds else "no packets come"
+                return "only packets from other senders arrive"
+            return "only damaged packets arrive" if MocapFault.CORRUPT in holds else "no packets arrive"
         if self._config.object_name not in self.names:
             return f"the stream holds only: {', '.join(sorted(self.names)) or 'no object'}"
         if MocapFault.OCCLUDED in holds:
             return "the cameras do not see the object"
         names = ", ".join(str(fault.name).lower() for fault in holds)
-        return f"no steady poses come ({names or 'too few yet'})"
+        return f"no steady poses arrive ({names or 'too few yet'})"
 
     def _welcome(self, sender: Sender) -> bool:
         if self._config.sender is not None and sender[0] != self._config.sender:

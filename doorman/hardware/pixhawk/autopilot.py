@@ -117,7 +117,7 @@ class Autopilot(Uncopied):
         """
         if isinstance(setpoint, AttitudeSetpoint) and self._link.stream.curve is None:
             raise BackendError(
-                "attitude setpoints need a thrust curve from newtons",
+                "attitude setpoints need a thrust curve",
                 field="thrust_curve",
                 allowed="a ThrustCurve, or hover_force",
             )
@@ -190,7 +190,7 @@ class Autopilot(Uncopied):
             raise BackendError("parameters are written only on request", field="write_parameters", allowed="True")
         sample = self._link.tracker.sample
         if sample.armed or time.monotonic() - sample.heartbeat_time > self.config.timeouts.heartbeat:
-            raise BackendError("parameters are written on the ground only", field="armed", allowed="heard and disarmed")
+            raise BackendError("parameters are written on the ground only", field="armed", allowed="an autopilot that is heard and disarmed")
         rules = self._rules()
         return parameters.fix(self._link, rules, parameters.check(self._link, rules))
 
@@ -257,7 +257,7 @@ class Autopilot(Uncopied):
         if at is None:
             return Outcome(OutcomeStatus.NOT_READY, "no position and attitude of the last second")
         if not self._link.authority.hold(at, latch=latch):
-            return Outcome(OutcomeStatus.CONTROL_LOST, "the vehicle is not under our command")
+            return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
         return Outcome(OutcomeStatus.DONE)
 
     def resume(self) -> None:

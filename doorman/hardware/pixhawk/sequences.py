@@ -58,9 +58,9 @@ def await_autopilot(link: Link) -> None:
 
 def _hint(link: Link) -> str:
     if link.codec is not None and link.codec.counters.bad_signatures:
-        return ": messages come, but their signatures are missing or wrong (PX4 before 1.17 cannot sign)"
+        return ": messages arrive, but their signatures are missing or wrong (PX4 before 1.17 cannot sign)"
     if link.inbox.foreign:
-        return ": messages come, but none of a vehicle that is to be flown"
+        return ": messages arrive, but none from a multirotor"
     return ""
 
 
@@ -123,7 +123,7 @@ def arm(link: Link, timeout: float) -> Outcome:
     deadline = time.monotonic() + timeout
     while True:
         if not _may_arm(link):
-            return Outcome(OutcomeStatus.NOT_READY, "it was told to land, or another mode was chosen")
+            return Outcome(OutcomeStatus.NOT_READY, "the vehicle is to land, or another mode was chosen")
         outcome = command(
             link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0,
             go_on=lambda: _may_arm(link) and not link.tracker.sample.armed,
@@ -135,7 +135,7 @@ def arm(link: Link, timeout: float) -> Outcome:
             break
     if outcome.done:
         disarm(link)  # it may be armed all the same
-        return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it armed")
+        return Outcome(OutcomeStatus.TIMED_OUT, "the autopilot acknowledged, but its heartbeat does not show it armed")
     return outcome
 
 
@@ -153,7 +153,7 @@ def disarm(link: Link) -> Outcome:
     outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     link.authority.expect_disarm(outcome.done or outcome.status is OutcomeStatus.TIMED_OUT)
     if outcome.done and not _until(link, lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
-        return Outcome(OutcomeStatus.TIMED_OUT, "acknowledged, but the heartbeat does not show it disarmed")
+        return Outcome(OutcomeStatus.TIMED_OUT, "the autopilot acknowledged, but its heartbeat does not show it disarmed")
     return outcome
 
 
@@ -186,7 +186,7 @@ def take_off(link: Link, height: float) -> Outcome:
         return Outcome(OutcomeStatus.CONTROL_LOST, "during take-off")
     top = PositionSetpoint(np.array([*place.position[:2], target]), place.yaw)
     if not link.authority.hold(top if reached else here(link.tracker.sample) or top, latch=False):
-        return Outcome(OutcomeStatus.CONTROL_LOST, "at the end of take-off")
+        return Outcome(OutcomeStatus.CONTROL_LOST, "control was lost at the end of take-off")
     return _DONE if reached else Outcome(OutcomeStatus.TIMED_OUT, f"height {height:g} m was not reached")
 
 
@@ -220,7 +220,7 @@ def land(link: Link) -> Outcome:
         authority.withdraw(time.monotonic())
         return _DONE
     if not link.request_landing():
-        return Outcome(OutcomeStatus.CONTROL_LOST, "the vehicle is not under our command")
+        return Outcome(OutcomeStatus.CONTROL_LOST, "doorman does not control the vehicle")
     on_ground_since: float | None = None
     while time.monotonic() < deadline and link.open:
         if _until(link, lambda: not link.tracker.sample.armed, 0.2):

@@ -160,7 +160,7 @@ class VehicleBackend(Backend):
         self.links.move_arm(arm_rates, command.grip)
         if not self.links.autopilot.setpoint(self._setpoint(thrust, attitude, command.side_force)):
             authority = self.links.autopilot.status().authority
-            raise BackendError("the autopilot does not obey us", field="pixhawk", given=authority.value,
+            raise BackendError("doorman does not control the autopilot", field="pixhawk", given=authority.value,
                                allowed="engaged, and not held")  # fmt: skip
         self.thrust, self.commanded_at = thrust, time.monotonic()
         self.attitude = attitude
@@ -188,7 +188,7 @@ class VehicleBackend(Backend):
             return AttitudeSetpoint(thrust, attitude, side_force)
         measured = self._measured
         if measured is None:
-            raise BackendError("position setpoints begin at what was measured", allowed="read() before command()")
+            raise BackendError("position setpoints start from a measurement", allowed="read() before command()")
         acceleration = thrust / self._mass * rotation_body_to_world(attitude)[:, 2] - np.array([0.0, 0.0, GRAVITY])
         return PositionSetpoint(measured.position, float(attitude[2]), measured.velocity, acceleration)
 
@@ -213,4 +213,4 @@ class VehicleBackend(Backend):
     def _require_permission(self) -> None:
         reason = self.links.inhibited
         if reason is not None:
-            raise BackendError(f"the vehicle was taken from the mission: {reason}", field="safety")
+            raise BackendError(f"the supervisor took the vehicle from the mission: {reason}", field="safety")

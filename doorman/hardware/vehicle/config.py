@@ -52,7 +52,7 @@ class VehicleConfig:
             if not (math.isfinite(value) and low <= value <= high):
                 raise BackendError("out of range", field=f"vehicle.{name}", given=value, allowed=f"{low:g} to {high:g}")
         if self.pixhawk.mocap is not (self.mocap is not None):
-            raise BackendError("poses go to the autopilot if and only if there is mocap", field="pixhawk.mocap",
+            raise BackendError("pixhawk.mocap must say whether there is motion capture", field="pixhawk.mocap",
                                given=self.pixhawk.mocap, allowed=str(self.mocap is not None))  # fmt: skip
 
     @property

@@ -39,7 +39,7 @@ def with_settings(config: Config, settings: Mapping[str, object], prefix: str = 
     tree: dict[str, Any] = {}
     for name, value in settings.items():
         if part := next((other for other in settings if other.startswith(f"{name}.")), ""):
-            raise BackendError(f"set as a whole and again in part, as {part}", field=name, given=value)
+            raise BackendError(f"set twice: as a whole, and in part as {part}", field=name, given=value)
         *path, last = name.split(".")
         branch = tree
         for part in path:
@@ -56,7 +56,7 @@ def _changed(config: Config, tree: Mapping[str, Any], prefix: str) -> Config:
         if name not in fields:
             raise BackendError("no such setting", field=field, allowed=", ".join(fields))
         if field in GIVEN:
-            raise BackendError("cannot be set: it follows from the scenario and the links", field=field, given=value)
+            raise BackendError("cannot be set: doorman derives it from the scenario and the links", field=field, given=value)
         current = getattr(config, name)
         if current is None and not prefix:
             raise BackendError("there is no such link", field=field, given=value)

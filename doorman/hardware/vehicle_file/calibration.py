@@ -60,7 +60,7 @@ def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None =
     port = device or file.values.get(SERVOS)
     if port is None:
         raise BackendError(
-            "the link is not named", file=file.path, field=SERVOS, allowed=f"in the file, or by {OPTIONS[SERVOS]}"
+            "the link's address or device is missing", file=file.path, field=SERVOS, allowed=f"in the file, or by {OPTIONS[SERVOS]}"
         )
     ids = own.pop("ids", tuple(range(1, len(angles) + 1)))
     if len(angles) != len(ids):
@@ -98,7 +98,7 @@ def object_in_body(
     link = connection or file.values.get(MOCAP)
     if link in (None, NO_CAMERAS):
         raise BackendError(
-            "there are no cameras", file=file.path, field=MOCAP, given=link, allowed='such as "udp:51001"'
+            "the vehicle has no cameras", file=file.path, field=MOCAP, given=link, allowed='such as "udp:51001"'
         )
     config = with_settings(MocapConfig(own.pop("object_name", "vehicle"), link), own, "mocap.")
     seen, rotation = _mean_pose(config, duration)
@@ -150,7 +150,7 @@ def cameras_in_world(door: Door, hinge: ArrayLike, latch: ArrayLike) -> dict[str
     along = far - near
     width = math.hypot(along[0], along[1])
     if abs(width - door.width) > LARGEST_DIFFERENCE:
-        raise BackendError("the points are not as far apart as the leaf is wide", field="--latch", given=f"{width:.3f} m",
+        raise BackendError("the distance between the points is not the leaf's width", field="--latch", given=f"{width:.3f} m",
                            allowed=f"{door.width:g} m ± {LARGEST_DIFFERENCE:g} m")  # fmt: skip
     there = door.leaf_direction(0.5 * math.pi)
     yaw = math.atan2(there[1], there[0]) - math.atan2(along[1], along[0])

@@ -44,8 +44,8 @@ def _serial(connection: str | None) -> str | None:
 
 def _row(host: Host, name: str, device: Path) -> Row:
     if not device.exists():
-        return Row(name, Complaint.MISSING, "not there; plug it in, or name it by a udev rule", _DEVICES)
+        return Row(name, Complaint.MISSING, "not found; plug it in, or give it this name by a udev rule", _DEVICES)
     if not host.may(device):
-        found = "not ours to read and write; log in anew after this"
+        found = "this user may not read and write it; log in again after this"
         return Row(name, Complaint.MISSING, found, "sudo usermod -aG dialout $USER")
-    return Row(name, Complaint.NONE, "there, ours to read and write")
+    return Row(name, Complaint.NONE, "found; this user may read and write it")

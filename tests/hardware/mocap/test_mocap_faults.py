@@ -234,7 +234,7 @@ def test_rate_that_changes(own_rig, rate):
     own_rig.until_lost()
     assert event.began
     own_rig.receiver.stop()
-    with pytest.raises(BackendError, match="frames come at another rate") as refusal:
+    with pytest.raises(BackendError, match="the cameras send frames at another rate") as refusal:
         own_rig.receiver.open()
     told = float(re.search(r"the stream's ([\d.]+) 1/s", str(refusal.value))[1])
     assert told == pytest.approx(rate, rel=0.1)

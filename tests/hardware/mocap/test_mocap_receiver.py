@@ -58,7 +58,7 @@ def test_frames_are_timed_by_the_clock_that_no_time_server_changes(make_rig, mon
     rig, fed = make_rig(), []
     monkeypatch.setattr(Pipeline, "feed", lambda pipeline, *given: fed.append(given[2:]))
     monkeypatch.setattr(time, "clock_gettime", {time.CLOCK_MONOTONIC_RAW: -1.0}.__getitem__)
-    with pytest.raises(BackendError, match="no packets come"):
+    with pytest.raises(BackendError, match="no packets arrive"):
         rig.receiver.open(0.3)
     assert fed
     assert all(arrival > 0.0 and raw == -1.0 for arrival, raw in fed)
@@ -143,12 +143,12 @@ def test_wait_gives_up(rig):
 @pytest.mark.parametrize(
     ("faults", "told"),
     [
-        ({"silent": True}, "no packets come"),
+        ({"silent": True}, "no packets arrive"),
         ({"wrong_name": "wand"}, "the stream holds only: wand"),
         ({"absent": True}, "the stream holds only: no object"),
         ({"frozen": True}, "the cameras do not see the object"),
-        ({"truncate": 1.0}, "only damaged packets come"),
-        ({"outliers": 1.0}, "no steady poses come"),
+        ({"truncate": 1.0}, "only damaged packets arrive"),
+        ({"outliers": 1.0}, "no steady poses arrive"),
     ],
 )
 def test_open_tells_why_there_is_no_pose(make_rig, faults, told):
@@ -160,14 +160,14 @@ def test_open_tells_why_there_is_no_pose(make_rig, faults, told):
 
 def test_a_sender_can_be_prescribed(make_rig):
     rig = make_rig(sender="127.0.0.2")
-    with pytest.raises(BackendError, match="only packets of other senders come"):
+    with pytest.raises(BackendError, match="only packets from other senders arrive"):
         rig.receiver.open(0.3)
 
 
 def test_open_refuses_another_rate(make_rig):
     rig = make_rig(emulator={"rate": 150.0})
     with pytest.raises(
-        BackendError, match=r"mocap\.rate: frames come at another rate \(given 100\.0; allowed: the stream's 1"
+        BackendError, match=r"mocap\.rate: the cameras send frames at another rate \(given 100\.0; allowed: the stream's 1"
     ):
         rig.receiver.open()
 

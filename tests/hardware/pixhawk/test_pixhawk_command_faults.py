@@ -289,7 +289,7 @@ def test_other_vehicle_first(rigs):
     """Told which system to fly, it waits for that one."""
     rig = rigs("px4", {"vehicle_system": 3, "timeouts": replace(QUICK, open=0.3)})
     rig.emulator.start()
-    with pytest.raises(BackendError, match="none of a vehicle that is to be flown"):
+    with pytest.raises(BackendError, match="none from a multirotor"):
         rig.pilot.open()
     plane = rigs("px4", {"timeouts": replace(QUICK, open=0.3)}, vehicle_type=1)
     plane.emulator.start()

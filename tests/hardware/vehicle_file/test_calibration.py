@@ -101,7 +101,7 @@ def test_an_object_that_moves_or_is_not_there_is_refused(tmp_path, port):
     with MocapEmulator(swings, TrackerSetup("hexa"), ("127.0.0.1", port)):
         assert_bad_input(run("vehicle", "object", path, "--at", "0,0,0"), "the object moves")
     nobody = write(tmp_path, '[mocap]\nconnection = "none"\n')
-    assert_bad_input(run("vehicle", "object", nobody, "--at", "0,0,0"), "there are no cameras", "my.toml")
+    assert_bad_input(run("vehicle", "object", nobody, "--at", "0,0,0"), "the vehicle has no cameras", "my.toml")
 
 
 @pytest.mark.parametrize("task", ["paper", "push_left"])

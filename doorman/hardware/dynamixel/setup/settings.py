@@ -40,7 +40,7 @@ from doorman.hardware.dynamixel.wire.units import VELOCITY_UNIT
 
 TOLERATED_RETURN_DELAY = 25
 """Largest return delay time that the cycle has room for [2 µs]."""
-MEASURED_SO = "zero and direction may have been measured so: set it with DYNAMIXEL Wizard and measure both again"
+MEASURED_SO = "zero and direction may depend on it: set it with DYNAMIXEL Wizard, then measure both again"
 """Why a setting on which the calibration rests is not written."""
 
 SETTINGS = {
@@ -129,31 +129,31 @@ def _findings(servo: Servo, index: int, config: ServoConfig) -> Iterator[Setting
         BAUD_RATE, BAUD_CODES[config.baud_rate], "the bus runs at another speed", blocking=False, writable=False
     )
     yield setting(
-        RETURN_DELAY, 0, "every answer comes that much later", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY
+        RETURN_DELAY, 0, "it delays every answer", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY
     )
     yield setting(DRIVE_MODE, given[DRIVE_MODE] & REVERSED, "profile and torque switch differ")
-    why = f"it counts and turns the other way round; {MEASURED_SO}"
+    why = f"the servo counts and turns the other way round; {MEASURED_SO}"
     yield setting(DRIVE_MODE, given[DRIVE_MODE] & ~REVERSED, why, writable=False)
     if index < config.n_joints:
         yield setting(OPERATING_MODE, VELOCITY_MODE, "the servo does not follow velocities")
     else:
-        yield setting(OPERATING_MODE, CURRENT_MODE, "the gripper does not open by itself when it hears nothing")
+        yield setting(OPERATING_MODE, CURRENT_MODE, "the gripper does not open by itself when commands stop")
     why = f"every joint angle is wrong by the difference; {MEASURED_SO}"
     yield setting(HOMING_OFFSET, config.offsets[index], why, writable=False)
     if given[SECONDARY_ID] in config.ids and given[SECONDARY_ID] != servo.id:
-        yield setting(SECONDARY_ID, 255, "it also obeys what is meant for another servo")
+        yield setting(SECONDARY_ID, 255, "the servo also obeys commands for another servo")
     if index < config.n_joints:
         needed = math.floor(float(config.limits[2][index]) / VELOCITY_UNIT)
-        yield setting(VELOCITY_LIMIT, max(given[VELOCITY_LIMIT], needed), "it cannot turn as fast as the URDF's joint",
+        yield setting(VELOCITY_LIMIT, max(given[VELOCITY_LIMIT], needed), "the servo cannot turn as fast as the URDF's joint",
                       blocking=False)  # fmt: skip
     else:
         yield setting(CURRENT_LIMIT, max(given[CURRENT_LIMIT], FACTORY_CURRENT_LIMITS[servo.model]), "its grip is weaker",
                       blocking=False, writable=False)  # fmt: skip
     yield setting(PWM_LIMIT, max(given[PWM_LIMIT], FULL_PWM), "its motor is weaker", blocking=False, writable=False)
     shutdown = given[SHUTDOWN] | int(SHUTDOWN_NEEDED)
-    yield setting(SHUTDOWN, shutdown, "it does not protect itself against overload, shock or heat")
+    yield setting(SHUTDOWN, shutdown, "the servo does not protect itself against overload, shock or heat")
     hot = math.ceil(config.hot_temperature) + 1
-    yield setting(TEMPERATURE_LIMIT, max(given[TEMPERATURE_LIMIT], hot), "it shuts down before the arm is stopped by heat",
+    yield setting(TEMPERATURE_LIMIT, max(given[TEMPERATURE_LIMIT], hot), "the servo shuts down before doorman stops a hot arm",
                   blocking=False, writable=False)  # fmt: skip
     if servo.firmware >= STARTUP_FIRMWARE:
         given[STARTUP_CONFIGURATION] = read(STARTUP_CONFIGURATION)

@@ -44,7 +44,7 @@ class Connection:
         timer = port.latency_timer
         if timer is not None and timer > LONGEST_LATENCY_TIMER:
             port.close()
-            raise BackendError("the USB adapter holds bytes back too long", field="servos.port", given=f"{timer * 1e3:g} ms",
+            raise BackendError("the USB adapter's latency timer is too slow", field="servos.port", given=f"{timer * 1e3:g} ms",
                                allowed="1 ms: write 1 to latency_timer of the device in /sys/bus/usb-serial/devices")  # fmt: skip
         delay = TOLERATED_RETURN_DELAY * RETURN_DELAY_UNIT
         return cls(

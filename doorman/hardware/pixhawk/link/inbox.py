@@ -155,7 +155,7 @@ class Inbox:
                 message.type == mavlink.MAV_TYPE_GCS or self.dialect is ARDUPILOT  # which heeds any with that id
             ):
                 self.namesake = now
-                words = f"a heartbeat with our system id {sender[0]}: it hides from the autopilot when we are gone"
+                words = f"another station uses doorman's system id {sender[0]}: the autopilot may miss that doorman has stopped"
                 owner.events.happen_at_most(60.0, EventKind.FOREIGN, now, words, component=sender[1])
         elif self.identity is None or sender[0] != self.identity[0]:
             words = f"messages of system {sender[0]} are ignored"

@@ -44,7 +44,7 @@ class Watchdog:
         silent = now - sample.heartbeat_time
         note(EventKind.HEARTBEAT_LOST, silent > timeouts.heartbeat, now, "no heartbeat", silent=silent)
         age = sample.age(now)
-        note(EventKind.STATE_STALE, age > timeouts.state, now, "attitude or position is old", age=age)
+        note(EventKind.STATE_STALE, age > timeouts.state, now, "attitude or position is too old", age=age)
         silent = now - clock.last_update
         unsynchronised = not clock.synchronised or silent > timeouts.clock
         note(EventKind.CLOCK_UNSYNCHRONISED, unsynchronised, now, "the clock is not synchronised", silent=silent)
@@ -72,4 +72,4 @@ class Watchdog:
             self._charge_told = battery.time
         silent = now - self._charge_told
         mute = heard and silent > self._config.timeouts.battery
-        self._events.condition(EventKind.BATTERY_SILENT, mute, now, "no charge is told any more", silent=silent)
+        self._events.condition(EventKind.BATTERY_SILENT, mute, now, "the autopilot no longer reports the charge", silent=silent)

@@ -9,9 +9,9 @@ from doorman.hardware.pixhawk.dialect import PX4, Dialect
 from doorman.hardware.pixhawk.parameters.rule import Rule, Severity, When, bit, equal, one_of, where, within
 
 _E, _W = Severity.ERROR, Severity.WARNING
-_NO_CLIMB = "it must go back as high as it is: a climb from a doorway ends in its lintel"
-_KEEPS_HEADING = "a turn in the doorway takes the arm with it, and the thrust that it needs"
-_LANDS = "back on its pad it must land, by dead reckoning: soon"
+_NO_CLIMB = "the vehicle must return at its height: a climb in a doorway ends in the lintel"
+_KEEPS_HEADING = "a turn in the doorway turns the arm into the frame and costs thrust"
+_LANDS = "above its pad the vehicle must land soon, while dead reckoning holds"
 
 PX4_RULES = (
     Rule(
@@ -21,7 +21,7 @@ PX4_RULES = (
         None,
         _E,
         When.ALWAYS,
-        "PX4 1.13 or older, with other parameters than these; without a radio it flies offboard only with bit 2 (4) of "
+        "PX4 1.13 or older has other parameters than these; without a radio it flies offboard only with bit 2 (4) of "
         "COM_RCL_EXCEPT; update to 1.14 or newer",
         optional=True,
     ),
@@ -31,25 +31,25 @@ PX4_RULES = (
         (4, 3),
         _E,
         When.ALWAYS,
-        "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot, or climbs to return",
+        "without setpoints the vehicle must land, in place (4) or on its pad (3); the default waits for a pilot or climbs to return",
     ),
     *where(
         "COM_OBL_RC_ACT",
         3,
         within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
-        equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "as above; with a cone it sinks on the way"),
-        equal("RTL_TYPE", 0, _E, When.ALWAYS, "it must go to where it took off"),
-        within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "it lands once it is as near as that"),
+        equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "the vehicle must return at its height: with a cone it sinks on the way"),
+        equal("RTL_TYPE", 0, _E, When.ALWAYS, "the vehicle must return to where it took off"),
+        within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "distance from its pad at which the vehicle lands"),
         within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
         equal("MPC_YAW_MODE", 5, _W, When.ALWAYS, _KEEPS_HEADING),
         within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
     ),
     one_of(
-        "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station it must land or go on, not climb to return"
+        "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station the vehicle must land or go on, not climb to return"
     ),
-    one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio it must land or hold, not climb to return"),
-    one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery it must land or warn, not climb to return"),
-    equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already", optional=True),
+    one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio the vehicle must land or hold, not climb to return"),
+    one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery the autopilot must land or warn, not climb to return"),
+    equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "doorman compensates for the battery already", optional=True),
     equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
     equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
     equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
@@ -58,7 +58,7 @@ PX4_RULES = (
         1,
         _W,
         When.MOCAP,
-        "height without cameras: with neither, it does not notice that it has landed, and its motors run on",
+        "height when the cameras fail: with neither, the autopilot does not notice a landing, and the motors run on",
     ),
     equal("EKF2_RNG_CTRL", 0, _W, When.MOCAP, "no range finder over the door's sill"),
     equal("EKF2_MAG_TYPE", 5, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
@@ -68,7 +68,7 @@ PX4_RULES = (
 """Rules for PX4."""
 
 ARDUPILOT_RULES = (
-    bit("GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise the thrust of an attitude setpoint is taken for a climb rate"),
+    bit("GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise ArduPilot takes the thrust of an attitude setpoint for a climb rate"),
     within(
         "GUID_TIMEOUT",
         0.1,
@@ -76,14 +76,14 @@ ARDUPILOT_RULES = (
         0.2,
         _W,
         When.ALWAYS,
-        "time without setpoints until it levels and stops; before 4.5.2 it turns to north, too",
+        "time without setpoints until the vehicle levels and stops; before 4.5.2 it also turns to north",
     ),
     one_of(
         "FS_GCS_ENABLE",
         (5, 1),
         _E,
         When.ALWAYS,
-        "position setpoints are held for ever: without us it must land, in place (5) or on its pad (1)",
+        "ArduPilot holds position setpoints for ever: without doorman it must land, in place (5) or on its pad (1)",
     ),
     *where(
         "FS_GCS_ENABLE",
@@ -91,7 +91,7 @@ ARDUPILOT_RULES = (
         replace(within("RTL_ALT", 0.0, 50.0, 30.0, _E, When.ALWAYS, _NO_CLIMB), optional=True),
         replace(within("RTL_ALT_M", 0.0, 0.5, 0.3, _E, When.ALWAYS, _NO_CLIMB), optional=True),
         equal("RTL_CLIMB_MIN_M RTL_CLIMB_MIN", 0, _E, When.ALWAYS, _NO_CLIMB),
-        equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "it must land"),
+        equal("RTL_ALT_FINAL_M RTL_ALT_FINAL", 0, _E, When.ALWAYS, "the vehicle must land"),
         one_of("WP_YAW_BEHAVIOR", (2, 0), _W, When.ALWAYS, _KEEPS_HEADING),
         within(
             "WPNAV_JERK WP_JERK",
@@ -100,24 +100,24 @@ ARDUPILOT_RULES = (
             5.0,
             _W,
             When.ALWAYS,
-            "it must be back before it gives dead reckoning up: soon",
+            "the vehicle must be back before dead reckoning ends",
         ),
         within("RTL_LOIT_TIME", 0.0, 1000.0, 0.0, _E, When.ALWAYS, _LANDS),
-        within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "until it is over it drifts"),
-        bit("FS_OPTIONS", 3, _E, When.ALWAYS, "one that lands already must go on, not fly off to its pad"),
+        within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "the vehicle drifts until this time is over"),
+        bit("FS_OPTIONS", 3, _E, When.ALWAYS, "a vehicle that lands already must go on landing, not fly to its pad"),
     ),
-    one_of("FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio it must land or go on, not climb to return"),
+    one_of("FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio the vehicle must land or go on, not climb to return"),
     one_of(
         "BATT_FS_LOW_ACT",
         (1, 0),
         _W,
         When.ALWAYS,
-        "on a low battery it must land or warn, not climb to return",
+        "on a low battery the autopilot must land or warn, not climb to return",
         optional=True,
     ),
     one_of("BATT_FS_CRT_ACT", (1, 0), _W, When.ALWAYS, "as above", optional=True),
-    one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate it must land"),
-    equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "the battery is compensated here already"),
+    one_of("FS_EKF_ACTION", (1, 3), _W, When.ALWAYS, "without an estimate the vehicle must land"),
+    equal("MOT_BAT_VOLT_MAX", 0, _E, When.OWN_COMPENSATION, "doorman compensates for the battery already"),
     equal("GPS1_TYPE GPS_TYPE", 0, _E, When.MOCAP, "no GPS indoors"),
     equal("COMPASS_USE", 0, _E, When.MOCAP, "steel indoors bends the field; yaw comes from mocap"),
     equal("COMPASS_USE2", 0, _E, When.MOCAP, "as above", optional=True),
@@ -133,7 +133,7 @@ ARDUPILOT_RULES = (
         (0, -1),
         _E,
         When.MOCAP,
-        "poses come without a quality, and are dropped otherwise",
+        "poses carry no quality: with another value ArduPilot drops them",
         optional=True,
     ),
 )
@@ -185,8 +185,8 @@ def thrust_model_rule(dialect: Dialect, shape: float) -> Rule:
         None,
         _W,
         When.ATTITUDE,
-        "the thrust of real motors grows with the square of their signal; hover measures it, but the autopilot's own loops "
-        "are steeper than they were tuned for",
+        "the thrust of real motors grows with the square of their signal; doorman measures it in hover, but the "
+        "autopilot's own loops act more strongly than they were tuned for",
     )
 
 
@@ -206,7 +206,7 @@ def voltage_rules(min_voltage: float | None) -> tuple[Rule, ...]:
             None,
             _W,
             When.ALWAYS,
-            "it lands where it is, in the doorway: the mission must be given up at a higher voltage",
+            "the autopilot would land in the doorway: the mission must be given up first, at a higher voltage",
             optional=True,
             only_with=(action, 1),
         )
@@ -225,7 +225,7 @@ def station_rule(system_id: int) -> Rule:
         system_id,
         _E,
         When.ALWAYS,
-        "otherwise our loss is not noticed: it is our system id",
+        "doorman's system id: otherwise ArduPilot does not notice when doorman stops",
     )
 
 

@@ -77,12 +77,12 @@ class PeerKeeper:
             now: [s].
         """
         self._note(
-            sender, f"system {sender[0]}, component {sender[1]} speaks where system {identity[0]} did: refused", now,
+            sender, f"refused: system {sender[0]}, component {sender[1]} sends from the address of system {identity[0]}", now,
             system=sender[0], component=sender[1], taken=False,
         )  # fmt: skip
 
     def _report(self, what: str, address: tuple[str, int], before: tuple[str, int], now: float) -> None:
-        words = f"the autopilot's ids from {address[0]}:{address[1]} instead of {before[0]}:{before[1]}: {what}"
+        words = f"the autopilot's ids come from {address[0]}:{address[1]} instead of {before[0]}:{before[1]}: {what}"
         self._note((address, what), words, now, address=address, taken=what is _TAKEN)
 
     def _note(self, what: object, words: str, now: float, **values: object) -> None:

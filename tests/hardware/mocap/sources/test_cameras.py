@@ -96,7 +96,7 @@ def test_a_client_that_dies_is_started_again(motive):
 
 def test_a_receiver_that_stops_ends_its_client():
     receiver = MocapReceiver(MocapConfig("vehicle", f"optitrack:127.0.0.1:{free_port()}", **PATIENT))
-    with pytest.raises(BackendError, match="no packets come"):
+    with pytest.raises(BackendError, match="no packets arrive"):
         receiver.open(timeout=0.5)
     receiver.stop()
 
