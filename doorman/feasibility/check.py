@@ -78,7 +78,7 @@ def audit_finding(report: AuditReport) -> Finding:
     if report.colliding:
         advice = "the constraints do not keep these shapes apart: watch 'clearance along the swing'"
     elif not report.ok:
-        advice = "a wider doorway, a longer arm or a smaller disc (vehicle.radius)"
+        advice = "use a wider doorway, a longer arm or a smaller disc (vehicle.radius)"
     return Finding(
         "constraints against FCL", graded(report.ok, Severity.WARNING),
         f"{report.reason}; {1e2 * report.forbidden_free_share:.0f} % of all collision-free configurations are forbidden",

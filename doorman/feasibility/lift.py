@@ -58,7 +58,7 @@ def lift_findings(model: Model) -> list[Finding]:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError as error:
         return [Finding("rotors", Severity.ERROR, str(error), float(len(model.vehicle.rotors)), 4.0, "rotors",
-                        "at least four rotor frames around O_B, in both senses of rotation")]  # fmt: skip
+                        "use at least four rotor frames around O_B, in both senses of rotation")]  # fmt: skip
     return [_thrust_reserve(model, layout), _center_of_mass(model, layout)]
 
 
@@ -89,13 +89,13 @@ def _thrust_reserve(model: Model, layout: RotorLayout) -> Finding:
     message = f"the largest thrust of {model.vehicle.max_thrust:.1f} N is {ratio:.2f} times the weight"
     if severity is Severity.ERROR:
         message += (
-            f"; while the rotors turn the vehicle by {math.degrees(turn):.1f}°, {why}, {max(lift, 0.0):.1f} N are left"
+            f"; while the rotors turn the vehicle by {math.degrees(turn):.1f}°, {why}, they lift {max(lift, 0.0):.1f} N"
         )
-        held = f" and the arm's joints hold {carried:.1f} N at the tip" if carried > 0.0 else ""
-        message += f" for {weight:.1f} N{held}: it sinks"
+        held = f", and the arm's joints hold {carried:.1f} N at the tip" if carried > 0.0 else ""
+        message += f" of {weight:.1f} N{held}: the vehicle sinks"
     return Finding(
         "thrust reserve", severity, message, ratio, needed if severity is Severity.ERROR else clear, "",
-        "" if severity is Severity.OK else "stronger rotors (vehicle.max_thrust) or less mass",
+        "" if severity is Severity.OK else "use stronger rotors (vehicle.max_thrust) or less mass",
     )  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def _center_of_mass(model: Model, layout: RotorLayout) -> Finding:
     )
     return Finding(
         "centre of mass", severity, message, offset, _OFFSET, "m",
-        "" if severity is Severity.OK else "a battery that balances the arm, a lighter arm, or a posture nearer to the body",
+        "" if severity is Severity.OK else "use a battery that balances the arm, a lighter arm, or a posture nearer to the body",
     )  # fmt: skip
 
 

@@ -67,11 +67,11 @@ def _direction(model: Model) -> Finding:
     message = f"{ends} the task {'opens' if opens else 'closes'} the door by {door.way_in_words(travel.length)}"
     advice = ""
     if not far:
-        message += f": no more than the {door.way_in_words(_LEAST_WAY)} within which it counts as done"
-        advice = "a goal farther from the start: goal.opening or goal.door_angle"
+        message += f"; the mission counts the last {door.way_in_words(_LEAST_WAY)} as done"
+        advice = "set a goal farther from the start: goal.opening or goal.door_angle"
     elif not ok:
         message += ", towards the vehicle; a tip that pushes cannot pull"
-        advice = 'contact.kind = "grip", or a goal that the tip pushes the leaf to, on the other side of the start'
+        advice = 'set contact.kind = "grip", or a goal on the other side of the start, where the tip can push the leaf'
     return Finding("direction", graded(ok), message, travel.length if ok else away, _LEAST_WAY, "rad", advice)
 
 
@@ -96,7 +96,7 @@ def _approach(model: Model) -> Finding:
         f"on the way from the hover, {far:.2f} m before the leaf, {worst.first} and {worst.second} {how} "
         f"{1e3 * abs(worst.distance):.1f} mm, {where:.2f} m before it",
         worst.distance, -TOLERANCE, "m",
-        "" if ok else "a start.door_angle at which the way along the leaf's normal is free, or another contact.height or "
+        "" if ok else "choose a start.door_angle at which the way along the leaf's normal is free, or another contact.height or "
         "mission.hover_distance",
     )  # fmt: skip
 
@@ -114,7 +114,7 @@ def _room_at_touch(model: Model) -> Finding:
         f"with the tip on the leaf at {model.door.in_words(angle)} the rotor disc is {1e2 * gap:.1f} cm from it; the mission "
         f"gives up below {1e2 * NO_GAP:.1f} cm, and the first push tilts it {1e2 * (needed - NO_GAP):.1f} cm nearer",
         gap, needed, "m",
-        "" if severity is Severity.OK else "a start.arm that reaches farther ahead, or a start.door_angle nearer to 90°, where "
+        "" if severity is Severity.OK else "choose a start.arm that reaches farther ahead, or a start.door_angle nearer to 90°, where "
         "the arm points at the leaf",
     )  # fmt: skip
 
@@ -144,7 +144,7 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
             f"where the door stands at {math.degrees(angle):.1f}°, a level vehicle is {1e2 * gap:.1f} cm from a jamb; the "
             f"mission gives up below {1e2 * ROOM_TO_LEVEL:.1f} cm",
             gap, needed, "m",
-            "" if severity is Severity.OK else "a goal.arm and a goal.attitude whose yaw keep the disc farther from the jambs at "
+            "" if severity is Severity.OK else "choose a goal.arm and a goal.attitude whose yaw keep the disc farther from the jambs at "
             "goal.door_angle, or a larger planner.margin",
         )
     ]  # fmt: skip
@@ -165,7 +165,7 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
             "leaf at the start", graded(ok),
             f"the leaf's weight {way} with {words(abs(torque))}, against {words(friction)} of friction",
             0.0 if rests else abs(torque), friction, "N m",
-            "" if ok else "a start where the leaf rests (start.opening), or a joint with more friction: it moves by itself",
+            "" if ok else "choose a start where the leaf rests (start.opening), or a joint with more friction: the leaf moves by itself",
         )
     ]  # fmt: skip
 
@@ -188,6 +188,6 @@ def _true_hinge(model: Model) -> Finding:
         "simulated hinge", graded(ok),
         f"the simulated joint resists with {door.torque_in_words(resists)} at most; {why} {door.torque_in_words(limit)}",
         resists, limit, "N m",
-        "" if ok else "a smaller simulation.door_friction or simulation.door_stiffness, or a larger "
+        "" if ok else "lower simulation.door_friction or simulation.door_stiffness, or raise "
         + ("control.max_tilt" if push <= observed else "control.max_door_disturbance"),
     )  # fmt: skip

@@ -25,8 +25,8 @@ def through_findings(model: Model) -> list[Finding]:
     if not has_doorway(model):
         return [
             Finding(
-                "way through", Severity.ERROR, "behind this leaf is no doorway", 0.0, NEEDED, "m",
-                'mission.then = "return" or "stay"',
+                "way through", Severity.ERROR, "there is no doorway behind this leaf", 0.0, NEEDED, "m",
+                'set mission.then = "return" or "stay"',
             )
         ]  # fmt: skip
     return [_stays_open(model), _way_through(model)]
@@ -42,7 +42,7 @@ def _stays_open(model: Model) -> Finding:
         "stays open", graded(ok),
         f"at {model.door.in_words(goal)} the door shuts with {words(max(shuts, 0.0) + 0.0)} by itself, against "
         f"{words(friction)} of friction",
-        shuts, friction, "N m", "" if ok else 'mission.then = "stay": the vehicle holds a door that shuts by itself',
+        shuts, friction, "N m", "" if ok else 'set mission.then = "stay": the vehicle then holds a door that shuts by itself',
     )  # fmt: skip
 
 
@@ -57,5 +57,5 @@ def _way_through(model: Model) -> Finding:
         f"with the leaf up to {door.way_in_words(OFF)} off {door.in_words(model.goal_angle)}, {worst.first} and "
         f"{worst.second} {how} {1e2 * abs(worst.distance):.1f} cm on the way through; {1e2 * NEEDED:.0f} cm are needed",
         worst.distance, NEEDED, "m",
-        "" if severity is Severity.OK else "a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",
+        "" if severity is Severity.OK else "use a larger goal.opening, a start.arm nearer to the body, or a smaller vehicle",
     )  # fmt: skip

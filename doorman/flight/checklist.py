@@ -160,7 +160,9 @@ def _telemetry(links: VehicleLinks) -> Check:
         return Check("telemetry", Verdict.BAD, words(low), "use a faster line, or ask for lower rates")
     less = {name: status.wanted_rates[name] for name, rate in needed.items() if rate < status.wanted_rates[name]}
     if less:
-        return Check("telemetry", Verdict.WARNING, words(less), "the autopilot refused the wanted rates: raise SCHED_LOOP_RATE")
+        return Check(
+            "telemetry", Verdict.WARNING, words(less), "the autopilot refused the wanted rates: raise SCHED_LOOP_RATE"
+        )
     return Check("telemetry", Verdict.GOOD, "rates as asked for")
 
 
@@ -194,12 +196,13 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
         limit: Of the age, by the controller's gains [s].
     """
     age = latency + 1.0 / rate if rate > 0.0 else math.inf
-    found = (
-        f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; at most {limit * 1e3:.0f} ms are allowed"
-    )
+    found = f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; at most {limit * 1e3:.0f} ms are allowed"
     if not age <= limit:
         return Check(
-            "mocap's latency", Verdict.BAD, found, "use faster cameras, or smaller control.position_gain and velocity_gain"
+            "mocap's latency",
+            Verdict.BAD,
+            found,
+            "use faster cameras, or smaller control.position_gain and velocity_gain",
         )
     return _row("mocap's latency", latency < _MOST_LATENCY, found, "use a wired network", Verdict.WARNING)
 
@@ -247,9 +250,7 @@ def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
         return _row("arm's posture", off < _POSTURE, found, "the arm moves to its start posture in the air: make sure that it has room",
                     Verdict.WARNING)  # fmt: skip
     seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (arm, model.start_arm))
-    advice = (
-        "if the arm is in its start posture, check the servos' zeros, directions and ids; else switch off the servos and put it there"
-    )
+    advice = "if the arm is in its start posture, check the servos' zeros, directions and ids; else switch off the servos and put it there"
     return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}", advice)
 
 
@@ -288,7 +289,11 @@ def judge_setpoints(dialect: str, setpoints: str) -> Check:
         setpoints: "attitude" or "position".
     """
     winds_up = dialect == ARDUPILOT.name and setpoints == "position"
-    found = f"{setpoints}: {dialect}'s position control winds up against a door and then throws the vehicle back" if winds_up else setpoints
+    found = (
+        f"{setpoints}: {dialect}'s position control winds up against a door and then throws the vehicle back"
+        if winds_up
+        else setpoints
+    )
     return _row("setpoints", not winds_up, found, "use --setpoints attitude", Verdict.WARNING)
 
 
@@ -300,9 +305,13 @@ def judge_rotors(setpoints: str, missing: str) -> Check:
         missing: Why the autopilot makes no force to the side; empty if it does.
     """
     if setpoints != "attitude":
-        return Check("rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "use --setpoints attitude")
+        return Check(
+            "rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "use --setpoints attitude"
+        )
     found = missing or "the autopilot knows how they are tilted"
-    return _row("rotors", not missing, found, "use PX4 1.14 or newer, and set its CA_ROTOR parameters to the URDF's rotors")
+    return _row(
+        "rotors", not missing, found, "use PX4 1.14 or newer, and set its CA_ROTOR parameters to the URDF's rotors"
+    )
 
 
 def judge_limits(model: Model) -> Iterator[Check]:
@@ -312,7 +321,12 @@ def judge_limits(model: Model) -> Iterator[Check]:
         model: Model of the scenario.
     """
     start, limits = model.scenario.mission.start, model.scenario.safety
-    yield _row("start", start == "hover", f"in {start}", 'set mission.start = "hover": a real vehicle takes off before it comes to the leaf')
+    yield _row(
+        "start",
+        start == "hover",
+        f"in {start}",
+        'set mission.start = "hover": a real vehicle takes off before it comes to the leaf',
+    )
     outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
     words = f"; the way leads to {outside[0].round(2)}" if outside else ""
     yield _row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
@@ -354,7 +368,9 @@ def judge_scenario(report: Report) -> Iterator[Check]:
     Args:
         report: Of `doorman.feasibility.check`.
     """
-    yield _row("scenario", report.possible, _told(report.errors) or "possible", "run doorman check: it says what to change")
+    yield _row(
+        "scenario", report.possible, _told(report.errors) or "possible", "run doorman check: it says what to change"
+    )
     if report.warnings:
         yield Check("scenario's warnings", Verdict.WARNING, _told(report.warnings))
 

@@ -57,7 +57,9 @@ def _autopilot(model: Model, config: VehicleConfig) -> Iterator[Check]:
     else:
         yield Check("disarmed", Verdict.GOOD, "disarmed")
     yield judge_battery(state.battery, status.conditions, model.scenario.safety.low_battery)
-    yield Check("clock, rates, parameters", Verdict.WARNING, "not checked in a dry run", "the checklist of a flight checks them")
+    yield Check(
+        "clock, rates, parameters", Verdict.WARNING, "not checked in a dry run", "the checklist of a flight checks them"
+    )
 
 
 def _mocap(config: VehicleConfig) -> Iterator[Check]:
@@ -83,7 +85,12 @@ def _servos(config: VehicleConfig) -> Iterator[Check]:
     with contextlib.suppress(OSError):
         there = stat.S_ISCHR(Path(device).stat().st_mode) and os.access(device, os.R_OK | os.W_OK)
     if there:
-        yield Check("servos", Verdict.WARNING, f"{device} exists; its servos are not checked in a dry run", "the checklist of a flight checks them")
+        yield Check(
+            "servos",
+            Verdict.WARNING,
+            f"{device} exists; its servos are not checked in a dry run",
+            "the checklist of a flight checks them",
+        )
     else:
         yield Check("servos", Verdict.BAD, f"{device} does not exist, or this user may not read and write it",
                     "see docs/hardware/servos.md")  # fmt: skip

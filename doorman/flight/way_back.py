@@ -113,7 +113,9 @@ class WayBack:
         """Hover as long as the operator, who gave the mission up, may want to see or take the vehicle, if nothing is wrong."""
         if not self._only_given_up or not self.may_go_on():
             return
-        self._say(f"hover: press Ctrl-C again to land, or take over by radio; the vehicle lands after {OPERATOR_PATIENCE:g} s")
+        self._say(
+            f"hover: press Ctrl-C again to land, or take over by radio; the vehicle lands after {OPERATOR_PATIENCE:g} s"
+        )
         self._links.hold()
         begin = time.monotonic()
         while self.may_go_on() and self._only_given_up:

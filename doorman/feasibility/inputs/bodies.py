@@ -77,13 +77,15 @@ def _rigid(bodies: list[_Body]) -> Finding:
     smallest, middle, largest = worst.moments
     words = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m²"
     if not ok:
-        fault = "one is negative" if smallest < 0.0 else "of no rigid body is one larger than the sum of the others"
+        fault = "one is negative" if smallest < 0.0 else "in a rigid body none is larger than the sum of the other two"
         message = f"{worst.where}/inertial/inertia has {words}: {fault}"
     else:
-        message = f"all {len(bodies)} links with mass can be rigid bodies; nearest to not being one is {worst.name}, with {words}"
+        message = (
+            f"all {len(bodies)} links with mass can be rigid bodies; nearest to the limit is {worst.name}, with {words}"
+        )
     return Finding(
         "inertias", graded(ok), message, worst.missing, _ROUNDING, "",
-        "" if ok else "moments about the link's centre of mass with A + B >= C, as of a box of the link's size",
+        "" if ok else "give moments about the link's centre of mass with A + B >= C, such as those of a box of its size",
     )  # fmt: skip
 
 
@@ -97,8 +99,8 @@ def _magnitudes(bodies: list[_Body]) -> Finding:
         f"{worst.size:.2f} m"
     )
     return Finding(
-        "magnitudes", graded(ok), message if ok else f"{message}: no body of that size has these", value, 1.0, "",
-        "" if ok else "mass in kg, inertia in kg m², lengths in m",
+        "magnitudes", graded(ok), message if ok else f"{message}: no body of that size has such a mass or inertia", value, 1.0, "",
+        "" if ok else "check the units: mass in kg, inertia in kg m², lengths in m",
     )  # fmt: skip
 
 

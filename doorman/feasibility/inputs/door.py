@@ -26,7 +26,7 @@ def door_findings(model: Model) -> list[Finding]:
         _as_read(model),
         Finding(
             "door's joints", graded(not names, Severity.WARNING), message, float(len(names)), 0.0, "joints",
-            f"type=\"fixed\" in the URDF for joints that are meant to stand; the one that opens is door.hinge, "
+            f"type=\"fixed\" in the URDF for joints that stand still; the one that opens is door.hinge, "
             f"'{model.door.section.hinge}'" if names else "",
         )
     ]  # fmt: skip

@@ -23,7 +23,7 @@ def plant_findings(model: Model) -> list[Finding]:
     if importlib.util.find_spec("mujoco") is None:
         return [
             Finding(
-                _NAME, Severity.WARNING, "not looked at: MuJoCo is not installed, and 0 of 2 URDFs were built", 0.0, 2.0, "URDFs",
+                _NAME, Severity.WARNING, "not checked: MuJoCo is not installed, and 0 of 2 URDFs were built", 0.0, 2.0, "URDFs",
                 "install the extra `sim`",
             )
         ]  # fmt: skip
@@ -36,7 +36,7 @@ def plant_findings(model: Model) -> list[Finding]:
     except BackendError as error:
         return [
             Finding(
-                _NAME, Severity.ERROR, f"MuJoCo cannot fly 1 of the 2 URDFs: {error}", 1.0, 0.0, "URDFs",
+                _NAME, Severity.ERROR, f"MuJoCo cannot build 1 of the 2 URDFs: {error}", 1.0, 0.0, "URDFs",
                 "change what the message names",
             )
         ]  # fmt: skip

@@ -65,7 +65,7 @@ def _latch(model: Model) -> Finding:
     return Finding(
         "latch", graded(not latched), f"{int(latched)} latches or locks hold the door",
         float(latched), 0.0, "latches",
-        "unlock it, and take door.latched out of the scenario: pushing or pulling at the leaf opens no latch" if latched else "",
+        "unlock the door and remove door.latched from the scenario: the vehicle cannot open a latch" if latched else "",
     )  # fmt: skip
 
 
@@ -84,7 +84,7 @@ def _contact_point(model: Model) -> Finding:
     ok = edges[nearest] >= _CONTACT_EDGE
     fitted = ""
     if door.handle is None and not door.slides and distance < contact.distance_from_hinge:
-        fitted = f"; {distance:.2f} m from the hinge, to push from behind the tip in this doorway (contact.fit_doorway)"
+        fitted = f"; contact.fit_doorway moved it to {distance:.2f} m from the hinge, so that the vehicle fits behind the tip"
     return Finding(
         "contact on the leaf", graded(ok, Severity.WARNING),
         f"the contact point is {1e2 * edges[nearest]:.1f} cm from the leaf's {nearest} edge{fitted}",
@@ -100,7 +100,7 @@ def _leaf_surface(model: Model) -> Finding:
     return Finding(
         "leaf's surface", graded(ok, Severity.WARNING),
         f"the leaf's face lies {1e3 * offset:.1f} mm before the hinge axis", offset, most, "m",
-        "" if ok else f"a box of link '{model.door.section.leaf}' whose face is nearer to the hinge axis",
+        "" if ok else f"move the face of the box of link '{model.door.section.leaf}' nearer to the hinge axis",
     )  # fmt: skip
 
 
@@ -131,7 +131,7 @@ def _hinge_friction(model: Model) -> Finding:
     return Finding(
         "hinge friction", graded(ok),
         f"of the joint's friction of {words(friction)} the door observer can find {words(limit)}", friction, limit, "N m",
-        "" if ok else "a larger control.max_door_disturbance, with a control.door_observer_rate > 0",
+        "" if ok else "raise control.max_door_disturbance, with a control.door_observer_rate > 0",
     )  # fmt: skip
 
 
@@ -147,7 +147,7 @@ def _doorway(model: Model) -> Finding:
         f"the doorway of {model.door.width:.2f} m leaves {1e2 * room:.1f} cm beside a disc of "
         f"{2 * model.vehicle.radius:.2f} m with a margin of {1e2 * margin:.1f} cm on either side",
         room, 0.0, "m",
-        "" if ok else f"a doorway wider by {-1e2 * room:.1f} cm, smaller rotors, or a smaller planner.margin",
+        "" if ok else f"use a doorway wider by {-1e2 * room:.1f} cm, smaller rotors or a smaller planner.margin",
     )  # fmt: skip
 
 
@@ -237,11 +237,11 @@ def _planner_numbers(model: Model) -> Finding:
     used = look_ahead + scenario.simulation.planner_latency_periods / planner.rate
     severity, advice = Severity.OK, ""
     if used >= horizon:
-        severity, advice = Severity.ERROR, "more planner.horizon_steps, or smaller control.*_look_ahead"
+        severity, advice = Severity.ERROR, "raise planner.horizon_steps, or lower control.*_look_ahead"
     elif horizon < _SHORTEST_HORIZON:
-        severity, advice = Severity.WARNING, "more planner.horizon_steps: the door is braked within the horizon"
+        severity, advice = Severity.WARNING, "raise planner.horizon_steps: the door must be braked within the horizon"
     elif planner.time_step > _LONGEST_STEP:
-        severity, advice = Severity.WARNING, "a smaller planner.time_step: constraints hold at nodes only"
+        severity, advice = Severity.WARNING, "lower planner.time_step: constraints hold at nodes only"
     return Finding(
         "planner", severity,
         f"a horizon of {horizon:.2f} s in steps of {planner.time_step:g} s, of which look-ahead and latency use {used:.2f} s",
@@ -254,7 +254,7 @@ def _attitude_lag(model: Model) -> Finding:
     lag = model.attitude_loop.lag
     return Finding(
         "attitude lag", graded(lag <= LARGE_LAG, Severity.WARNING),
-        f"roll and pitch lag {1e3 * lag:.0f} ms behind their setpoints; contact is held up to {1e3 * LARGE_LAG:.0f} ms",
+        f"roll and pitch lag {1e3 * lag:.0f} ms behind their setpoints; the contact holds up to {1e3 * LARGE_LAG:.0f} ms",
         lag, LARGE_LAG, "s",
         "" if lag <= LARGE_LAG else "tune the autopilot's attitude and rate loops, then doorman vehicle learn",
     )  # fmt: skip
@@ -270,7 +270,7 @@ def _age_of_poses(model: Model) -> Finding:
         "age of poses", severity,
         f"poses are up to {1e3 * age:.0f} ms old; contact is stable up to {1e3 * limit:.0f} ms with these gains",
         age, limit, "s",
-        "" if severity is Severity.OK else "quicker cameras (simulation.sensors.latency, rate), or smaller "
+        "" if severity is Severity.OK else "use faster cameras (simulation.sensors.latency, rate), or smaller "
         "control.position_gain and velocity_gain",
     )  # fmt: skip
 
@@ -286,9 +286,9 @@ def _noise_of_poses(model: Model) -> list[Finding]:
     severity = graded(force <= limit, Severity.ERROR)
     return [Finding(
         "noise of poses", severity,
-        f"noise of the poses moves the force at the tip by {force:.2f} N; contact is held up to {limit:.2f} N",
+        f"noise of the poses moves the force at the tip by {force:.2f} N; the contact holds up to {limit:.2f} N",
         force, limit, "N",
-        "" if severity is Severity.OK else "quieter or quicker cameras (simulation.noise.position, "
+        "" if severity is Severity.OK else "use better or faster cameras (simulation.noise.position, "
         "simulation.sensors), or a gripper",
     )]  # fmt: skip
 

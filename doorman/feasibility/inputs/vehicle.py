@@ -47,13 +47,13 @@ def _rotor_disc(model: Model) -> list[Finding]:
     if not reach > 0.0:
         return []
     ok = reach <= vehicle.radius + _ROUNDING
-    verb = "holds" if ok else "does not hold"
+    verb = "covers" if ok else "does not cover"
     return [
         Finding(
             "rotor disc", graded(ok, Severity.WARNING),
             f"the disc of {vehicle.radius:.3f} m radius {verb} the propellers, which reach {reach:.3f} m",
             reach, vehicle.radius, "m",
-            "" if ok else f"a collision shape of link '{vehicle.names.base_link}' that holds them, or a larger vehicle.radius",
+            "" if ok else f"let a collision shape of link '{vehicle.names.base_link}' cover them, or raise vehicle.radius",
         )
     ]  # fmt: skip
 
@@ -66,5 +66,5 @@ def _standing_joints(model: Model) -> Finding:
         message += f", and stand at zero: {', '.join(names)}"
     return Finding(
         "vehicle's joints", graded(not names, Severity.WARNING), message, float(len(names)), 0.0, "joints",
-        'type="fixed" in the URDF for joints that are meant to stand' if names else "",
+        'type="fixed" in the URDF for joints that stand still' if names else "",
     )  # fmt: skip

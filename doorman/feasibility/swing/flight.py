@@ -64,7 +64,7 @@ def _goal(model: Model, rehearsal: Rehearsal) -> Finding:
     message = f"rehearsed without noise or tracking error for {rehearsal.times[-1]:.1f} s, {ends}"
     within = rehearsal.time_within(target, _OPEN)
     if rehearsal.failure:
-        message += f"; the motion breaks off there: {rehearsal.failure}"
+        message += f"; the motion ends there: {rehearsal.failure}"
     elif within is not None:
         message += f", and is within {door.way_in_words(_OPEN)} of it from {within:.1f} s on"
     return Finding(
@@ -79,22 +79,28 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
     h = model.constraints(state) + model.scenario.planner.margin
     active = [f"'{model.constraint_names[k]}'" for k in np.flatnonzero(h > -_ACTIVE)]
     if active:
-        return f"it is held by {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
+        return (
+            f"the motion ends at {' and '.join(active)}: change goal.attitude, goal.arm or goal.door_angle to keep them"
+        )
     least, pushed = shortest_swing(model), inertia_in_words(model)
     if least > 0.5 * rehearsal.times[-1]:
         return (
-            f"the leaf's {pushed} take {least:.0f} s at the largest push: a lighter leaf, a larger contact.distance_from_hinge "
+            f"the leaf's {pushed} take {least:.0f} s at the largest push: use a lighter leaf, a larger contact.distance_from_hinge "
             "or a larger control.max_tilt"
         )
     if abs(state[4]) > _AT_REST:
-        return "it is still moving: raise the weight of the door angle in planner.weights, or lower those of the inputs"
+        return (
+            "the door still moves: raise the weight of the door angle in planner.weights, or lower those of the inputs"
+        )
     sense = math.copysign(1.0, target - float(state[3]))
     torques = {
         "friction": model.door.friction,
         "spring": sense * model.door.stiffness * (float(state[3]) - model.door.rest_angle),
     }
     against = [f"{name} of {model.door.torque_in_words(torque)}" for name, torque in torques.items() if torque > 0.0]
-    reason = f"it stands still against the hinge's {' and '.join(against)}" if against else "it stands still"
+    reason = (
+        f"the door stands still against the hinge's {' and '.join(against)}" if against else "the door stands still"
+    )
     return (
         f"{reason}: raise the weight of the door angle in planner.weights.state, or lower those of roll, pitch and yaw"
     )
@@ -108,7 +114,7 @@ def _joints(model: Model, rehearsal: Rehearsal) -> Finding:
     return Finding(
         "joint limits along the swing", graded(ok),
         f"joint {joint} comes nearest to its limits: {margin.size} {'inside' if inside >= 0.0 else 'outside'}",
-        inside, 0.0, margin.unit, "" if ok else f"start.arm and goal.arm of joint {joint} farther from its limits",
+        inside, 0.0, margin.unit, "" if ok else f"move start.arm and goal.arm of joint {joint} farther from its limits",
     )  # fmt: skip
 
 
@@ -122,7 +128,7 @@ def _rates(model: Model, rehearsal: Rehearsal) -> Finding:
         "servo rates", graded(ok, Severity.WARNING),
         f"joint {model.vehicle.joint_names[worst]} moves at up to {rates[worst]:.2f} {unit} of {limits[worst]:.2f}",
         float(rates[worst]), float(limits[worst]), unit,
-        "" if ok else "a start that keeps the constraints, or larger planner.weights.input of the joints",
+        "" if ok else "choose a start that keeps the constraints, or raise planner.weights.input of the joints",
     )  # fmt: skip
 
 
@@ -135,7 +141,7 @@ def _tilt(model: Model, rehearsal: Rehearsal) -> Finding:
     return Finding(
         "tilt", graded(ok, Severity.WARNING),
         f"the plan tilts by up to {math.degrees(tilt):.1f}° of {math.degrees(limit):.1f}°", tilt, limit, "rad",
-        "" if ok else "a larger control.max_tilt, or larger planner.weights on roll, pitch and door rate",
+        "" if ok else "raise control.max_tilt, or planner.weights on roll, pitch and door rate",
     )  # fmt: skip
 
 
@@ -146,7 +152,7 @@ def _thrust(model: Model, rehearsal: Rehearsal) -> Finding:
     return Finding(
         "thrust", graded(ok, Severity.WARNING),
         f"the plan asks for up to {thrust:.1f} N of {limit:.1f} N", thrust, limit, "N",
-        "" if ok else "stronger rotors (vehicle.max_thrust), or a larger weight on the thrust",
+        "" if ok else "use stronger rotors (vehicle.max_thrust), or raise the weight on the thrust",
     )  # fmt: skip
 
 
@@ -175,7 +181,7 @@ def _servo_torques(model: Model, torques: Array) -> Finding:
         f"the force on the door and the arm's weight load joint {model.vehicle.joint_names[worst]} with up to "
         f"{torques[worst]:.2f} {unit} of {limits[worst]:.2f}",
         float(torques[worst]), float(limits[worst]), unit,
-        "" if ok else "stronger servos, or larger planner.weights on roll, pitch and thrust",
+        "" if ok else "use stronger servos, or raise planner.weights on roll, pitch and thrust",
     )  # fmt: skip
 
 
@@ -187,7 +193,7 @@ def _pull(model: Model, pull: float) -> Finding:
     return Finding(
         "pull on the door", graded(ok), f"the plan pulls by up to {pull:.1f} N to brake the door; {how}",
         pull, _PULL_SLACK if push_only else None, "N",
-        "" if ok else 'contact.kind = "grip", or a hinge with enough friction and damping to brake the door',
+        "" if ok else 'set contact.kind = "grip", or use a hinge whose friction and damping brake the door',
     )  # fmt: skip
 
 
@@ -216,7 +222,7 @@ def stopping_findings(model: Model) -> list[Finding]:
     return [
         Finding(
             "door can be stopped", graded(ok), words, speed, needed, "rad/s",
-            "" if ok else 'contact.kind = "grip": a door without resistance cannot be stopped by pushing',
+            "" if ok else 'set contact.kind = "grip": pushing cannot stop a door without resistance',
         )
     ]  # fmt: skip
 
@@ -235,7 +241,7 @@ def _clearances(model: Model, rehearsal: Rehearsal) -> list[Finding]:
     ok = worst.distance > -TOLERANCE
     finding = Finding(
         "clearance along the swing", graded(ok), _near(worst), worst.distance, -TOLERANCE, "m",
-        "" if ok else "a larger planner.margin; against elbow, lintel or sill, which the constraints do not know, another "
+        "" if ok else "raise planner.margin; against elbow, lintel or sill, which the constraints do not know, change "
         "contact.height, start.arm or goal.arm",
     )  # fmt: skip
     return [finding, *([_height(model, scene, states[::_EVERY_TENTH])] if ok else [])]
@@ -255,9 +261,9 @@ def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
     )
     ok = worst.distance > -TOLERANCE
     return Finding(
-        "height in the doorway", graded(ok), f"{1e2 * height:.0f} cm higher or lower, {_near(worst)}", worst.distance,
+        "height in the doorway", graded(ok), f"with the vehicle {1e2 * height:.0f} cm higher or lower, {_near(worst)}", worst.distance,
         -TOLERANCE, "m",
-        "" if ok else "another contact.height, or a start.arm and goal.arm that hold the tip lower or higher",
+        "" if ok else "choose another contact.height, or a start.arm and goal.arm that hold the tip lower or higher",
     )  # fmt: skip
 
 

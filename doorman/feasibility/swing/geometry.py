@@ -69,9 +69,9 @@ def _reach(model: Model, swing: Swing) -> Finding:
     return Finding(
         "reach", graded(ok),
         f"with the arm below the rotors, the tip reaches {1e2 * abs(room):.1f} cm {'beyond' if room >= 0 else 'less than'} "
-        f"the rim of the disc of {model.vehicle.radius:.2f} m radius, for a margin of {1e2 * margin:.1f} cm",
+        f"the rim of the disc of {model.vehicle.radius:.2f} m radius; planner.margin is {1e2 * margin:.1f} cm",
         room, margin, "m",
-        "" if ok else f"an arm longer by at least {1e2 * (margin - room):.1f} cm, a smaller disc (vehicle.radius) "
+        "" if ok else f"use an arm longer by at least {1e2 * (margin - room):.1f} cm, a smaller disc (vehicle.radius) "
         "or a smaller planner.margin",
     )  # fmt: skip
 
@@ -88,14 +88,14 @@ def _room(model: Model, swing: Swing) -> Finding:
     )
     message = (
         f"at {'' if model.door.slides else 'α = '}{angle}, the narrowest place of the way, the best posture {missing}, "
-        f"for a margin of {1e2 * margin:.1f} cm; {rows} {'bind' if len(swing.binding[k]) > 1 else 'binds'}"
+        f"where planner.margin is {1e2 * margin:.1f} cm; the narrowest {'are' if len(swing.binding[k]) > 1 else 'is'} {rows}"
     )
     ok, advice = room >= margin and swing.connected, ""
     if room < margin:
-        advice = f"{1e2 * (margin - room):.1f} cm are missing: {_where_to_gain(model, swing.binding[k])}"
+        advice = f"{1e2 * (margin - room):.1f} cm are missing: use {_where_to_gain(model, swing.binding[k])}"
     elif not ok:
-        message += "; the postures do not follow from the start's without a jump"
-        advice = "another start.arm"
+        message += "; the way there from the start's posture has a jump"
+        advice = "choose another start.arm"
     return Finding("room along the swing", graded(ok), message, room, margin, "m", advice)
 
 
@@ -124,7 +124,7 @@ def _force(model: Model, duration: float) -> Finding:
         "force on the door", severity,
         f"friction, damping and spring of the hinge need {needed:.1f} N at the tip; {what} allows {available:.1f} N",
         needed, available, "N",
-        "" if severity is Severity.OK else "a larger contact.distance_from_hinge, a larger control.max_tilt, more thrust, "
+        "" if severity is Severity.OK else "raise contact.distance_from_hinge, control.max_tilt or the thrust, "
         "or an easier hinge",
     )  # fmt: skip
 
@@ -146,6 +146,6 @@ def _time(model: Model) -> Finding:
         "time for the swing", graded(ok),
         f"{inertia_in_words(model)} of leaf take {least:.1f} s at the largest push; the mission waits for {limit:g} s",
         least, limit, "s",
-        "" if ok else "a lighter leaf, a larger contact.distance_from_hinge or control.max_tilt, or a longer "
+        "" if ok else "use a lighter leaf, a larger contact.distance_from_hinge or control.max_tilt, or a longer "
         "mission.time_out.open",
     )  # fmt: skip

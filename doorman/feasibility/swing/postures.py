@@ -101,5 +101,5 @@ def _advice(model: Model, slack: Mapping[str, Array]) -> str:
         ways.append("an arm that reaches the leaf from below the body")
     given = [f"{end}.{key}" for end in slack for key in ("attitude", "arm") if f"{end}.{key}" not in model.proposed]
     if given:
-        ways.append(f"no {' and no '.join(given)} in the scenario, so that it is found")
-    return ", ".join([*ways, "a smaller disc (vehicle.radius) or a smaller planner.margin"])
+        ways.append(f"no {' and no '.join(given)} in the scenario, so that doorman proposes it")
+    return "use " + ", ".join([*ways, "a smaller disc (vehicle.radius) or a smaller planner.margin"])

@@ -70,7 +70,9 @@ def _versions() -> Iterator[Row]:
     try:
         texts = requires(DISTRIBUTION) or []
     except PackageNotFoundError:
-        yield Row("versions", Complaint.WORSE, "doorman is not installed, so its dependencies cannot be checked", _INSTALL)
+        yield Row(
+            "versions", Complaint.WORSE, "doorman is not installed, so its dependencies cannot be checked", _INSTALL
+        )
         return
     for text in texts:
         requirement = Requirement(text)
@@ -177,5 +179,8 @@ def _kernels() -> Iterator[Row]:
         yield Row("kernels", Complaint.NONE, f"{count} compiled")
     else:
         yield Row(
-            "kernels", Complaint.WORSE, "none is compiled yet: the first flight waits for some minutes", "doorman warmup"
+            "kernels",
+            Complaint.WORSE,
+            "none is compiled yet: the first flight waits for some minutes",
+            "doorman warmup",
         )

@@ -190,7 +190,11 @@ class Autopilot(Uncopied):
             raise BackendError("parameters are written only on request", field="write_parameters", allowed="True")
         sample = self._link.tracker.sample
         if sample.armed or time.monotonic() - sample.heartbeat_time > self.config.timeouts.heartbeat:
-            raise BackendError("parameters are written on the ground only", field="armed", allowed="an autopilot that is heard and disarmed")
+            raise BackendError(
+                "parameters are written on the ground only",
+                field="armed",
+                allowed="an autopilot that is heard and disarmed",
+            )
         rules = self._rules()
         return parameters.fix(self._link, rules, parameters.check(self._link, rules))
 

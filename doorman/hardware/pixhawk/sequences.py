@@ -153,7 +153,9 @@ def disarm(link: Link) -> Outcome:
     outcome = command(link, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0.0)
     link.authority.expect_disarm(outcome.done or outcome.status is OutcomeStatus.TIMED_OUT)
     if outcome.done and not _until(link, lambda: not link.tracker.sample.armed, _HEARTBEAT_WAIT):
-        return Outcome(OutcomeStatus.TIMED_OUT, "the autopilot acknowledged, but its heartbeat does not show it disarmed")
+        return Outcome(
+            OutcomeStatus.TIMED_OUT, "the autopilot acknowledged, but its heartbeat does not show it disarmed"
+        )
     return outcome
 
 

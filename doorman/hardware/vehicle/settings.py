@@ -56,7 +56,9 @@ def _changed(config: Config, tree: Mapping[str, Any], prefix: str) -> Config:
         if name not in fields:
             raise BackendError("no such setting", field=field, allowed=", ".join(fields))
         if field in GIVEN:
-            raise BackendError("cannot be set: doorman derives it from the scenario and the links", field=field, given=value)
+            raise BackendError(
+                "cannot be set: doorman derives it from the scenario and the links", field=field, given=value
+            )
         current = getattr(config, name)
         if current is None and not prefix:
             raise BackendError("there is no such link", field=field, given=value)

@@ -60,7 +60,10 @@ def servo_zeros(file: VehicleFile, angles: Sequence[float], device: str | None =
     port = device or file.values.get(SERVOS)
     if port is None:
         raise BackendError(
-            "the link's address or device is missing", file=file.path, field=SERVOS, allowed=f"in the file, or by {OPTIONS[SERVOS]}"
+            "the link's address or device is missing",
+            file=file.path,
+            field=SERVOS,
+            allowed=f"in the file, or by {OPTIONS[SERVOS]}",
         )
     ids = own.pop("ids", tuple(range(1, len(angles) + 1)))
     if len(angles) != len(ids):

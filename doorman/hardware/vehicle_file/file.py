@@ -141,7 +141,9 @@ class VehicleFile:
         values = {**own, **given}
         for key, option in OPTIONS.items():
             if key not in values:
-                raise BackendError("the link's address or device is missing", field=key, allowed=f"in the vehicle file, or by {option}")
+                raise BackendError(
+                    "the link's address or device is missing", field=key, allowed=f"in the vehicle file, or by {option}"
+                )
         usual = cameras is not None and "mocap.stale_after" not in values
         rate = {"mocap_rate": values.pop("mocap.rate")} if usual and "mocap.rate" in values else {}
         return vehicle_config(

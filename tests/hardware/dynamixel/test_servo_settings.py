@@ -79,7 +79,9 @@ def test_what_the_calibration_rests_on_is_never_written(with_setting, name, give
 
 def test_other_bits_of_the_drive_mode_are_written_without_the_reversal(with_setting):
     rig = with_setting("drive mode", 9, write_eeprom=True)
-    with pytest.raises(BackendError, match="drive mode is 1, should be 0: the servo counts and turns the other way round"):
+    with pytest.raises(
+        BackendError, match="drive mode is 1, should be 0: the servo counts and turns the other way round"
+    ):
         rig.bus.open()
     assert rig.row(1, "drive mode") == 1
     assert [event.text for event in rig.events()] == ["drive mode changed from 9 to 1"]

@@ -167,7 +167,8 @@ def test_a_sender_can_be_prescribed(make_rig):
 def test_open_refuses_another_rate(make_rig):
     rig = make_rig(emulator={"rate": 150.0})
     with pytest.raises(
-        BackendError, match=r"mocap\.rate: the cameras send frames at another rate \(given 100\.0; allowed: the stream's 1"
+        BackendError,
+        match=r"mocap\.rate: the cameras send frames at another rate \(given 100\.0; allowed: the stream's 1",
     ):
         rig.receiver.open()
 

@@ -128,9 +128,7 @@ def _findings(servo: Servo, index: int, config: ServoConfig) -> Iterator[Setting
     yield setting(
         BAUD_RATE, BAUD_CODES[config.baud_rate], "the bus runs at another speed", blocking=False, writable=False
     )
-    yield setting(
-        RETURN_DELAY, 0, "it delays every answer", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY
-    )
+    yield setting(RETURN_DELAY, 0, "it delays every answer", blocking=given[RETURN_DELAY] > TOLERATED_RETURN_DELAY)
     yield setting(DRIVE_MODE, given[DRIVE_MODE] & REVERSED, "profile and torque switch differ")
     why = f"the servo counts and turns the other way round; {MEASURED_SO}"
     yield setting(DRIVE_MODE, given[DRIVE_MODE] & ~REVERSED, why, writable=False)

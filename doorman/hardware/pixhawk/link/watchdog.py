@@ -72,4 +72,6 @@ class Watchdog:
             self._charge_told = battery.time
         silent = now - self._charge_told
         mute = heard and silent > self._config.timeouts.battery
-        self._events.condition(EventKind.BATTERY_SILENT, mute, now, "the autopilot no longer reports the charge", silent=silent)
+        self._events.condition(
+            EventKind.BATTERY_SILENT, mute, now, "the autopilot no longer reports the charge", silent=silent
+        )

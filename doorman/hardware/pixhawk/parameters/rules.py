@@ -37,7 +37,9 @@ PX4_RULES = (
         "COM_OBL_RC_ACT",
         3,
         within("RTL_RETURN_ALT", 0.0, 0.5, 0.0, _E, When.ALWAYS, _NO_CLIMB),
-        equal("RTL_CONE_ANG", 0, _E, When.ALWAYS, "the vehicle must return at its height: with a cone it sinks on the way"),
+        equal(
+            "RTL_CONE_ANG", 0, _E, When.ALWAYS, "the vehicle must return at its height: with a cone it sinks on the way"
+        ),
         equal("RTL_TYPE", 0, _E, When.ALWAYS, "the vehicle must return to where it took off"),
         within("NAV_ACC_RAD", 0.05, 0.5, 0.2, _E, When.ALWAYS, "distance from its pad at which the vehicle lands"),
         within("RTL_MIN_DIST", 0.5, 0.8, 0.5, _W, When.ALWAYS, _KEEPS_HEADING),
@@ -45,11 +47,29 @@ PX4_RULES = (
         within("RTL_LAND_DELAY", 0.0, 1.0, 0.0, _E, When.ALWAYS, _LANDS),
     ),
     one_of(
-        "NAV_DLL_ACT", (0, 3), _W, When.ALWAYS, "without a ground station the vehicle must land or go on, not climb to return"
+        "NAV_DLL_ACT",
+        (0, 3),
+        _W,
+        When.ALWAYS,
+        "without a ground station the vehicle must land or go on, not climb to return",
     ),
-    one_of("NAV_RCL_ACT", (3, 1, 7), _W, When.ALWAYS, "without the radio the vehicle must land or hold, not climb to return"),
-    one_of("COM_LOW_BAT_ACT", (2, 0), _W, When.ALWAYS, "on a low battery the autopilot must land or warn, not climb to return"),
-    equal("MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "doorman compensates for the battery already", optional=True),
+    one_of(
+        "NAV_RCL_ACT",
+        (3, 1, 7),
+        _W,
+        When.ALWAYS,
+        "without the radio the vehicle must land or hold, not climb to return",
+    ),
+    one_of(
+        "COM_LOW_BAT_ACT",
+        (2, 0),
+        _W,
+        When.ALWAYS,
+        "on a low battery the autopilot must land or warn, not climb to return",
+    ),
+    equal(
+        "MC_BAT_SCALE_EN", 0, _E, When.OWN_COMPENSATION, "doorman compensates for the battery already", optional=True
+    ),
     equal("EKF2_EV_CTRL", 11, _E, When.MOCAP, "position, height and yaw are fused from mocap"),
     equal("EKF2_HGT_REF", 3, _E, When.MOCAP, "height comes from mocap"),
     equal("EKF2_GPS_CTRL", 0, _E, When.MOCAP, "no GPS indoors"),
@@ -68,7 +88,13 @@ PX4_RULES = (
 """Rules for PX4."""
 
 ARDUPILOT_RULES = (
-    bit("GUID_OPTIONS", 3, _E, When.ATTITUDE, "otherwise ArduPilot takes the thrust of an attitude setpoint for a climb rate"),
+    bit(
+        "GUID_OPTIONS",
+        3,
+        _E,
+        When.ATTITUDE,
+        "otherwise ArduPilot takes the thrust of an attitude setpoint for a climb rate",
+    ),
     within(
         "GUID_TIMEOUT",
         0.1,
@@ -106,7 +132,13 @@ ARDUPILOT_RULES = (
         within("FS_GCS_TIMEOUT", 2.0, 3.0, 2.0, _W, When.ALWAYS, "the vehicle drifts until this time is over"),
         bit("FS_OPTIONS", 3, _E, When.ALWAYS, "a vehicle that lands already must go on landing, not fly to its pad"),
     ),
-    one_of("FS_THR_ENABLE", (3, 0, 7), _W, When.ALWAYS, "without the radio the vehicle must land or go on, not climb to return"),
+    one_of(
+        "FS_THR_ENABLE",
+        (3, 0, 7),
+        _W,
+        When.ALWAYS,
+        "without the radio the vehicle must land or go on, not climb to return",
+    ),
     one_of(
         "BATT_FS_LOW_ACT",
         (1, 0),
