@@ -78,7 +78,7 @@ def recorded_scenario(
     tables = tables | {part: {**_table(tables, part), "urdf": urdf} for part, urdf in urdfs.items()}
     scenario, unknown = _validated(tables, folder)
     if unknown:
-        warn(f"the recording is of another version of doorman; left out: {', '.join(unknown)}")
+        warn(f"another version of doorman made the recording; ignored: {', '.join(unknown)}")
     return scenario
 
 

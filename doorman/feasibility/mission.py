@@ -114,8 +114,8 @@ def _room_at_touch(model: Model) -> Finding:
         f"with the tip on the leaf at {model.door.in_words(angle)} the rotor disc is {1e2 * gap:.1f} cm from it; the mission "
         f"gives up below {1e2 * NO_GAP:.1f} cm, and the first push tilts it {1e2 * (needed - NO_GAP):.1f} cm nearer",
         gap, needed, "m",
-        "" if severity is Severity.OK else "choose a start.arm that reaches farther ahead, or a start.door_angle nearer to 90°, where "
-        "the arm points at the leaf",
+        "" if severity is Severity.OK else "choose a start.arm that reaches farther ahead, or a start.door_angle nearer to 90°, "
+        "where the arm points at the leaf",
     )  # fmt: skip
 
 
@@ -144,8 +144,8 @@ def _room_to_level(model: Model, rehearsal: Rehearsal) -> list[Finding]:
             f"where the door stands at {math.degrees(angle):.1f}°, a level vehicle is {1e2 * gap:.1f} cm from a jamb; the "
             f"mission gives up below {1e2 * ROOM_TO_LEVEL:.1f} cm",
             gap, needed, "m",
-            "" if severity is Severity.OK else "choose a goal.arm and a goal.attitude whose yaw keep the disc farther from the jambs at "
-            "goal.door_angle, or a larger planner.margin",
+            "" if severity is Severity.OK else "choose a goal.arm and a goal.attitude whose yaw keep the disc farther "
+            "from the jambs at goal.door_angle, or a larger planner.margin",
         )
     ]  # fmt: skip
 
@@ -165,7 +165,7 @@ def _stays_at_the_start(model: Model) -> list[Finding]:
             "leaf at the start", graded(ok),
             f"the leaf's weight {way} with {words(abs(torque))}, against {words(friction)} of friction",
             0.0 if rests else abs(torque), friction, "N m",
-            "" if ok else "choose a start where the leaf rests (start.opening), or a joint with more friction: the leaf moves by itself",
+            "" if ok else "choose a start where the leaf rests (start.opening), or more friction: the leaf moves by itself",
         )
     ]  # fmt: skip
 

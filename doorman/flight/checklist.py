@@ -130,7 +130,7 @@ def _autopilot(model: Model, links: VehicleLinks) -> Iterator[Check]:
     yield _row("parameters", not findings, "; ".join(str(one) for one in findings) or "as they should be",
                "set these parameters, then reboot the autopilot", Verdict.WARNING)  # fmt: skip
     if status.on_earth is not None:
-        yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none: the autopilot has no home to return to",
+        yield _row("place on earth", status.on_earth, "known" if status.on_earth else "none: there is no home to return to",
                    "reboot the autopilot: its estimator started before it had one", Verdict.WARNING)  # fmt: skip
     yield judge_setpoints(status.dialect, autopilot.config.setpoints)
     if model.actuation.fully:
@@ -196,7 +196,9 @@ def judge_age(latency: float, rate: float, limit: float) -> Check:
         limit: Of the age, by the controller's gains [s].
     """
     age = latency + 1.0 / rate if rate > 0.0 else math.inf
-    found = f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; at most {limit * 1e3:.0f} ms are allowed"
+    found = (
+        f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; allowed: {limit * 1e3:.0f} ms"
+    )
     if not age <= limit:
         return Check(
             "mocap's latency",
@@ -220,7 +222,7 @@ def judge_noise(model: Model, position_noise: float, latency: float, rate: float
         return Check("mocap's noise", Verdict.WARNING, "not measured yet", "wait for more frames")
     limit = most_force_noise(model)
     force = force_noise(model, position_noise, max(latency, 0.0), 1.0 / rate)
-    found = f"{1e3 * position_noise:.1f} mm of noise make {force:.2f} N at the tip; at most {limit:.2f} N are allowed"
+    found = f"{1e3 * position_noise:.1f} mm of noise make {force:.2f} N at the tip; allowed: {limit:.2f} N"
     return _row("mocap's noise", force <= limit, found, "use better or faster cameras, larger markers, or a gripper")
 
 
@@ -247,10 +249,12 @@ def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
     off = float(np.abs(arm - model.start_arm).max())
     found = f"{off:.2f} rad off the start posture"
     if min(float(np.abs(arm - state[5:]).max()) for state in _swing(model)) < _ELSEWHERE:
-        return _row("arm's posture", off < _POSTURE, found, "the arm moves to its start posture in the air: make sure that it has room",
+        return _row("arm's posture", off < _POSTURE, found, "the arm moves to its start posture in the air: give it room",
                     Verdict.WARNING)  # fmt: skip
     seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (arm, model.start_arm))
-    advice = "if the arm is in its start posture, check the servos' zeros, directions and ids; else switch off the servos and put it there"
+    advice = (
+        "if the arm is in its start posture, check the servos' zeros, directions and ids; else put it there by hand"
+    )
     return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}", advice)
 
 
@@ -359,7 +363,7 @@ def _place(model: Model, links: VehicleLinks) -> Iterator[Check]:
 
 def _computer() -> Iterator[Check]:
     yield _row("scheduling", is_real_time(), "real time" if is_real_time() else "ordinary",
-               "run as root, or with the limit rtprio: other programs cannot delay the controller then", Verdict.WARNING)  # fmt: skip
+               "run as root or with the limit rtprio, so that no program delays it", Verdict.WARNING)  # fmt: skip
 
 
 def judge_scenario(report: Report) -> Iterator[Check]:

@@ -98,5 +98,5 @@ def _duration(given: float) -> float:
 
 def _file(given: str | os.PathLike[str]) -> Path:
     if not isinstance(given, (str, os.PathLike)) or not (file := Path(given)).name or file.is_dir():
-        raise DoormanError("not a file to record to", field="path", given=given, allowed="path of an MCAP file")
+        raise DoormanError("not a place to record to", field="path", given=given, allowed="path of an MCAP file")
     return file

@@ -44,7 +44,7 @@ def verdict(summary: dict[str, Any]) -> tuple[bool, str]:
     if summary["collisions"]:
         return False, f"Something was touched ({summary['collisions']} contacts other than tip and leaf); {where}."
     if summary["min_clearance_m"] <= 0.0:
-        return False, f"Shapes overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
+        return False, f"Shapes of vehicle and door overlap by {-summary['min_clearance_m'] * 1e3:.1f} mm; {where}."
     if summary["outcome"] == GIVEN_UP:
         return False, f"The mission was given up: {summary['reason']}; {where}."
     if not summary["opened"]:

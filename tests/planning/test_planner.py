@@ -230,7 +230,7 @@ def test_a_door_that_nobody_can_push_is_said_with_numbers(name: str) -> None:
     planner.update_door(friction=0.0, disturbance=-1.01 * most)
     for plan in (planner.plan(start), planner.replan(start)):
         assert plan.status is PlanStatus.CANNOT_OPEN and not plan.flyable
-        assert f"resists by {1.01 * most:.2f} N m" in plan.violated and f"make {most:.2f} N m" in plan.violated
+        assert f"resists with {1.01 * most:.2f} N m" in plan.violated and f"makes {most:.2f} N m" in plan.violated
     planner.update_door(disturbance=0.0, stiffness=1.01 * most / (math.pi / 2 - math.pi / 9 - 0.05))
     assert planner.plan(start).status is PlanStatus.CANNOT_OPEN, "the closer wins on the way"
     planner.update_door(disturbance=-0.5, stiffness=0.0)

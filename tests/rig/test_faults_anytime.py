@@ -164,7 +164,7 @@ FAULTS = {
     "heartbeats end": Row(call("rig.autopilot.stop_heartbeats", True), Fault.HEARTBEAT, (Fault.SESSION_SILENT, Fault.SESSION)),
     "pilot takes over": Row(take_over, Fault.PILOT),
     "pilot stops the motors": Row(call("rig.autopilot.kill_switch"), Fault.PILOT, THROWN),
-    "autopilot reboots": Row(call("rig.autopilot.reboot"), ("does not control the autopilot", Fault.POSE, Fault.PILOT, Fault.SPEED)),
+    "autopilot reboots": Row(call("rig.autopilot.reboot"), ("does not control", Fault.POSE, Fault.PILOT, Fault.SPEED)),
     "autopilot loses its estimate": Row(call("rig.autopilot.fail_estimator"), Fault.PILOT),
     "autopilot's clock jumps": Row(call("rig.autopilot.jump_clock", 30.0)),
     "autopilot tells no numbers": Row(call("rig.autopilot.confuse"), UNHEARD),

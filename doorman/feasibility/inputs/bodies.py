@@ -99,7 +99,7 @@ def _magnitudes(bodies: list[_Body]) -> Finding:
         f"{worst.size:.2f} m"
     )
     return Finding(
-        "magnitudes", graded(ok), message if ok else f"{message}: no body of that size has such a mass or inertia", value, 1.0, "",
+        "magnitudes", graded(ok), message if ok else f"{message}: no body of that size has such values", value, 1.0, "",
         "" if ok else "check the units: mass in kg, inertia in kg m², lengths in m",
     )  # fmt: skip
 

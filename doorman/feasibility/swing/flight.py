@@ -85,8 +85,8 @@ def _why_not_reached(model: Model, rehearsal: Rehearsal) -> str:
     least, pushed = shortest_swing(model), inertia_in_words(model)
     if least > 0.5 * rehearsal.times[-1]:
         return (
-            f"the leaf's {pushed} take {least:.0f} s at the largest push: use a lighter leaf, a larger contact.distance_from_hinge "
-            "or a larger control.max_tilt"
+            f"the leaf's {pushed} take {least:.0f} s at the largest push: use a lighter leaf, "
+            "a larger contact.distance_from_hinge or a larger control.max_tilt"
         )
     if abs(state[4]) > _AT_REST:
         return (
@@ -261,8 +261,8 @@ def _height(model: Model, scene: CollisionScene, states: Array) -> Finding:
     )
     ok = worst.distance > -TOLERANCE
     return Finding(
-        "height in the doorway", graded(ok), f"with the vehicle {1e2 * height:.0f} cm higher or lower, {_near(worst)}", worst.distance,
-        -TOLERANCE, "m",
+        "height in the doorway", graded(ok), f"with the vehicle {1e2 * height:.0f} cm higher or lower, {_near(worst)}",
+        worst.distance, -TOLERANCE, "m",
         "" if ok else "choose another contact.height, or a start.arm and goal.arm that hold the tip lower or higher",
     )  # fmt: skip
 

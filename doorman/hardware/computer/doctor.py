@@ -125,7 +125,7 @@ def _priority(host: Host) -> Iterator[Row]:
     if host.real_time_allowed():
         yield Row("real-time priority", Complaint.NONE, "allowed")
     else:
-        yield Row("real-time priority", Complaint.WORSE, "not allowed: other programs delay the controller; log in again after this",
+        yield Row("real-time priority", Complaint.WORSE, "not allowed: programs delay the controller; log in again after this",
                   f"doorman system limits | sudo tee {SYSTEM_FILES['limits'].place}")  # fmt: skip
     if host.processors() < 2:
         yield Row("processors", Complaint.MISSING, "controller and planner share one core", "nproc")
@@ -153,7 +153,7 @@ def _clock(host: Host) -> Iterator[Row]:
         text = host.read("etc/chrony/chrony.conf") or host.read("etc/chrony.conf") or ""
         slews = re.findall(r"^\s*maxslewrate\s+([\d.]+)", text, re.MULTILINE)
         if not slews or float(slews[-1]) > LARGEST_SLEW:
-            yield Row("time server", Complaint.WORSE, "chrony may slew the clock by 8 %: doorman then takes the servos' samples for late",
+            yield Row("time server", Complaint.WORSE, "chrony may slew the clock by 8 %: the servos' samples look late then",
                       "echo maxslewrate 500 | sudo tee -a /etc/chrony/chrony.conf; sudo systemctl restart chrony")  # fmt: skip
 
 

@@ -116,10 +116,10 @@ class Opening(DoorOpening):
         angle = self._model.door.in_words(estimate.door_angle)
         ahead = self._ahead(estimate.yaw, estimate.door_angle)
         if ahead > _TOO_FAR_AHEAD and abs(self._progress.rate) < _GIVES_WAY:
-            return f"the door does not give way: {math.degrees(ahead):.0f}° ahead of it at {angle}"
+            return f"the door does not give way: the vehicle is {math.degrees(ahead):.0f}° ahead of it at {angle}"
         if abs(ahead) > HEADING_LOST:
             turned = math.degrees(abs(ahead))
-            return f"the heading is lost: {turned:.0f}° beside where it should be at {angle}"
+            return f"the heading is lost: {turned:.0f}° off at {angle}"
         if self._progress.stuck_for(estimate.time) < _STUCK:
             return ""
         resists = max(0.0, self._model.travel.ahead(estimate.door_disturbance))

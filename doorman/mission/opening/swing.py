@@ -112,7 +112,7 @@ class Swing(DoorOpening):
         turned = abs(math.remainder(estimate.yaw - heading, 2.0 * math.pi))
         if turned > HEADING_LOST:
             angle = self._model.door.in_words(estimate.door_angle)
-            return f"the heading is lost: {math.degrees(turned):.0f}° beside where it should be at {angle}"
+            return f"the heading is lost: {math.degrees(turned):.0f}° off at {angle}"
         swung = self._progress.swung and self._swung > _SURELY
         in_swing = swung and estimate.door_angle - self._goal > NEARLY  # nearer, it has come back
         if self._progress.stuck_for(estimate.time) < (_STUCK_IN_SWING if in_swing else _STUCK):

@@ -79,7 +79,7 @@ class Hold(MissionPhase):
             if estimate.time - self._open_at > settings.hold_open:
                 return GiveUp(f"the door was moved while it was held, to {angle}")
             if is_open and held >= settings.time_out.hold:
-                return GiveUp(f"the door would not stay by itself, and was left after {held:.0f} s")
+                return GiveUp(f"the door did not stay by itself, and the vehicle let go after {held:.0f} s")
             return None
         if held < settings.hold_open * (1.0 if stands else _PATIENCE):
             return None
@@ -89,7 +89,7 @@ class Hold(MissionPhase):
         if self._waits:
             return None
         if settings.then == "through":
-            return GiveUp("the door would not stay by itself, and the vehicle does not fly through")
+            return GiveUp("the door did not stay by itself, and the vehicle does not fly through")
         self.attempt.keeps_hold = True
         return Next(Phase.DONE)
 

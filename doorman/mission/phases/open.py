@@ -77,7 +77,7 @@ class Open(MissionPhase):
             estimate: What is known now.
         """
         stands = self.attempt.model.door.in_words(estimate.door_angle)
-        return GiveUp(f"open took longer than {self.longest:g} s, the door stands at {stands}")
+        return GiveUp(f"the phase open took longer than {self.longest:g} s; the door stands at {stands}")
 
     def _after_opening(self, estimate: Estimate) -> Next:
         attempt = self.attempt
@@ -88,7 +88,7 @@ class Open(MissionPhase):
             return Next(Phase.DONE)
         if attempt.opening.keeps_the_door(estimate):
             return Next(Phase.RELEASE)
-        return Next(Phase.HOLD, "the door would not stay by itself")
+        return Next(Phase.HOLD, "the door did not stay by itself")
 
     def _lose_contact(self, estimate: Estimate) -> Next | GiveUp:
         attempt = self.attempt

@@ -159,4 +159,4 @@ class MissionPhase(ABC):
         Args:
             estimate: What is known now.
         """
-        return GiveUp(f"{self.phase.value} took longer than {self.longest:g} s")
+        return GiveUp(f"the phase {self.phase.value} took longer than {self.longest:g} s")

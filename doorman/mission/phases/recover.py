@@ -84,4 +84,4 @@ class Recover(MissionPhase):
         if estimate.door_angle < self.attempt.model.goal_angle:
             stands = self.attempt.model.door.in_words(estimate.door_angle, 0)
             return GiveUp(f"the leaf has gone past the goal, to {stands} or farther")
-        return GiveUp(f"recover took longer than {self.longest:g} s", for_good=False)
+        return GiveUp(f"the phase recover took longer than {self.longest:g} s", for_good=False)

@@ -127,7 +127,7 @@ class Release(MissionPhase):
         Args:
             estimate: What is known now.
         """
-        return Next(Phase.RETREAT, f"release took longer than {self.longest:g} s")
+        return Next(Phase.RETREAT, f"the phase release took longer than {self.longest:g} s")
 
     def _rest_in_gripper(self, estimate: Estimate) -> tuple[Setpoint, Then]:
         """Take the load off a closed gripper, and watch whether the door stays: it opens after that."""

@@ -98,7 +98,7 @@ class Touch(MissionPhase):
                 return leaf.push(estimate, attempt.settings.touch_force), then
         if attempt.model.travel.left(estimate.door_angle) <= -_OPENED_ALREADY:
             stands = attempt.model.door.in_words(estimate.door_angle, 0)
-            return leaf.push(estimate, 0.0), GiveUp(f"the leaf has opened by itself: none before {stands}")
+            return leaf.push(estimate, 0.0), GiveUp(f"the leaf has opened by itself: no leaf before {stands}")
         if self._beyond(estimate) > _MISSING:
             return leaf.search(estimate, _SEARCH_SPEED), None
         return leaf.move(estimate, attempt.settings.touch_speed), None

@@ -76,9 +76,9 @@ def too_stiff(model: Model, hinge: Hinge, angle: float) -> tuple[PlanStatus, str
         return None
     hardest = ends[missing.index(max(missing))]
     worst, push = resistance(model, hinge, hardest), largest_push(model, tilt, hardest)
-    words = f"resists by {worst:.2f} N m; {push:.1f} N, {lever:.2f} m from the hinge, make {push * lever:.2f} N m"
+    words = f"the hinge resists with {worst:.2f} N m; the vehicle makes {push * lever:.2f} N m, {push:.1f} N at {lever:.2f} m"
     if model.door.slides:
-        words = f"resists by {model.door.torque_in_words(worst)}; the vehicle has {push:.2f} N"
+        words = f"the slide resists with {model.door.torque_in_words(worst)}; the vehicle makes {push:.2f} N"
     return PlanStatus.CANNOT_OPEN, words
 
 

@@ -156,7 +156,7 @@ def test_a_vehicle_that_comes_back_leaves_a_door_that_would_not_stay(scenario: s
     recording, mission = flown(
         scenario=scenario, comes_back=True, simulation__door_stiffness=1.0, mission__time_out__hold=6.0
     )
-    assert mission.outcome == (False, "the door would not stay by itself, and was left after 6 s")
+    assert mission.outcome == (False, "the door did not stay by itself, and the vehicle let go after 6 s")
     assert phases(recording) == [*ATTEMPT, "hold", "release", "retreat", "done", "end"]
     summary, truth = recording.summary, recording["truth"]
     assert summary is not None and summary["collisions"] == 0

@@ -19,7 +19,7 @@ def test_an_approach_that_takes_too_long_ends_in_a_hover_outside() -> None:
     recording, mission = flown(mission__time_out__approach=0.5)
     assert phases(recording) == ["hover", "approach", "retreat", "done", "end"]
     assert mission.phase is Phase.DONE
-    assert mission.outcome == (False, "approach took longer than 0.5 s")
+    assert mission.outcome == (False, "the phase approach took longer than 0.5 s")
     summary = recording.summary
     assert summary is not None and (summary["outcome"], summary["contact_fraction"]) == ("given up", 0.0)
     assert summary["planner_ms"]["median"] is None  # nothing was planned

@@ -36,7 +36,7 @@ def prepare_attitude(link: Link) -> Outcome:
         if not round(values.get("GUID_OPTIONS", 0.0)) & THRUST_AS_THRUST:
             return Outcome(
                 OutcomeStatus.NOT_READY,
-                "GUID_OPTIONS lacks bit 3 (8), and ArduPilot would take thrust for a climb rate; set it, or use position setpoints",
+                "GUID_OPTIONS lacks bit 3 (8): ArduPilot would take thrust for a climb rate; set it, or use position setpoints",
             )
         link.stream.angle_boost = round(values.get("ATC_ANGLE_BOOST", 1.0)) != 0
     hover = values.get(dialect.hover_parameter)

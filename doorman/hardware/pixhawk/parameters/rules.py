@@ -31,7 +31,7 @@ PX4_RULES = (
         (4, 3),
         _E,
         When.ALWAYS,
-        "without setpoints the vehicle must land, in place (4) or on its pad (3); the default waits for a pilot or climbs to return",
+        "without setpoints it must land, in place (4) or on its pad (3); the default waits for a pilot or climbs to return",
     ),
     *where(
         "COM_OBL_RC_ACT",

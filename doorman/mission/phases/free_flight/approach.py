@@ -49,4 +49,4 @@ class Approach(MissionPhase):
         held_up = waits and np.linalg.norm(estimate.velocity) < _HELD_UP
         self._held_up_since = since(self._held_up_since, bool(held_up), estimate.time)
         met = self._held_up_since is not None and estimate.time - self._held_up_since >= STEADY
-        return setpoint, Next(Phase.TOUCH, "something is before the leaf's place") if met else None
+        return setpoint, Next(Phase.TOUCH, "something stands before the leaf") if met else None

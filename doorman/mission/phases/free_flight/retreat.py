@@ -77,7 +77,7 @@ class Retreat(MissionPhase):
         Args:
             estimate: What is known now.
         """
-        reason = f"retreat took longer than {self.longest:g} s"
+        reason = f"the phase retreat took longer than {self.longest:g} s"
         self.attempt.failure = self.attempt.failure or reason
         return Next(Phase.DONE, reason)
 

@@ -67,7 +67,7 @@ class Through(MissionPhase):
         Args:
             estimate: What is known now.
         """
-        reason = f"through took longer than {self.longest:g} s"
+        reason = f"the phase through took longer than {self.longest:g} s"
         self.attempt.failure = self.attempt.failure or reason
         return Next(Phase.DONE, reason)
 
