@@ -109,7 +109,7 @@ def _check_identity(path: Path, mine: dict[str, Any]) -> None:
         raise DoormanError(
             "the campaign's identity is damaged",
             file=path,
-            allowed="a new folder, or this file removed, if it is yours",
+            allowed="a new folder; or remove this file if it is yours",
         ) from error
     differing = sorted(_differences(theirs, json.loads(text), ""))
     if differing:

@@ -119,7 +119,7 @@ def _flown(client: Client, campaign: Campaign, runs: Iterator[int]) -> Iterator[
                 future.release()  # type: ignore[no-untyped-call]
                 losses = losses + 1 if answer.get("lost") else 0
                 if losses >= _HOPELESS:
-                    raise DoormanError(f"{losses} flights in a row did not come about; the last one: {answer['error']}")
+                    raise DoormanError(f"{losses} flights in a row did not start; the last error: {answer['error']}")
                 if answer.get("lost") and tried < _ATTEMPTS:
                     orders.send(flight, tried + 1)
                 else:

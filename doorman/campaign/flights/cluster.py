@@ -56,7 +56,7 @@ def first_done(client: Client, futures: list[Future[Any]]) -> list[Future[Any]]:
             elif now - workers_seen > _WORKERLESS:
                 raise DoormanError(
                     f"the cluster has had no worker for {now - workers_seen:.0f} s", field="--scheduler",
-                    allowed="a cluster with workers; the same command goes on where this one ended",
+                    allowed="a cluster with workers; the same command continues this campaign",
                 ) from None  # fmt: skip
 
 

@@ -61,7 +61,7 @@ def standing_joints(urdf: Path, model: pinocchio.Model, hinge: int) -> tuple[str
         kind = joints[name].kind
         if hinge in _ancestors(model, index):
             raise UrdfError(
-                "a joint on the leaf moves: with a lever or a bolt the door is latched, and pushing does not open it",
+                "a joint on the leaf moves, such as a lever or a bolt: pushing does not open a latched door",
                 file=urdf, field=f"joint {name}", given=kind, allowed='type="fixed", for a door that is not latched',
             )  # fmt: skip
         if index in _ancestors(model, hinge):

@@ -121,7 +121,7 @@ class LeafOnJoint:
             closed = self._likely_closed()
         elif not lower - 1e-3 <= closed <= upper + 1e-3:
             raise UrdfError(
-                "closed outside the hinge's range", file=self._urdf, field="door.closed", given=closed,
+                "the door is closed outside the joint's range", file=self._urdf, field="door.closed", given=closed,
                 allowed=f"{lower:g} to {upper:g} {self.unit}",
             )  # fmt: skip
         return closed, 1.0 if self.endless or upper - closed > closed - lower else -1.0
@@ -302,7 +302,7 @@ class LeafOnJoint:
         closed, clear = closed_value(limits, at_a_jamb, upright)
         if not clear:
             raise UrdfError(
-                "the leaf meets a jamb where it is not clear that the door is closed", file=self._urdf,
+                "the leaf meets a jamb at an angle that need not be the closed one", file=self._urdf,
                 field=f"joint {self._section.hinge}", given=f"{lower:g} to {upper:g} rad, a jamb along the leaf at {closed:.2f}",
                 allowed="a door that is closed at π/2, at 0 or at an end of the range, or door.closed in the scenario",
             )  # fmt: skip
