@@ -24,7 +24,7 @@ PACKAGES = ("doorman.ocp.", "doorman.dynamics.", "doorman.kinematics.", "doorman
 ELSEWHERE = {
     "doorman.ocp.kernels.default_curvature.": "tests/ocp/symbolic/test_curvature.py: against CasADi",
     "doorman.ocp.kernels.runtime.": "tests/ocp/symbolic/test_curvature.py: Hessians that printed modules make positive",
-    "doorman.ocp.kernels.defaults.": "tests/ocp/test_defaults.py: each against derivatives by hand",
+    "doorman.ocp.kernels.defaults.": "tests/ocp/kernels/test_defaults.py: each against derivatives by hand",
     "doorman.ocp.kernels.compiled_model.": "nothing but calls of a model's functions, which run without a table here",
     "doorman.ocp.solvers.iterations.correction.pass_over_equalities": "tests/ocp/search/test_equalities.py",
     "doorman.ocp.solvers.sweeps.full_weights.": "tests/ocp/search/system.py: against IPOPT",
