@@ -110,7 +110,7 @@ def test_a_checkout_that_is_not_installed(computer, tmp_path, monkeypatch):
     host = computer()
     monkeypatch.setattr(doctor, "requires", unknown)
     (row,) = complaints(host, tmp_path, monkeypatch)
-    assert "uninstalled" in row.found and row.command.startswith("pip install")
+    assert "not installed" in row.found and row.command.startswith("pip install")
 
 
 def test_no_kernels_yet(computer, tmp_path, monkeypatch):

@@ -26,7 +26,7 @@ def names_of_tests() -> set[str]:
         *HERE.glob("test_*.py"),
         *(HERE.parent / "pixhawk").glob("test_*.py"),
         *(HERE.parents[1] / "rig").glob("test_*.py"),
-        *(HERE.parents[1] / "mission").glob("test_*.py"),
+        *(HERE.parents[1] / "mission").rglob("test_*.py"),
     ]
     trees = (ast.parse(path.read_text(encoding="utf-8")) for path in paths)
     return {node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
