@@ -146,7 +146,7 @@ def test_a_jamb_at_an_unlikely_value_asks_for_the_closed_one(tmp_path: Path) -> 
     path = write_edited(
         tmp_path / "door.urdf", DOOR, ('<origin xyz="0 0 0.4" rpy="0 0 0"/>', '<origin xyz="0 0 0.4" rpy="0 0 0.5"/>')
     )
-    with pytest.raises(UrdfError, match="not clear") as caught:
+    with pytest.raises(UrdfError) as caught:
         Door(path)
     assert caught.value.field == "joint hinge" and "door.closed" in str(caught.value.allowed)
     np.testing.assert_allclose(Door(path, DoorSection(closed=math.pi / 2 - 0.5)).along, [0.0, 1.0, 0.0], atol=1e-9)
