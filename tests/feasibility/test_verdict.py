@@ -149,4 +149,4 @@ def test_without_mujoco_the_check_says_what_it_has_not_seen(monkeypatch: pytest.
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     (finding,) = plant_findings(model)
     assert finding.severity is Severity.WARNING
-    assert "not looked at" in finding.message and "`sim`" in finding.advice
+    assert "not checked" in finding.message and "`sim`" in finding.advice

@@ -61,7 +61,7 @@ def test_a_door_that_would_not_stay_is_held_until_the_operator_gives_up(rig, mon
 
 def test_a_door_that_nobody_takes_is_left(rig):
     report = left(rig, held(rig))
-    assert "was left after" in report.message and not report.findings
+    assert "let go after" in report.message and not report.findings
 
 
 def test_operator_lands_out_of_the_hover_after_giving_up(rig):

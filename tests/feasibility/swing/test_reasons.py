@@ -45,4 +45,4 @@ def test_a_door_that_stands_is_held_by_what_its_hinge_has(
 
 
 def test_a_door_that_moves_is_not_said_to_stand() -> None:
-    assert "still moving" in advice_for(-0.05)
+    assert "still moves" in advice_for(-0.05)
