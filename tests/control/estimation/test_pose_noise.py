@@ -52,7 +52,7 @@ def test_the_check_refuses_poses_too_noisy_to_push(position: float, latency: flo
 def test_the_checklist_refuses_what_the_check_refuses() -> None:
     model = Model(Scenario.load("push"))
     good, bad = (judge_noise(model, size, 0.04, 100.0) for size in (1e-3, 2e-3))
-    assert (good.verdict, bad.verdict) == (Verdict.GOOD, Verdict.BAD) and "quieter" in bad.advice
+    assert (good.verdict, bad.verdict) == (Verdict.GOOD, Verdict.BAD) and "gripper" in bad.advice
     assert force_noise(model, 2e-3, 0.04, 0.01) > most_force_noise(model)
     assert judge_noise(model, float("nan"), 0.04, 100.0).verdict is Verdict.WARNING
 
