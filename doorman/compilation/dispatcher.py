@@ -14,7 +14,7 @@ from numba.core.runtime.nrt import rtsys
 from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import make_concrete_template
 
-from doorman.compilation import operator_types
+from doorman.compilation import operator_types, variable_lists
 from doorman.compilation.machine_code import SelfContained
 
 _OPTIONS = {
@@ -28,6 +28,7 @@ _OPTIONS = {
 }
 
 operator_types.install()
+variable_lists.install()
 
 
 class _Key:
