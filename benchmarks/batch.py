@@ -112,7 +112,7 @@ def fly(scenario: doorman.Scenario, seeds: range, workers: int) -> tuple[Cost, l
     for flight in found:
         if flight.summary is None:
             raise SystemExit(f"seed {flight.seed} was not flown: {flight.error}")
-    return cost, [float(flight.summary["duration"]) for flight in found if flight.summary is not None]
+    return cost, [float(flight.summary["duration_s"]) for flight in found if flight.summary is not None]
 
 
 def children() -> float:
