@@ -11,7 +11,7 @@ import numpy as np
 from suite import plots, tables, texts
 from suite.peers import ENTRIES
 from suite.standard import tables as standard
-from suite.statistics import milliseconds, ratios
+from suite.statistics import by, milliseconds, ratios
 
 Results = dict[str, Any]
 
@@ -68,12 +68,12 @@ def _with_plot(text: str, name: str, table: str) -> str:
 def _at_a_glance(results: Results) -> str:
     lines = []
     if "cold" in results:
-        for solver, goals in (("fatrop", ("15", "10")), ("hpipm_tuned", ("", ""))):
+        for solver, median_goal, least_goal in (("fatrop", "15", "10"), ("hpipm_tuned", "", "")):
             ratio = ratios(results["cold"]["rows"], solver, ("task", "state"))
             if len(ratio):
                 figure = f"cold plan, times faster than {ENTRIES[solver].label}"
-                lines.append([f"{figure}: median", tables.number(np.median(ratio)), goals[0]])
-                lines.append([f"{figure}: least", tables.number(ratio.min()), goals[1]])
+                lines.append([f"{figure}: median", tables.number(np.median(ratio)), median_goal])
+                lines.append([f"{figure}: least", tables.number(ratio.min()), least_goal])
     for name, goals in (("replans", ("3", "1e-5", "1e-6")), ("disturbed", ("", "1e-3", "1e-6"))):
         if name in results:
             lines += _replan_lines(results[name], name, goals)
@@ -118,7 +118,7 @@ def _replan_lines(result: Any, name: str, goals: tuple[str, str, str]) -> list[l
 def _steady(rows: Any) -> dict[str, Any]:
     """Times of calls that the scheduler did not interrupt, by solver [ms]."""
     calm = [row for row in rows if "seconds" in row and not row["interrupted"]]
-    return {solver: milliseconds(own) for solver, own in tables.by(calm, "solver").items()}
+    return {solver: milliseconds(own) for solver, own in by(calm, "solver").items()}
 
 
 def _replans(text: str, name: str, result: Any) -> str:
