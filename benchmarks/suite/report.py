@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from suite import plots, tables, texts
+from suite.peers import ENTRIES
 from suite.standard import tables as standard
-from suite.statistics import milliseconds, ratios
+from suite.statistics import by, milliseconds, ratios
 
 Results = dict[str, Any]
 
@@ -40,7 +41,10 @@ def page(results: Results) -> str:
     parts += [f"{heading}\n\n{write(results[name])}" for name, heading, write in sections if name in results]
     if "floor" in results:
         parts.append(f"## Distance to the floor\n\n{_floor(results)}")
-    parts += [f"## Solvers that are missing\n\n{tables.missing(results['missing'])}", _machine(results["machine"])]
+    parts += [
+        f"## Solvers that are missing\n\n{texts.MISSING}\n\n{tables.missing(results['missing'])}",
+        _machine(results["machine"]),
+    ]
     return "\n".join(parts)
 
 
@@ -64,37 +68,57 @@ def _with_plot(text: str, name: str, table: str) -> str:
 def _at_a_glance(results: Results) -> str:
     lines = []
     if "cold" in results:
-        ratio = ratios(results["cold"]["rows"], "fatrop", ("task", "state"))
-        if len(ratio):
-            lines.append(
-                ["cold plan, times faster than CasADi + fatrop: median", tables.number(np.median(ratio)), "15"]
-            )
-            lines.append(["the same, least", tables.number(ratio.min()), "10"])
+        for solver, median_goal, least_goal in (("fatrop", "15", "10"), ("hpipm_tuned", "", "")):
+            ratio = ratios(results["cold"]["rows"], solver, ("task", "state"))
+            if len(ratio):
+                figure = f"cold plan, times faster than {ENTRIES[solver].label}"
+                lines.append([f"{figure}: median", tables.number(np.median(ratio)), median_goal])
+                lines.append([f"{figure}: least", tables.number(ratio.min()), least_goal])
     for name, goals in (("replans", ("3", "1e-5", "1e-6")), ("disturbed", ("", "1e-3", "1e-6"))):
         if name in results:
-            lines += _replan_lines(results[name]["rows"], name, goals)
+            lines += _replan_lines(results[name], name, goals)
+    for row in results.get("control_loop", {}).get("rows", ()):
+        if "error" not in row:
+            times = [tables.number(1e3 * row["solve"][key]) for key in ("median", "max")]
+            lines.append([f"plan in flight, `{row['scenario']}`, ms: median / max", " / ".join(times), ""])
     return "## At a glance\n\n" + tables.markdown(["figure", "measured", "goal"], lines) if lines else ""
 
 
-def _replan_lines(rows: Any, name: str, goals: tuple[str, str, str]) -> list[list[str]]:
-    good = [row for row in rows if "seconds" in row]
-    steady = {
-        solver: milliseconds([row for row in good if row["solver"] == solver and not row["interrupted"]])
-        for solver in ("doorman", "hpipm")
-    }
+def _replan_lines(result: Any, name: str, goals: tuple[str, str, str]) -> list[list[str]]:
+    good = [row for row in result["rows"] if "seconds" in row]
+    steady = _steady(good)
     ours, lines = [row for row in good if row["solver"] == "doorman"], []
-    if name == "replans" and len(steady["hpipm"]):
-        ratio = float(np.median(steady["hpipm"]) / np.median(steady["doorman"]))
-        lines.append(["replan, times faster than one CasADi sqpmethod + HPIPM iteration", tables.number(ratio), "25"])
     prefix = "replan" if name == "replans" else "replan under noise"
+    if name == "replans":
+        for solver in ("hpipm_tuned", "hpipm"):
+            if len(steady.get(solver, ())):
+                ratio = float(np.median(steady[solver]) / np.median(steady["doorman"]))
+                figure = f"replan, times faster than one iteration of {ENTRIES[solver].label}"
+                lines.append([figure, tables.number(ratio), "25"])
+    times = [f(steady["doorman"]) for f in (np.median, lambda all_: np.percentile(all_, 99), np.max)]
+    lines.append([f"{prefix}, ms: median / p99 / max", " / ".join(map(tables.number, times)), ""])
+    cold = _steady(result.get("cold_caches", ())).get("doorman", ())
+    if len(cold):
+        lines.append(
+            [
+                f"{prefix}, caches cold, ms: median / max",
+                f"{tables.number(np.median(cold))} / {tables.number(np.max(cold))}",
+                "",
+            ]
+        )
     if goals[0]:
-        tail = float(np.percentile(steady["doorman"], 99) / np.median(steady["doorman"]))
-        lines.append([f"{prefix}, p99 over median", tables.number(tail), goals[0]])
+        lines.append([f"{prefix}, p99 over median", tables.number(times[1] / times[0]), goals[0]])
     gap = max(abs(row["gap"]) for row in ours)
     violation = max(row["violation"] for row in ours if row["usable"])
     lines.append([f"{prefix}, worst suboptimality", tables.number(gap), goals[1]])
     lines.append([f"{prefix}, worst violation of a usable plan", tables.number(violation), goals[2]])
     return lines
+
+
+def _steady(rows: Any) -> dict[str, Any]:
+    """Times of calls that the scheduler did not interrupt, by solver [ms]."""
+    calm = [row for row in rows if "seconds" in row and not row["interrupted"]]
+    return {solver: milliseconds(own) for solver, own in by(calm, "solver").items()}
 
 
 def _replans(text: str, name: str, result: Any) -> str:

@@ -59,16 +59,17 @@ def replan_times(rows: Sequence[Row], cold_caches: Sequence[Row] = ()) -> str:
         rows: Of flights in which a solver makes all its steps in a row.
         cold_caches: Of one in which the solvers take turns after every step.
     """
-    heading = ["solver", "ms, median", "ms, p99", "× doorman", "p99, interrupted calls too"]
-    heading += ["ms, median, caches cold"] if cold_caches else []
+    heading = ["solver", "ms, median", "ms, p99", "ms, max", "× doorman", "p99, interrupted calls too", "max"]
+    heading += ["ms, median, caches cold", "max"] if cold_caches else []
     good = [row for row in rows if "seconds" in row]
     cold_times = {name: milliseconds(_uninterrupted(own)) for name, own in by(cold_caches, "solver").items()}
     times = {name: milliseconds(_uninterrupted(own)) for name, own in by(good, "solver").items()}
     ours, lines = _median(times.get("doorman", [])), []
     for name, own in by(good, "solver").items():
         median = _median(times[name])
-        figures = [median, _p99(times[name]), median / ours, _p99(milliseconds(own))]
-        figures += [_median(cold_times.get(name, []))] if cold_caches else []
+        all_times = milliseconds(own)
+        figures = [median, _p99(times[name]), _most(times[name]), median / ours, _p99(all_times), _most(all_times)]
+        figures += [f(cold_times.get(name, [])) for f in (_median, _most)] if cold_caches else []
         lines.append([ENTRIES[name].label, *map(number, figures)])
     return markdown(heading, lines)
 
@@ -192,7 +193,7 @@ def missing(missing_by_task: dict[str, dict[str, str]]) -> str:
         for task, errors in missing_by_task.items()
         for name, error in errors.items()
     ]
-    return markdown(["solver", "task", "what it says"], lines) if lines else "All of them could be set up.\n"
+    return markdown(["solver", "task", "what it says"], lines) if lines else "All others could be set up.\n"
 
 
 def _uninterrupted(rows: Sequence[Row]) -> list[Row]:

@@ -79,3 +79,8 @@ CONTROL_LOOP = """One mission of either kind of contact, against the clock: esti
 recorder at 200 Hz, the planner in a thread of its own at 100 Hz. The plant is the simulator, which takes its time in the
 controller's ticks; there are no links. How far the periods are off 5 ms; a missed tick is one that was left out since the one
 before took too long."""
+
+MISSING = """| solver | here | why |
+| --- | --- | --- |
+| acados | standard problems only | from the wheel `comma-deps-acados`; a peer for the door is not written |
+| aligator | nowhere | the index has no wheel of the solver; no published times of these problems are known |"""

@@ -58,6 +58,11 @@ class _Channel:
         """What is in memory."""
         return [*self.kept, self.rows.columns()] if self.rows else self.kept[:]
 
+    def join(self) -> None:
+        """Let one block take the place of the many that are kept: a recording shares it, and needs no memory of its own."""
+        if self.kept:
+            self.kept = [joined(self.kept)]
+
 
 class Recorder(Uncopied):
     """Writes messages; used by one thread.
@@ -179,6 +184,7 @@ class Recorder(Uncopied):
         found = self._read_back()
         blocks = {topic: [columns] for topic, columns in found.topics.items()}
         for name, channel in list(self._channels.items()):
+            channel.join()
             if parts := channel.recorded():
                 blocks.setdefault(name, []).extend(parts)
         topics = {name: Topic(name, *joined(parts)) for name, parts in blocks.items()}

@@ -65,3 +65,13 @@ def test_two_recorders_do_not_write_to_one_file(tmp_path: Path) -> None:
         pass  # whoever has ended makes room
     again = Recording.load(path)
     assert again.header == {"seed": 3} and again.topics == () and again.complete
+
+
+def test_a_recording_shares_the_memory_of_its_recorder() -> None:
+    recorder = Recorder(None, {})
+    for k in range(3000):
+        recorder.write("truth", 0.005 * k, {"state": np.full(40, 0.1 * k)})
+    recorder.close()
+    first, second = recorder.recording()["truth"]["state"], recorder.recording()["truth"]["state"]
+    assert first.shape == (3000, 40) and np.shares_memory(first, second)
+    assert not first.flags.writeable

@@ -15,19 +15,19 @@ DEEPEST = 100
 """Elements inside each other, the root included."""
 
 
-def read_document(path: Path) -> ElementTree.Element:
-    """Root element of an XML file of bounded size, depth and number of elements.
+def parse_document(path: Path, content: bytes) -> ElementTree.Element:
+    """Root element of XML of bounded depth and number of elements.
 
     Args:
-        path: The file.
+        path: The file that it comes from, for errors.
+        content: What `read_content` has read.
 
     Returns:
         Its root.
 
     Raises:
-        UrdfError: if the file is missing, is not XML, defines entities, or is out of bounds.
+        UrdfError: if it is not XML, defines entities, or is out of bounds.
     """
-    content = _read(path)
     parser = ElementTree.XMLParser(target=_Builder(path))  # noqa: S314  # the builder refuses entities
     try:
         parser.feed(content)
@@ -41,7 +41,15 @@ def read_document(path: Path) -> ElementTree.Element:
     return root
 
 
-def _read(path: Path) -> bytes:
+def read_content(path: Path) -> bytes:
+    """Bytes of a file of bounded size.
+
+    Args:
+        path: The file.
+
+    Raises:
+        UrdfError: if the file is missing, cannot be read, or is too large.
+    """
     if not path.is_file():
         raise UrdfError("no such URDF file", file=path, field="file", given=str(path), allowed="an existing file")
     try:

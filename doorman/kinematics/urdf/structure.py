@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 
 from doorman.exceptions import UrdfError
-from doorman.kinematics.urdf.document import read_document
+from doorman.kinematics.urdf.document import parse_document, read_content
 
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _NUMBERS: dict[str, dict[str, int]] = {
@@ -56,12 +58,18 @@ def check_structure(path: Path) -> ElementTree.Element:
         path: URDF file.
 
     Returns:
-        Its root element, `<robot>`.
+        Its root element, `<robot>`; the caller's own, who may change it.
 
     Raises:
         UrdfError: that names the element at fault.
     """
-    root = read_document(path)
+    return copy.deepcopy(_checked(path, read_content(path)))
+
+
+@lru_cache(maxsize=8)
+def _checked(path: Path, content: bytes) -> ElementTree.Element:
+    """The checked root of what a file holds: a model and its check ask for the same two files dozens of times."""
+    root = parse_document(path, content)
     if root.tag != "robot":
         raise UrdfError("not a URDF", file=path, field="root element", given=root.tag, allowed="<robot>")
     top = f"/robot[{root.get('name')}]"
