@@ -37,7 +37,7 @@ from doorman.control.kernels.estimator_step import (
     advance_estimate,
 )
 from doorman.control.kernels.tip import ARM
-from doorman.control.kernels.vehicle_step import GIVEN
+from doorman.control.kernels.vehicle_step import GIVEN, SEEN, SIZE
 from doorman.control.observers.attitude_response import AttitudeResponse
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
@@ -242,6 +242,8 @@ class Estimator:
             carried=np.zeros_like(self._seen),
             acting=self._acting,
             vehicle=self._vehicle.memory,
+            gripped=np.zeros(GIVEN),
+            grip=np.where(np.arange(SIZE) == SEEN, np.nan, 0.0),
             door=self.door.memory,
             hinge_numbers=self._hinge_torque.numbers,
             hinge=self._hinge_torque.memory,

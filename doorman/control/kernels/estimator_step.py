@@ -19,7 +19,15 @@ from doorman.control.kernels.leaf import SLIDES, leaf_direction, leaf_normal
 from doorman.control.kernels.tip import ARM, ATTITUDE, BODY_RATES, tip_on_leaf
 from doorman.control.kernels.tip import POSITION as MEASURED
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
-from doorman.control.kernels.vehicle_step import FORCE, OUTER_FORCE, POSITION, VELOCITY, advance_vehicle
+from doorman.control.kernels.vehicle_step import (
+    FORCE,
+    LATE,
+    OUTER_FORCE,
+    POSITION,
+    SEEN,
+    VELOCITY,
+    advance_vehicle,
+)
 from doorman.kinematics.rotations import SMALLEST_COSINE
 from doorman.kinematics.vehicles.arms.arm import ArmParameters
 
@@ -79,6 +87,10 @@ class EstimatorMemory(NamedTuple):
     """Place in `vehicle_step`'s given of what acts on the vehicle and of its centre of mass, shape (GIVEN,)."""
     vehicle: Array
     """Memory of the vehicle's observer."""
+    gripped: Array
+    """Place in `vehicle_step`'s given of a gripping tip; no force is known to move it, shape (GIVEN,)."""
+    grip: Array
+    """Memory of that tip's observer."""
     door: DoorMemory
     hinge_numbers: Array
     """Of the hinge's observer."""
@@ -132,6 +144,11 @@ def advance_estimate(
     tip_angle, tip_rate = tip_on_leaf(e.arm, door.leaf, lever, e.seen, e.tip)
     if not abs(tip_angle + tip_rate) < math.inf:  # isfinite subtracts, and sums that are subtracted cancel
         return NOT_FINITE
+    turned_rate = tip_rate
+    if tie == GRIPPED:
+        tip_rate = rate_of_a_grip(e, tip_angle, pose_time, now, time_step)
+    else:
+        e.grip[SEEN] = math.nan
     deviation = math.sqrt(max(door.covariance[ANGLE, ANGLE], 0.0))
     near = lever * (tip_angle - door.state[ANGLE] - 2.0 * deviation) < _REACH
     may_touch = near or e.contact[TOUCHING] != 0.0 or tie == LEAVING
@@ -151,10 +168,12 @@ def advance_estimate(
     touching = tie == GRIPPED
     if tie != GRIPPED and tie != FREE:
         touching = watch_contact(e.contact_numbers, e.contact, felt, time_step, distance)
+    if tie == GRIPPED:
+        push = push_of_a_grip(e, tip_angle, turned_rate, time_step)
     update_door(e, tie, touching, tip_angle, tip_rate, push, pose_time, now, time_step)
     state[3], state[4] = door.state[ANGLE], door.state[RATE]
     if tie == GRIPPED:
-        state[3], state[4] = tip_on_leaf(e.arm, door.leaf, lever, e.carried, e.tip)
+        state[3], state[4] = tip_on_leaf(e.arm, door.leaf, lever, e.carried, e.tip)[0], tip_rate
     n = e.arm.axes.shape[0]
     for k in range(n):
         state[5 + k] = e.carried[ARM + k]
@@ -215,7 +234,6 @@ def update_door(
     """Let the door's filter and its hinge's observer take in where the tip is, where it is believed to touch."""
     door, memory = e.door, e.memory
     if tie == GRIPPED:
-        push = push_of_a_grip(e, tip_angle, tip_rate, time_step)
         follow_door(e, push, True, tip_angle, seen, now, time_step)
         inertia = door.state[INERTIA]
         observe_hinge(e.hinge_numbers, door.leaf, e.hinge, tip_angle, tip_rate, push, inertia, time_step)
@@ -276,6 +294,26 @@ def doubts(e: EstimatorMemory, touching: bool, tip_speed: float, now: float) -> 
         memory[DOUBTED] = now + _DOUBT
     memory[DREW_BACK] = 1.0 if draws_back else 0.0
     return bool(now < memory[DOUBTED])
+
+
+@kernel
+def rate_of_a_grip(e: EstimatorMemory, tip_angle: float, pose_time: float, now: float, time_step: float) -> float:
+    """Rate of a leaf that the tip grips, by an observer of the tip's own place [rad/s].
+
+    The vehicle's velocity lags behind what nobody knows of; body rates do not. A vehicle that turns about the tip it holds is
+    moved by the grip, so the sum of the two has the tip, which hardly moves, swing with the vehicle.
+    """
+    if math.isnan(e.grip[SEEN]):
+        e.grip[LATE] = e.vehicle[LATE]
+        for k in range(3):
+            e.grip[VELOCITY + k], e.grip[OUTER_FORCE + k] = e.seen[MEASURED_VELOCITY + k] + e.tip[3 + k], 0.0
+    for k in range(3):
+        e.gripped[k] = e.seen[MEASURED + k] + e.tip[k]
+    advance_vehicle(e.grip, e.gripped, 1.0, e.numbers[VEHICLE_RATE], pose_time, now, time_step)
+    speed, normal = 0.0, leaf_normal(e.door.leaf, tip_angle)
+    for k in range(3):
+        speed += normal[k] * e.grip[VELOCITY + k]
+    return float(-speed / e.numbers[LEVER])
 
 
 @kernel

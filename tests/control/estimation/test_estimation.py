@@ -382,6 +382,31 @@ def test_a_vehicle_that_turns_about_the_tip_it_holds_learns_the_leafs_inertia_no
     assert estimate.hinge.inertia == pytest.approx(inertia, rel=0.2)
 
 
+def test_a_vehicle_that_pitches_about_the_tip_it_holds_does_not_swing_the_leaf(model: Model) -> None:
+    """At 2 Hz, the leaf stands: neither its rate nor its hinge's torque follows the body's turning."""
+    estimator, arm, still = Estimator(model, StateConverter(model)), model.start_arm, np.zeros(model.n_arm)
+    angle, step, rates, torques = 1.2, 1e-3, [], []
+
+    def pitch(t: float) -> float:
+        return 0.04 * math.sin(4.0 * math.pi * t)
+
+    def place(t: float) -> np.ndarray:
+        return model.coupling.vehicle_position([0.0, pitch(t), 0.0], angle, arm)
+
+    for tick in range(round(4.0 / TICK)):
+        t = tick * TICK
+        velocity = (place(t + step) - place(t - step)) / (2.0 * step)
+        thrust = model.vehicle.mass * GRAVITY * np.array([math.sin(pitch(t)), 0.0, math.cos(pitch(t))])
+        turning = np.array([0.0, (pitch(t + step) - pitch(t - step)) / (2.0 * step), 0.0])
+        measurement = Measurement(t, place(t), velocity, np.array([0.0, pitch(t), 0.0]), turning, arm, still, t)
+        estimate = estimator.update(measurement, thrust, Tie.GRIPPED, TICK if tick else 0.0)
+        if t > 1.0:
+            rates.append(abs(estimate.door_rate))
+            torques.append(estimate.door_disturbance)
+    assert max(rates) < 0.005
+    assert np.ptp(torques) < 1.2
+
+
 def test_wind_on_the_leaf_does_not_pass_for_friction_where_the_vehicle_feels_it(model: Model) -> None:
     def off(sign: float, felt: float) -> tuple[float, float]:
         swing = Swing(model, (0.8 * sign, -0.6 * sign), inertia=6.0, damping=0.5, friction=1.2, stiffness=0.0)

@@ -11,8 +11,10 @@ from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.estimation.present import present, present_posture
+from doorman.control.kernels.vehicle_step import LATE
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
+from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
 from doorman.signals import Measurement
 
@@ -44,6 +46,7 @@ class PlainEstimator:
         self._door_inertia = model.door.inertia
         self._lever = model.coupling.lever_length
         self._beyond: float | None = None
+        self._grip: VehicleObserver | None = None
         self._grips, self._smoothed = model.scenario.contact.kind == "grip", 0.0
         self._drew_back, self._doubted = False, 0.0
         self._wind, self._mean_wind = np.zeros(3), np.zeros(3)
@@ -66,6 +69,11 @@ class PlainEstimator:
         vehicle.update(measurement.position, measurement.pose_time, now, lifts, time_step, center)
         velocity = vehicle.velocity.copy()
         tip_angle, tip_rate = self._converter.tip(measurement, velocity)
+        turned_rate = tip_rate
+        if tie is Tie.GRIPPED:
+            tip_rate = self._rate_of_a_grip(measurement, tip_angle, time_step)
+        else:
+            self._grip = None
         near = self._near(tip_angle)
         may_touch = near or self.contact.touching or tie is Tie.LEAVING
         self._follow_wind(tie is Tie.FREE or not (may_touch or tie is Tie.GRIPPED), time_step)
@@ -79,11 +87,13 @@ class PlainEstimator:
         touching = tie is Tie.GRIPPED or (tie is not Tie.FREE and self.contact.update(force_felt, time_step, distance))
         acting = lifts + self._wind
         push = float(normal @ acting)
+        if tie is Tie.GRIPPED:
+            push = self._push_of_a_grip(acting, tip_angle, turned_rate, time_step)
         self._update_door(tie, touching, (tip_angle, tip_rate), measurement, acting, push, time_step)
         state = np.empty(5 + len(arm))
         state[:3], state[5:] = attitude, arm
         if tie is Tie.GRIPPED:
-            state[3], state[4] = self._converter.tip(present(measurement, velocity), velocity)
+            state[3], state[4] = self._converter.tip(present(measurement, velocity), velocity)[0], tip_rate
         else:
             state[3], state[4] = self.door.angle, self.door.rate
         yaw = float(state[2])
@@ -152,7 +162,6 @@ class PlainEstimator:
     ) -> None:
         seen, now = measurement.pose_time, measurement.time
         if tie is Tie.GRIPPED:
-            push = self._push_of_a_grip(acting, *tip, time_step)
             self.door.update(push, True, tip[0], seen, now, time_step, wind=self._mean_wind)
             self._hinge_torque.update(*tip, push, self.door.inertia, time_step)
             return
@@ -175,6 +184,19 @@ class PlainEstimator:
             self._doubted = now + _DOUBT
         self._drew_back = draws_back
         return now < self._doubted
+
+    def _rate_of_a_grip(self, measurement: Measurement, tip_angle: float, time_step: float) -> float:
+        """Rate of a leaf that the tip grips, by an observer of the tip's own place [rad/s]."""
+        turned, arm = rotation_body_to_world(measurement.attitude), measurement.arm_angles
+        tip = measurement.position + turned @ self._model.vehicle.tip_position(arm)
+        if self._grip is None:
+            self._grip = VehicleObserver(1.0, self._vehicle.rate)
+            moves = np.cross(measurement.body_rates, self._model.vehicle.tip_position(arm))
+            moves = moves + self._model.vehicle.tip_jacobian(arm) @ measurement.arm_rates
+            self._grip.velocity[:] = self._vehicle.velocity + turned @ moves
+            self._grip.memory[LATE] = self._vehicle.memory[LATE]
+        self._grip.update(tip, measurement.pose_time, measurement.time, np.zeros(3), time_step)
+        return -float(self._model.door.normal(tip_angle) @ self._grip.velocity) / self._lever
 
     def _push_of_a_grip(self, acting: Array, tip_angle: float, tip_rate: float, time_step: float) -> float:
         r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].
