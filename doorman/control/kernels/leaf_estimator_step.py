@@ -36,6 +36,7 @@ from doorman.control.kernels.wind_step import (
     meet_contact,
     take_push,
     take_unexplained,
+    wind_doubt,
 )
 from doorman.kinematics.rotations import SMALLEST_COSINE
 from doorman.kinematics.vehicles.arm import ArmParameters
@@ -98,7 +99,9 @@ _STANDS_AT_GOAL = 0.015
 _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, or of
 what shuts a leaf whose closer is stronger than its friction, does not touch; nor does one that draws back by more than the second
-[rad],"""
+[rad], unless it feels what no wind explains,"""
+_CERTAIN = 3.0
+"""which is more than so many deviations of the wind: a closer drives the leaf after the tip;"""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with
 more [N m],"""
@@ -297,7 +300,8 @@ def find_contact(
         expected = max((memory[RESISTS] + memory[MORE] + weight_ahead(e)) / lever, least_force(e))
         meet_contact(e.wind, normal[0], normal[1], normal[2], expected - force)
         force = expected
-    if touching and is_no_contact(e, tip_angle, tip_rate, push + along(normal, felt), force, now, time_step):
+    moves, doubt = push + along(normal, felt), wind_doubt(e.wind.covariance, normal)
+    if touching and is_no_contact(e, tip_angle, tip_rate, moves, force, doubt, now, time_step):
         touching = False
         declare_contact(e.contact, False)
         lose_contact(e.wind, felt)
@@ -306,7 +310,14 @@ def find_contact(
 
 @kernel
 def is_no_contact(
-    e: LeafMemory, tip_angle: float, tip_rate: float, moves: float, force: float, now: float, time_step: float
+    e: LeafMemory,
+    tip_angle: float,
+    tip_rate: float,
+    moves: float,
+    force: float,
+    doubt: float,
+    now: float,
+    time_step: float,
 ) -> bool:
     """Whether what the tip does contradicts a contact."""
     memory, lever = e.memory, e.numbers[LEVER]
@@ -320,7 +331,9 @@ def is_no_contact(
     friction = friction_share(e) * (memory[RESISTS] + memory[MORE])
     shuts = bears - 2.0 * friction
     faded = lever * force < _FADED * (shuts if shuts > 0.0 else bears)
-    back = tip_rate > _MOVES and tip_angle - memory[DEEPEST] > (_DRAWN_BACK if faded else _FAR_BACK)
+    drawn = tip_angle - memory[DEEPEST]
+    gone = drawn > _DRAWN_BACK if faded else drawn > _FAR_BACK and force < _CERTAIN * doubt
+    back = tip_rate > _MOVES and gone
     if now - memory[TOUCHED_AT] <= _SETTLED or not (back or memory[GHOST] > _GHOST_TIME):
         return False
     memory[GHOST] = 0.0
@@ -371,7 +384,7 @@ def watch_hinge(
     memory[STOOD] = max(memory[STOOD], angle)
     loose = memory[STOOD] - angle > _BREAKS_LOOSE
     if loose and e.torque_numbers[BANDWIDTH] > 0.0:  # an observer that is off tells nothing
-        take_push(e.wind, normal, e.numbers[LEVERS], bare, -rate, time_step)
+        take_push(e.wind, normal, e.numbers[LEVERS], bare, -rate, z[STIFFNESS], time_step)
 
 
 @kernel
