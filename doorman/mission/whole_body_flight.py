@@ -52,14 +52,14 @@ class WholeBodyFlight:
         wanted = self._controller.opening_rate
         self._known = known = self._estimator.update(measurement, force, time_step, seeks, wanted)
         if not seeks:
-            return replace(estimate, wind=known.wind)
+            return replace(estimate, wind=known.wind, hinge=known.hinge)
         state = estimate.state.copy()
         state[3:5] = known.door_angle, known.door_rate
         turned = self._model.coupling.angle_of_face(known.face_offset)
         return replace(
             estimate, state=state, wind=known.wind, touching=known.touching, normal_force=known.normal_pull,
             tip_force=estimate.tip_force + known.wind - estimate.wind, tip_angle=estimate.tip_angle - turned,
-            push=known.normal_force,
+            push=known.normal_force, hinge=known.hinge,
         )  # fmt: skip
 
     def command(self, measurement: Measurement, at_the_leaf: bool, time_step: float) -> Command | None:

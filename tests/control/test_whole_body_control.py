@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from doorman.control.estimation.door_filter import HingeEstimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.whole_body_control import WholeBodyController, tilted
 from doorman.kinematics.rotations import rotation_body_to_world
@@ -38,7 +39,7 @@ def known(model: Model, distance: float, touching: bool = False, angle: float = 
     force = 0.7 if touching else 0.0
     return LeafEstimate(
         position, none, posture[:3], none, posture[5:], angle, 0.0, touching, force, np.zeros(2), none, 0.5, 1.0,
-        model.door.inertia, 0.0, model.coupling.distance_from_hinge, force,
+        model.door.inertia, 0.0, model.coupling.distance_from_hinge, force, HingeEstimate(*[0.0] * 9),
     )  # fmt: skip
 
 

@@ -7,15 +7,18 @@ say that there is no contact: the force fades, the tip draws back, or it gains s
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.contact_monitor import ContactMonitor
-from doorman.control.estimation.door_filter import DoorFilter
+from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.wind_filter import WindFilter
+from doorman.control.kernels.door_filter.memory import ANGLE
+from doorman.control.kernels.door_filter.step import hinge_of
+from doorman.control.kernels.leaf import leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import FACE_DEVIATION, begin_leaf
 from doorman.control.kernels.leaf_estimator.memory import (
     AT,
@@ -37,6 +40,7 @@ from doorman.control.kernels.leaf_estimator.memory import (
 from doorman.control.kernels.leaf_estimator.step import advance_leaf
 from doorman.control.kernels.tip import ARM
 from doorman.control.kernels.vehicle_step import GIVEN
+from doorman.control.kernels.wind_step import wind_doubt
 from doorman.control.observers.door_observer import DoorObserver
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
@@ -84,6 +88,9 @@ class LeafEstimate:
     """where a newton along the normal is so much torque in the joint [m]."""
     normal_pull: float
     """λ as felt: wind less outer force along the normal [N]."""
+    hinge: HingeEstimate
+    """Parameters of the hinge. An error of the wind's force on the vehicle passes for torque of friction and closer: the
+    deviation of that torque holds it."""
 
 
 class LeafEstimator:
@@ -98,6 +105,7 @@ class LeafEstimator:
         settings, door, size = model.scenario.estimation, model.door, model.scale
         self._model, self._converter = model, converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
+        self._doubt = 0.0  # of the torque, as the wind in contact is doubted [N m]
         self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._vehicle = VehicleObserver(self._mass, settings.vehicle_observer_rate)
         self._monitor = ContactMonitor(settings.contact)
@@ -178,5 +186,18 @@ class LeafEstimator:
             found[AT : AT + 3], found[MOVES : MOVES + 3], found[ATTITUDE_NOW : ATTITUDE_NOW + 3],
             found[ATTITUDE_RATES : ATTITUDE_RATES + 3], np.array(measured.arm_angles), angle, rate, touches != 0.0, force,
             found[FRICTION_FORCE : FRICTION_FORCE + 2], found[WIND_NOW : WIND_NOW + 3], resistance, share, inertia, face,
-            self._lever, pulled,
+            self._lever, pulled, self._hinge(touches != 0.0),
         )  # fmt: skip
+
+    def _hinge(self, touching: bool) -> HingeEstimate:
+        """The door's filter takes the wind on the vehicle for known: its doubt in contact is added, by the lever of the tip.
+
+        Args:
+            touching: Whether the tip is on the leaf, so that its push teaches the hinge.
+        """
+        door, wind = self._kept.door, self._kept.wind
+        hinge_of(door.numbers, door.leaf, door.state, door.covariance, door.hinge)
+        hinge = HingeEstimate(*door.hinge.tolist())
+        if touching:
+            self._doubt = self._lever * wind_doubt(wind.covariance, leaf_normal(door.leaf, door.state[ANGLE]))
+        return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))

@@ -4,7 +4,8 @@ r"""The wind on the vehicle, which may turn: an extended Kalman filter of its fo
 
 Free flight shows the wind: it is all that is felt. In contact the filter goes on turning it as it turned before, and takes in
 what no contact can explain: a pull, or more along the face than friction carries. The torque τ of friction and closer changes
-with the angle and not with time: a leaf that moves under another push than it did here before is in another wind.
+with the angle and not with time, by the closer's stiffness as far as it is known. A leaf that moves under another push than it
+did here before is in another wind.
 """
 
 from __future__ import annotations
@@ -96,7 +97,13 @@ class WindFilter:
         take_unexplained(self._held, x, y, up, force, time_step)
 
     def pushed(
-        self, normal: Array, levers: tuple[float, float], torque: float, opening: float, time_step: float
+        self,
+        normal: Array,
+        levers: tuple[float, float],
+        torque: float,
+        opening: float,
+        time_step: float,
+        closer: float = 0.0,
     ) -> None:
         """Take in what the rotors turn the leaf with. One that stands bears that much, or more.
 
@@ -106,8 +113,9 @@ class WindFilter:
             torque: Of the rotors, less what moves vehicle and leaf [N m].
             opening: Rate of the leaf [rad/s].
             time_step: Since the last call [s].
+            closer: Stiffness that is known of the hinge's closer [N m/rad].
         """
-        take_push(self._held, tuple(normal.tolist()), sum(levers), torque, opening, time_step)
+        take_push(self._held, tuple(normal.tolist()), sum(levers), torque, opening, closer, time_step)
 
     def met(self, normal: Array, more: float) -> None:
         """Take in that the tip presses harder than the wind seemed to say.

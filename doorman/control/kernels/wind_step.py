@@ -107,6 +107,21 @@ def correct_wind(z: Array, p: Array, x: float, y: float, up: float, torque: floa
 
 
 @kernel
+def wind_doubt(covariance: Array, direction: tuple[float, float, float]) -> float:
+    """Standard deviation of the wind along a direction [N].
+
+    Args:
+        covariance: Of the filter's state, shape (5, 5).
+        direction: Unit vector, world frame.
+    """
+    variance = 0.0
+    for k in range(3):
+        for j in range(3):
+            variance += direction[k] * covariance[k, j] * direction[j]
+    return math.sqrt(max(variance, 0.0))
+
+
+@kernel
 def advance_wind(wind: WindMemory, time_step: float) -> None:
     """Advance by one period."""
     wind.flown[0] += time_step
@@ -167,9 +182,12 @@ def take_unexplained(wind: WindMemory, x: float, y: float, up: float, force: flo
 
 @kernel
 def take_push(
-    wind: WindMemory, normal: tuple[float, float, float], levers: float, torque: float, opening: float, time_step: float
-) -> None:
+    wind: WindMemory, normal: tuple[float, float, float], levers: float, torque: float, opening: float, closer: float,
+    time_step: float,
+) -> None:  # fmt: skip
     """Take in what the rotors turn the leaf with. One that stands bears that much, or more.
+
+    The torque of the hinge grows by the closer's known stiffness on the way, and by chance beside that.
 
     Args:
         wind: The filter's memory.
@@ -177,10 +195,12 @@ def take_push(
         levers: Of the wind on the vehicle and of that on the leaf about the hinge, together [m].
         torque: Of the rotors, less what moves vehicle and leaf [N m].
         opening: Rate of the leaf [rad/s].
+        closer: Stiffness that is known of the hinge's closer [N m/rad].
         time_step: Since the last call [s].
     """
     if time_step <= 0.0:
         return
+    wind.state[HINGE] += closer * opening * time_step
     z, (x, y, up) = wind.state, normal
     wind.covariance[HINGE, HINGE] += (wind.scales[1] * _HINGE_CHANGES) ** 2 * abs(opening) * time_step
     off = torque - (-levers * (x * z[0] + y * z[1] + up * z[2]) + z[HINGE])

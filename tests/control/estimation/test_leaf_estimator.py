@@ -174,6 +174,31 @@ def test_a_seal_that_gives_way_is_noticed_at_once_and_is_no_wind(model: Model, f
     assert abs(leaf.known.wind @ model.door.normal(CLOSED)) < 0.2
 
 
+@pytest.mark.parametrize(("force", "stays"), [(2.5, True), (0.0, False)])
+def test_a_leaf_that_drives_the_tip_back_is_in_contact_as_long_as_its_force_is_felt(
+    model: Model, force: float, stays: bool
+) -> None:
+    """A closer that is stronger than its friction follows the tip; where nothing is felt, the tip has left the leaf."""
+    vehicle, normal = Vehicle(model), model.door.normal(CLOSED)
+    pressed(vehicle, 3.0, np.zeros(3))
+    ahead = vehicle.at(0.0) + 0.1 * normal
+    vehicle.fly(2.0, vehicle.at(0.0), -3.0 * normal, to=ahead, wanted=0.1)
+    back = ahead - 0.06 * normal
+    assert 0.06 / model.coupling.lever_length > 0.07
+    known = vehicle.fly(1.5, ahead, -force * normal, to=back)
+    assert known.touching == stays
+    if stays:
+        assert abs(known.wind @ normal) < 0.5
+
+
+def test_what_the_hinge_resists_with_is_doubted_as_the_wind_is(model: Model) -> None:
+    """An unknown force of the wind in contact passes for torque: half a minute later it is less certain."""
+    vehicle, force = Vehicle(model), -2.0 * model.door.normal(CLOSED)
+    early = pressed(vehicle, 2.0, np.zeros(3)).hinge
+    late = vehicle.fly(20.0, vehicle.at(0.0), force).hinge
+    assert late.torque_deviation > early.torque_deviation
+
+
 @pytest.mark.parametrize(("stiffness", "damping"), [(2.5, 0.0), (0.0, 9.0)])
 def test_what_plans_are_told_of_a_hinge_holds_the_closer_that_the_scenario_names(
     stiffness: float, damping: float

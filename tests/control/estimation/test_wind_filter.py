@@ -46,6 +46,19 @@ def test_still_air_stays_still_while_a_closer_winds_up() -> None:
     assert wind.state[4] == pytest.approx(0.8 + 1.8 * 1.2, abs=0.4)
 
 
+def test_a_closer_that_is_known_winds_up_without_passing_for_wind_that_may_turn() -> None:
+    normal, off = np.array([1.0, 0.0, 0.0]), []
+    for closer in (0.0, 1.8):
+        wind = flown(0.08)
+        wind.covariance[3, 3] += 0.05**2  # how it turns is less certain than after a long hover
+        for k in range(round(12.0 / TICK)):
+            wind.predict(TICK)
+            torque = 0.8 + 1.8 * 0.1 * k * TICK - sum(LEVERS) * turning(7.0 + k * TICK, 0.08)[0]
+            wind.pushed(normal, LEVERS, torque, 0.1, TICK, closer)
+        off.append(abs(float(wind.force[0] - turning(19.0, 0.08)[0])))
+    assert off[1] < 0.3 < off[0]
+
+
 def test_a_leaf_that_creeps_on_under_less_push_than_it_needed_here_is_in_wind() -> None:
     wind, normal = flown(0.0, strength=0.5), np.array([0.0, 1.0, 0.0])
     before = normal @ wind.force

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from plain_parts import PlainHinge, PlainMonitor, PlainWind
 
 from doorman.control.center_of_mass import center_of_mass
-from doorman.control.estimation.door_filter import DoorFilter
+from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.leaf_estimator import LeafEstimate
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
@@ -49,7 +50,7 @@ _NUDGED_WITHIN = 0.07
 """Nearer to the goal it grows in proportion [rad]."""
 _STANDS_AT_GOAL = 0.015
 """Nearer than this it does not grow [rad]."""
-_DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
+_DRAWN_BACK, _FAR_BACK, _FADED, _CERTAIN = 0.02, 0.06, 0.4, 3.0
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with."""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with"""
@@ -68,6 +69,7 @@ class PlainLeafEstimator:
         settings = model.scenario.estimation
         self._converter = converter
         self._mass, self._lever = model.vehicle.mass, model.coupling.lever_length
+        self._doubt = 0.0  # of the torque, as the wind in contact is doubted [N m]
         self._weight_force = np.array([0.0, 0.0, self._mass * GRAVITY])
         self._goal, self._rest = model.goal_angle, float(model.door.rest_angle)
         self._start = model.start_angle
@@ -120,7 +122,7 @@ class PlainLeafEstimator:
             self._stood = max(self._stood, angle)
             loose = self._stood - angle > _BREAKS_LOOSE
             if loose and self._bare.rate > 0.0:  # an observer that is off tells nothing
-                self._wind.pushed(normal, self._levers, bare, -rate, time_step)
+                self._wind.pushed(normal, self._levers, bare, -rate, self._door.stiffness, time_step)
         else:
             for observer in (self._torque, self._quick, self._bare):
                 observer.pause()
@@ -133,7 +135,16 @@ class PlainLeafEstimator:
             self._vehicle.position.copy(), velocity, attitude, rates, np.array(measured.arm_angles), self._door.angle,
             self._door.rate, touching, force, self._friction.copy(), self._wind.force, resistance,
             self._friction_share(), self._door.inertia, self._face, self._lever, float(normal @ (self._wind.force - felt)),
+            self._hinge_of(touching),
         )  # fmt: skip
+
+    def _hinge_of(self, touching: bool) -> HingeEstimate:
+        """The hinge, with the doubt of the wind in contact in the deviation of its torque."""
+        if touching:
+            normal = self._leaf.normal(self._door.angle)
+            self._doubt = self._lever * math.sqrt(float(normal @ self._wind.covariance[:3, :3] @ normal))
+        hinge = self._door.hinge()
+        return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))
 
     def _weight(self) -> float:
         """Torque of the leaf's weight against opening [N m]."""
@@ -217,13 +228,16 @@ class PlainLeafEstimator:
             expected = max((self._resists + self._more + self._weight()) / self._lever, self._least)
             self._wind.met(normal, expected - force)
             force = expected
-        if touching and self._is_none(tip, push + float(normal @ felt), force, now, time_step):
+        doubt = math.sqrt(max(float(normal @ self._wind.covariance[:3, :3] @ normal), 0.0))
+        if touching and self._is_none(tip, push + float(normal @ felt), force, doubt, now, time_step):
             touching = False
             monitor.declare(False)
             self._wind.lost(felt)
         return touching
 
-    def _is_none(self, tip: tuple[float, float], moves: float, force: float, now: float, time_step: float) -> bool:
+    def _is_none(
+        self, tip: tuple[float, float], moves: float, force: float, doubt: float, now: float, time_step: float
+    ) -> bool:
         """Whether what the tip does contradicts a contact."""
         self._deepest = min(self._deepest, tip[0])
         gains = moves / self._mass / self._lever
@@ -235,7 +249,9 @@ class PlainLeafEstimator:
         friction = self._friction_share() * (self._resists + self._more)
         shuts = bears - 2.0 * friction
         faded = self._lever * force < _FADED * (shuts if shuts > 0.0 else bears)
-        back = tip[1] > _MOVES and tip[0] - self._deepest > (_DRAWN_BACK if faded else _FAR_BACK)
+        drawn = tip[0] - self._deepest
+        gone = drawn > _DRAWN_BACK if faded else drawn > _FAR_BACK and force < _CERTAIN * doubt
+        back = tip[1] > _MOVES and gone
         if now - self._touched_at <= _SETTLED or not (back or self._ghost > _GHOST_TIME):
             return False
         self._ghost = 0.0

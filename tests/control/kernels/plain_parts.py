@@ -197,11 +197,12 @@ class PlainWind:
             self._correct(direction, -force, (self._force * _BOUND) ** 2 * max(_BOUND_TIME / time_step, 1.0))
 
     def pushed(
-        self, normal: Array, levers: tuple[float, float], torque: float, opening: float, time_step: float
+        self, normal: Array, levers: tuple[float, float], torque: float, opening: float, closer: float, time_step: float
     ) -> None:
         """Take in what the rotors turn the leaf with. One that stands bears that much, or more."""
         if time_step <= 0.0:
             return
+        self.state[4] += closer * opening * time_step
         self.covariance[4, 4] += (self._hinge * _HINGE_CHANGES) ** 2 * abs(opening) * time_step
         lever, (x, y, up) = -sum(levers), normal.tolist()
         wind_x, wind_y, wind_up, _, hinge = self.state.tolist()

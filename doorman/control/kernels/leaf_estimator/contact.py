@@ -44,7 +44,7 @@ from doorman.control.kernels.leaf_estimator.memory import (
     LeafMemory,
 )
 from doorman.control.kernels.vehicle_step import OUTER_FORCE
-from doorman.control.kernels.wind_step import feel_wind, lose_contact, meet_contact
+from doorman.control.kernels.wind_step import feel_wind, lose_contact, meet_contact, wind_doubt
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,9 @@ _TIP_NOISE, _TIP_TIME = 0.003, 0.05
 _DRAWN_BACK, _FAR_BACK, _FADED = 0.02, 0.06, 0.4
 """A tip that draws back by more than the first, while it feels less than the last, a share of what the hinge resists with, or of
 what shuts a leaf whose closer is stronger than its friction, does not touch; nor does one that draws back by more than the second
-[rad],"""
+[rad], unless it feels what no wind explains,"""
+_CERTAIN = 3.0
+"""which is more than so many deviations of the wind: a closer drives the leaf after the tip;"""
 _GHOST, _GHOST_RATE, _GHOST_TIME = 2.0, 0.06, 0.4
 """nor one that moves on, faster than this [rad/s] and for longer [s], as if a room door opened by itself with
 more [N m],"""
@@ -117,7 +119,8 @@ def find_contact(
         expected = max((memory[RESISTS] + memory[MORE] + weight_ahead(e)) / lever, least_force(e))
         meet_contact(e.wind, normal[0], normal[1], normal[2], expected - force)
         force = expected
-    if touching and is_no_contact(e, tip_angle, tip_rate, push + along(normal, felt), force, now, time_step):
+    moves, doubt = push + along(normal, felt), wind_doubt(e.wind.covariance, normal)
+    if touching and is_no_contact(e, tip_angle, tip_rate, moves, force, doubt, now, time_step):
         touching = False
         declare_contact(e.contact, False)
         lose_contact(e.wind, felt)
@@ -126,7 +129,14 @@ def find_contact(
 
 @kernel
 def is_no_contact(
-    e: LeafMemory, tip_angle: float, tip_rate: float, moves: float, force: float, now: float, time_step: float
+    e: LeafMemory,
+    tip_angle: float,
+    tip_rate: float,
+    moves: float,
+    force: float,
+    doubt: float,
+    now: float,
+    time_step: float,
 ) -> bool:
     """Whether what the tip does contradicts a contact."""
     memory, lever = e.memory, e.numbers[LEVER]
@@ -140,7 +150,9 @@ def is_no_contact(
     friction = friction_share(e) * (memory[RESISTS] + memory[MORE])
     shuts = bears - 2.0 * friction
     faded = lever * force < _FADED * (shuts if shuts > 0.0 else bears)
-    back = tip_rate > MOVING and tip_angle - memory[DEEPEST] > (_DRAWN_BACK if faded else _FAR_BACK)
+    drawn = tip_angle - memory[DEEPEST]
+    gone = drawn > _DRAWN_BACK if faded else drawn > _FAR_BACK and force < _CERTAIN * doubt
+    back = tip_rate > MOVING and gone
     if now - memory[TOUCHED_AT] <= _SETTLED or not (back or memory[GHOST] > _GHOST_TIME):
         return False
     memory[GHOST] = 0.0

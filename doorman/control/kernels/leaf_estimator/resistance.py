@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from doorman.compilation import kernel
-from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE
+from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE, STIFFNESS
 from doorman.control.kernels.hinge_step import BANDWIDTH, ESTIMATE, observe_hinge, restart_hinge
 from doorman.control.kernels.leaf_estimator.forces import LEAST_RESISTANCE, MOVING
 from doorman.control.kernels.leaf_estimator.memory import (
@@ -51,7 +51,7 @@ def watch_hinge(
     memory[STOOD] = max(memory[STOOD], angle)
     loose = memory[STOOD] - angle > _BREAKS_LOOSE
     if loose and e.torque_numbers[BANDWIDTH] > 0.0:  # an observer that is off tells nothing
-        take_push(e.wind, normal, e.numbers[LEVERS], bare, -rate, time_step)
+        take_push(e.wind, normal, e.numbers[LEVERS], bare, -rate, z[STIFFNESS], time_step)
 
 
 @kernel

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from doorman.campaign.flight_program import give_back_memory
+from doorman.campaign.flights.flight_program import give_back_memory
 
 
 def resident() -> int:
