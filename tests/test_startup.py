@@ -15,7 +15,7 @@ from urdf_variants import DOOR, VEHICLE, write_door, write_edited
 
 import doorman
 from doorman.kinematics.urdf.elements import read_boxes, read_joints
-from doorman.kinematics.urdf.robot import load_description
+from urdf_parser import load_description
 
 ROOT = Path(__file__).parent.parent
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_edited
 
-from doorman.kinematics.urdf.robot import load_description
+from urdf_parser import load_description
 from doorman.kinematics.urdf.shapes import link_name, read_collisions, read_parents
 
 MESH = '<mesh filename="disc.stl" scale="0.5 1 2"/>'
