@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from urdf_parser import load_description
 from urdf_variants import DOOR, VEHICLE, write_door, write_edited
 
 import doorman
 from doorman.kinematics.urdf.elements import read_boxes, read_joints
-from doorman.kinematics.urdf.robot import load_description
 
 ROOT = Path(__file__).parent.parent
 

@@ -17,7 +17,7 @@ from doorman.control.observers.tilt_observer import TiltObserver
 from doorman.model import GRAVITY, Model
 from doorman.planning.plan import Plan
 from doorman.planning.whole_body.contact import depth_of, stick_place, tip_on_face, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import scale_of, whole_body_numbers  # fmt: skip
+from doorman.planning.whole_body.numbers import whole_body_numbers  # fmt: skip
 from doorman.planning.whole_body.references import at_the_leaf
 from doorman.signals import Command
 
@@ -50,7 +50,7 @@ class WholeBodyController:
 
     def __init__(self, model: Model) -> None:
         self._model, self._numbers = model, whole_body_numbers(model)
-        self._ramp = _RAMP * scale_of(model).rate ** 2
+        self._ramp = _RAMP * model.scale.rate**2
         self._free_air = _FREE_AIR * model.vehicle.radius
         self._least_grip = _LEAST_GRIP * model.vehicle.mass * GRAVITY
         self.opening_rate = 0.0

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from doorman.hardware.quaternions import from_attitude, multiply, to_attitude
 from doorman.hardware.vehicle.gripper import CLOSED, OPEN, SHUT
 from doorman.model import GRAVITY
-from doorman.rig.emulators.autopilot.plant import PlantTruth
+from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth
 from doorman.rig.emulators.mocap.stream import BodyPose
 from doorman.rig.emulators.servos.plant import LaggingJoints, ServoMotion
 from doorman.rig.plant import RigPlant, Snapshot

@@ -22,9 +22,8 @@ from doorman.model import GRAVITY, Model
 from doorman.recording import Recorder
 from doorman.rig.adapters import RigArm, RigBody, RigVehicle
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.allocation import add_rotors
-from doorman.rig.emulators.autopilot.dialects import DIALECTS, Flavour
-from doorman.rig.emulators.autopilot.motors import MotorKind
+from doorman.rig.emulators.autopilot.rules.dialects import DIALECTS, Flavour
+from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind, add_rotors
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, TrackerSetup
 from doorman.rig.emulators.servos import ServoEmulator
 from doorman.rig.emulators.servos.unit import READY, READY_TO_GRIP, ServoSetup

@@ -45,11 +45,11 @@ class Served:
         rig.mocap.stream.faults = StreamFaults()
         for faults in (rig.autopilot.outgoing, rig.autopilot.incoming, rig.servos.faults):
             vars(faults).update(vars(type(faults)()))
-        rig.autopilot.stop_heartbeats(stopped=False)
-        rig.autopilot.fail_estimator(failed=False)
-        rig.autopilot.confuse(confused=False)
-        rig.autopilot.allow_arming()
-        rig.autopilot.pilot_sticks((0.0, 0.0, 0.0))
+        rig.autopilot.telemetry.heartbeats_stopped = False
+        rig.autopilot.estimator.failed = False
+        rig.autopilot.telemetry.confused = False
+        rig.autopilot.brain.refusal = None
+        rig.autopilot.brain.sticks = (0.0, 0.0, 0.0)
         rig.autopilot.battery.remaining = 0.9
         rig.plant.blow((0.0, 0.0, 0.0))
         rig.plant.block(0.0)

@@ -48,6 +48,11 @@ def line(name: str, value: object) -> Injection:
     return inject
 
 
+def jump_clock(rig: FlightRig, _: Flight) -> None:
+    jumped = "rig.autopilot.clock.jumped"
+    rig.far.set(jumped, rig.far.get(jumped) + 30.0)
+
+
 def fail(_: FlightRig, flight: Flight) -> None:
     def progress() -> None:
         raise DoormanError("made up")
@@ -96,9 +101,9 @@ def take_over(rig: FlightRig, _: Flight) -> None:
     """A pilot who turns the mode switch looks for a moment, pulls the vehicle straight out of the doorway, and lands it there."""
     rig.far.call("rig.autopilot.pilot_mode", "position")
     time.sleep(1.0)
-    rig.far.call("rig.autopilot.pilot_sticks", (-0.5, 0.0, 0.0))
+    rig.far.set("rig.autopilot.brain.sticks", (-0.5, 0.0, 0.0))
     until(lambda: rig.snapshot.truth.position[0] < rig.places.hover[0] + 0.1, "the pilot's way out")
-    rig.far.call("rig.autopilot.pilot_sticks", (0.0, 0.0, 0.0))
+    rig.far.set("rig.autopilot.brain.sticks", (0.0, 0.0, 0.0))
     time.sleep(1.0)
     rig.far.call("rig.autopilot.pilot_mode", "land")
 
@@ -161,13 +166,14 @@ FAULTS = {
     "link duplicates": Row(line("duplicate", 0.5)),
     "link reorders": Row(line("reorder", 0.3)),
     "link corrupts": Row(line("corrupt", 0.3)),
-    "heartbeats end": Row(call("rig.autopilot.stop_heartbeats", True), Fault.HEARTBEAT, (Fault.SESSION_SILENT, Fault.SESSION)),
+    "heartbeats end": Row(put("rig.autopilot.telemetry.heartbeats_stopped", True), Fault.HEARTBEAT,
+                          (Fault.SESSION_SILENT, Fault.SESSION)),
     "pilot takes over": Row(take_over, Fault.PILOT),
     "pilot stops the motors": Row(call("rig.autopilot.kill_switch"), Fault.PILOT, THROWN),
     "autopilot reboots": Row(call("rig.autopilot.reboot"), ("does not control", Fault.POSE, Fault.PILOT, Fault.SPEED)),
-    "autopilot loses its estimate": Row(call("rig.autopilot.fail_estimator"), Fault.PILOT),
-    "autopilot's clock jumps": Row(call("rig.autopilot.jump_clock", 30.0)),
-    "autopilot tells no numbers": Row(call("rig.autopilot.confuse"), UNHEARD),
+    "autopilot loses its estimate": Row(put("rig.autopilot.estimator.failed", True), Fault.PILOT),
+    "autopilot's clock jumps": Row(jump_clock),
+    "autopilot tells no numbers": Row(put("rig.autopilot.telemetry.confused", True), UNHEARD),
     "battery silent": Row(put("rig.autopilot.battery.silent", True), Fault.BATTERY_SILENT, late=True),
     "battery low": Row(put("rig.autopilot.battery.remaining", 0.17), Fault.BATTERY_LOW),
     "battery empty": Row(put("rig.autopilot.battery.remaining", 0.05), (Fault.BATTERY_CRITICAL, Fault.BATTERY_LOW)),

@@ -44,7 +44,7 @@ def test_wind_pushes_too_hard(rig):
 
 
 def test_arming_refused(rig):
-    rig.far.call("rig.autopilot.refuse_arming", "Preflight Fail: made up")
+    rig.far.set("rig.autopilot.brain.refusal", "Preflight Fail: made up")
     report = rig.flight().begin().end()
     assert report.end is End.NOT_FLOWN
     assert "arm" in report.message

@@ -66,7 +66,7 @@ def test_a_full_disk_loses_the_recording_and_not_the_flight(tmp_path):
 def test_dry_run_sends_nothing(tmp_path):
     setup = RigSetup(pixhawk_port=free_port(), mocap_port=free_port(), folder=tmp_path)
     with real_time(), Rig(Model(Scenario.load("paper")), setup) as rig:
-        heard = rig.autopilot.protocol.received
+        heard = rig.autopilot.receiver.received
         result = run(
             "fly", "paper", *rig.arguments, "--dry-run", "--yes", "--json", "--out", str(tmp_path / "none.mcap")
         )

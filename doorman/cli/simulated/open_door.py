@@ -27,7 +27,7 @@ from doorman.recording import Recording
 from doorman.simulation.plant.engine import engine
 from doorman.summary import verdict
 from doorman.visualization import PicturesMissing, write_pictures
-from doorman.visualization.picture_process import picture_process
+from doorman.visualization.picture_process import PictureProcess, picture_process
 
 RUN_FILES = (
     "scenario.toml",
@@ -87,46 +87,33 @@ def open_door(
         DoormanError: if the input cannot be used or the simulation fails.
         OSError: if the folder cannot be written.
     """
-    with ExitStack() as claims:
-        return _open_door(claims, source, settings, out, duration, seed, realtime, port, as_json, force, feed, vehicle)
-
-
-def _open_door(
-    claims: ExitStack,
-    source: str,
-    settings: Sequence[str],
-    out: Path | None,
-    duration: float | None,
-    seed: int,
-    realtime: bool,
-    port: int | None,
-    as_json: bool,
-    force: bool,
-    feed: int | None,
-    vehicle: str | None,
-) -> int:
-    """`open_door`; the folder is claimed until the end of `claims`."""
     if duration is not None and not 0.0 < duration <= _LONGEST:
         raise DoormanError("not a duration", field="--duration", given=duration, allowed=f"up to {_LONGEST:g} s")
     scenario = load_task(source, settings, vehicle)
     engine()  # what is missing is said before anything is checked
-    with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
-        model = Model(scenario)
-        check_links(model, vehicle)
-        report = check(model)
-        _print_complaints(report, force)
-        if not report.possible and not force:
-            return _refused(report, as_json)
-        if postures := unusual_postures(model):
-            typer.echo(f"Proposed postures: {postures}", err=as_json)
-        folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
-        (folder / "scenario.toml").write_text(effective_toml(scenario, model.proposed), encoding="utf-8")
-        helper = claims.enter_context(picture_process(model))
-        with live_view(model, port) as viewed, fed(feed, viewed) as listener:
-            recording = simulate(
-                model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
-                listener=listener, force=force, report=report,
-            )  # fmt: skip
+    with ExitStack() as claims:
+        with flight_progress(duration or _TYPICAL, shown=not as_json) as on_progress:
+            model = Model(scenario)
+            check_links(model, vehicle)
+            report = check(model)
+            _print_complaints(report, force)
+            if not report.possible and not force:
+                return _refused(report, as_json)
+            if postures := unusual_postures(model):
+                typer.echo(f"Proposed postures: {postures}", err=as_json)
+            folder = claims.enter_context(run_folder(out, scenario.name, RUN_FILES))
+            (folder / "scenario.toml").write_text(effective_toml(scenario, model.proposed), encoding="utf-8")
+            helper = claims.enter_context(picture_process(model))
+            with live_view(model, port) as viewed, fed(feed, viewed) as listener:
+                recording = simulate(
+                    model, duration, seed, path=folder / "recording.mcap", realtime=realtime, on_progress=on_progress,
+                    listener=listener, force=force, report=report,
+                )  # fmt: skip
+        return _report_run(recording, model, folder, helper, as_json)
+
+
+def _report_run(recording: Recording, model: Model, folder: Path, helper: PictureProcess | None, as_json: bool) -> int:
+    """Write summary and pictures, and say what happened; returns the exit status."""
     summary = recording.summary or {}
     text = json.dumps(summary, indent=2)
     (folder / "summary.json").write_text(text + "\n", encoding="utf-8")

@@ -24,7 +24,7 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.rig import Rig, RigSetup
 from doorman.rig.emulated import AutopilotKind
-from doorman.rig.emulators.autopilot.motors import MotorKind
+from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 
 _LOOK = 0.2
 _LISTENS_ON_LOOPBACK = ("127.0.0.1", "0.0.0.0")

@@ -1,6 +1,6 @@
 """What a URDF says that Pinocchio does not keep: its joints' effort, torques and leaders, and the boxes of a link.
 
-Read from the XML itself, in a fraction of a millisecond: yourdfpy, which reads every shape, takes half a second to import.
+Read from the XML itself, in a fraction of a millisecond: parsers of whole URDFs take half a second to import.
 """
 
 from __future__ import annotations

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pinocchio
@@ -47,32 +45,6 @@ def load_pinocchio(path: Path, endless: bool = True) -> pinocchio.Model:
                 allowed="names without",
             )  # fmt: skip
     return model
-
-
-def load_description(path: Path) -> Any:
-    """Links, joints and primitive shapes of a URDF as written, without meshes.
-
-    The first call imports yourdfpy, which takes half a second: `elements` reads joints and boxes without it.
-
-    Args:
-        path: URDF file.
-
-    Returns:
-        yourdfpy's model (`yourdfpy.URDF`), without a scene.
-
-    Raises:
-        UrdfError: if the file is missing, is not XML, or is not a URDF.
-    """
-    check_structure(path)
-    import yourdfpy
-
-    logging.getLogger("yourdfpy").setLevel(logging.ERROR)
-    try:
-        return yourdfpy.URDF.load(str(path), load_meshes=False, build_scene_graph=False)
-    except Exception as error:  # yourdfpy raises whatever its parser stumbles over
-        raise UrdfError(
-            "not a valid URDF", file=path, field="/robot", given=_one_line(error), allowed="a URDF that yourdfpy reads"
-        ) from error
 
 
 def frame_index(model: pinocchio.Model, name: str, path: Path, field: str) -> int:

@@ -1,7 +1,6 @@
 """Shapes of a URDF as written, and the tree of its links.
 
-Read from the XML itself, in a millisecond: yourdfpy, which reads the same, brings in trimesh and takes more than a second to
-import.
+Read from the XML itself, in a millisecond: parsers of whole URDFs take more than a second to import.
 """
 
 from __future__ import annotations

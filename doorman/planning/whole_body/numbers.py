@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from doorman.collision.surroundings import Surroundings, rows_beside
 from doorman.exceptions import BackendError
 from doorman.kinematics.numbers import Numbers
-from doorman.kinematics.scale import Scale
 from doorman.kinematics.vehicles.arms.arm_pattern import ArmPattern
 from doorman.kinematics.vehicles.balance import balance_numbers
 from doorman.kinematics.vehicles.rotor_layout import rotor_layout
@@ -40,7 +39,7 @@ def whole_body_numbers(model: Model) -> Numbers:
     """
     vehicle, door, scenario = model.vehicle, model.door, model.scenario
     start, goal = model.start_state, model.goal_state
-    scale = scale_of(model)
+    scale = model.scale
     slope = (start - goal) / (start[3] - goal[3])
     balance = balance_numbers(vehicle)
     before = len(vehicle.point_names) + len(balance.get("balance.reaches", ()))
@@ -86,7 +85,7 @@ def whole_body_numbers(model: Model) -> Numbers:
 
 def _room_of_rows(model: Model) -> tuple[Array, Array]:
     """By how much rows are widened: the planes, and force, speed and stopping."""
-    scale, planes = scale_of(model), 1 + len(rows_beside(model.surroundings))
+    scale, planes = model.scale, 1 + len(rows_beside(model.surroundings))
     units = np.array([scale.force, scale.rate, scale.rate**2])
     return np.full(planes, _ROOM[0] * scale.length), np.array(_ROOM[1:]) * units
 
@@ -110,19 +109,10 @@ def _side_numbers(model: Model) -> dict[str, Any]:
     if not model.actuation.fully:
         return {}
     weights = {
-        "actuation.side_weight": SIDE_WEIGHT / scale_of(model).force ** 2,
+        "actuation.side_weight": SIDE_WEIGHT / model.scale.force**2,
         "actuation.level_weight": LEVEL_WEIGHT,
     }
     return {"actuation.side": np.zeros(2), **weights}
-
-
-def scale_of(model: Model) -> Scale:
-    """Scale of a scenario's vehicle.
-
-    Args:
-        model: Model of the scenario.
-    """
-    return model.scale
 
 
 def yaw_torque(model: Model) -> float:
@@ -137,7 +127,7 @@ def yaw_torque(model: Model) -> float:
     try:
         layout = rotor_layout(model.vehicle, model.scenario.simulation.torque_per_thrust)
     except BackendError:
-        return _SHIPPED_YAW_TORQUE * scale_of(model).torque
+        return _SHIPPED_YAW_TORQUE * model.scale.torque
     return float(model.scenario.control.yaw_share * layout.torque_authority[2])
 
 

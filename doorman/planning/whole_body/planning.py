@@ -18,7 +18,7 @@ from doorman.planning.grip.pushes import resistance, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
-from doorman.planning.whole_body.numbers import scale_of, whole_body_numbers
+from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.planning.whole_body.problem import whole_body_problem
 from doorman.planning.whole_body.references import at_the_leaf
 
@@ -51,7 +51,7 @@ class WholeBodyPlanning:
             *(("force ahead", "force to the left") if model.actuation.fully else ()),
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
-        self._resting = _RESTING * scale_of(model).force
+        self._resting = _RESTING * model.scale.force
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
         self.hover_input = np.concatenate([model.hover_input, np.zeros(2 if model.actuation.fully else 0)])

@@ -19,7 +19,7 @@ from doorman.ocp.problem.costs import QuadraticCost
 from doorman.ocp.problem.problem import Bounds, Problem
 from doorman.ocp.problem.terms import Constraint, Residual
 from doorman.planning.composition import NO_EXTRAS, Extras, task_text
-from doorman.planning.whole_body.numbers import scale_of, whole_body_numbers, yaw_torque
+from doorman.planning.whole_body.numbers import whole_body_numbers, yaw_torque
 
 Array = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def _residuals(task: Any) -> list[Residual]:
 def _bounds(model: Model) -> Bounds:
     """Of `[limits]`, `control.max_tilt` and the vehicle; a calm arm and yaw torque whatever these allow."""
     vehicle, limits, free = model.vehicle, model.scenario.limits, np.full(14, np.inf)
-    rates = np.minimum(vehicle.rate_limits, ARM_RATE * scale_of(model).rate)
+    rates = np.minimum(vehicle.rate_limits, ARM_RATE * model.scale.rate)
     largest, least = model.scenario.control.max_tilt, LEAST_THRUST * vehicle.mass * GRAVITY
     if limits.enabled:
         rates = np.minimum(rates, math.inf if limits.joint_rates is None else limits.joint_rates)
@@ -98,7 +98,7 @@ def _bounds(model: Model) -> Bounds:
 
 
 def _cost(model: Model) -> QuadraticCost:
-    n, scale = model.n_arm, scale_of(model)
+    n, scale = model.n_arm, model.scale
     side = 2 if model.actuation.fully else 0
     none: Any = np.zeros(14 + n)
     hover = np.concatenate([[model.vehicle.mass * GRAVITY], np.zeros(3 + n + side)])

@@ -8,11 +8,13 @@ import numpy as np
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.brain import Brain
-from doorman.rig.emulators.autopilot.control import Demand
-from doorman.rig.emulators.autopilot.dialects import Dialect
-from doorman.rig.emulators.autopilot.estimator import Estimate
+from doorman.rig.emulators.autopilot.line.setpoints import FLIP_QUATERNION, attitude_demand, position_demand
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
+from doorman.rig.emulators.autopilot.rules.brain import Brain
+from doorman.rig.emulators.autopilot.rules.dialects import Dialect
+from doorman.rig.emulators.autopilot.vehicle.control import Demand
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
+from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 NED = mavlink.MAV_FRAME_LOCAL_NED
@@ -51,10 +53,26 @@ class Sandbox:
             self.now += 0.02
 
     def hold(self) -> None:
-        self.brain.position_target(2552, NED, self.position + [0, 0, 0.5], NO, NO, 0.0)
+        self.go(2552, position=self.position + [0, 0, 0.5])
+
+    def go(
+        self,
+        mask: int,
+        position: np.ndarray = NO,
+        velocity: np.ndarray = NO,
+        acceleration: np.ndarray = NO,
+        yaw: float = 0.0,
+        frame: int = NED,
+    ) -> None:
+        """SET_POSITION_TARGET_LOCAL_NED, in the world frame."""
+        fields = np.concatenate([part * FLIP for part in (position, velocity, acceleration)]).tolist()
+        message = mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, *fields, -yaw, 0.0)
+        self.brain.aim(position_demand(message))
 
     def tilt(self, thrust: float = 0.6, quaternion: np.ndarray = LEVEL, mask: int = 7) -> None:
-        self.brain.attitude_target(mask, quaternion, thrust, NO)
+        q = (quaternion * FLIP_QUATERNION).tolist()
+        message = mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, q, 0.0, 0.0, 0.0, thrust)
+        self.brain.aim(attitude_demand(self.brain.dialect, self.parameters, message))
 
     def request(self, name: str) -> int:
         """Ask for a mode."""

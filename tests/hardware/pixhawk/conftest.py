@@ -15,7 +15,7 @@ from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import EventLog
 from doorman.hardware.pixhawk.link.stream import SetpointStream
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.dialects import ARDUPILOT, PX4
+from doorman.rig.emulators.autopilot.rules.dialects import ARDUPILOT, PX4
 
 
 @pytest.fixture

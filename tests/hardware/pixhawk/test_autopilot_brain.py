@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
-from autopilot_sandbox import LEVEL, NED, Sandbox
+from autopilot_sandbox import LEVEL, Sandbox
 from pixhawk_rig import NO
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.control import Task
-from doorman.rig.emulators.autopilot.dialects import DENIED, FAILED, TEMPORARILY_REJECTED, UNSUPPORTED
+from doorman.rig.emulators.autopilot.rules.dialects import DENIED, FAILED, TEMPORARILY_REJECTED, UNSUPPORTED
+from doorman.rig.emulators.autopilot.vehicle.control import Task
 
 TILTED = np.array([math.cos(0.2), math.sin(0.2), 0.0, 0.0])
 
@@ -61,9 +61,9 @@ def test_the_pilot_wins(vehicle):
     vehicle.brain.pilot_mode("position")
     vehicle.step(1.0, vehicle.hold)
     assert vehicle.brain.is_in("position")
-    vehicle.brain.sticks = np.array([-0.5, 0.0, 0.0])
+    vehicle.brain.sticks = (-0.5, 0.0, 0.0)
     assert vehicle.step(0.1).velocity.tolist() == [-0.5, 0.0, 0.0]
-    vehicle.brain.sticks = np.zeros(3)
+    vehicle.brain.sticks = (0.0, 0.0, 0.0)
     assert vehicle.step(0.1).task is Task.POSITION
     with pytest.raises(ValueError, match="unknown mode"):
         vehicle.brain.pilot_mode("warp")
@@ -147,8 +147,8 @@ def test_a_target_that_is_ill_defined_is_none_for_px4_and_stops_ardupilot(vehicl
     vehicle.tilt(0.6, quaternion, mask)
     px4 = vehicle.brain.dialect.heeds_stream
     assert vehicle.step(0.0).task is (Task.POSITION if px4 else Task.VELOCITY)
-    vehicle.brain.position_target(0, mavlink.MAV_FRAME_BODY_NED, NO, NO, NO, 0.0)
-    vehicle.brain.position_target(0, NED, NO, np.array([math.nan, 0.0, 0.0]), NO, 0.0)
+    vehicle.go(0, frame=mavlink.MAV_FRAME_BODY_NED)
+    vehicle.go(0, velocity=np.array([math.nan, 0.0, 0.0]))
     assert vehicle.step(0.0).task is (Task.POSITION if px4 else Task.VELOCITY)
 
 
@@ -158,7 +158,7 @@ def test_a_target_that_is_well_defined_is_obeyed(vehicle):
     demand = vehicle.step(0.0)
     boost = 1.0 if vehicle.brain.dialect.heeds_stream else 1.0 / math.cos(0.4)
     assert demand.task is Task.ATTITUDE and demand.thrust == pytest.approx(0.6 * boost)
-    vehicle.brain.position_target(0, NED, 1.0 + NO, 2.0 + NO, 3.0 + NO, 0.5)
+    vehicle.go(0, 1.0 + NO, 2.0 + NO, 3.0 + NO, 0.5)
     demand = vehicle.step(0.0)
     assert [demand.position[0], demand.velocity[0], demand.acceleration[0], demand.yaw] == [1.0, 2.0, 3.0, 0.5]
 

@@ -8,8 +8,8 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
-from doorman.rig.emulators.autopilot.dialects import PX4
-from doorman.rig.emulators.autopilot.telemetry import Schedule
+from doorman.rig.emulators.autopilot.line.telemetry import Schedule
+from doorman.rig.emulators.autopilot.rules.dialects import PX4
 
 
 def test_px4_speaks_first_and_ardupilot_says_nothing_but_its_heartbeat(clients):
@@ -33,7 +33,7 @@ def test_it_answers_for_the_clock(clients):
     client = clients("px4")
     client.send(mavlink.MAVLink_timesync_message(0, 123456789))
     answer = client.get("TIMESYNC", lambda message: message.ts1 == 123456789)
-    assert answer.tc1 * 1e-9 <= client.emulator.clock
+    assert answer.tc1 * 1e-9 <= client.emulator.clock.now
 
 
 @pytest.mark.parametrize(("flavour", "name"), [("px4", "COM_OBL_RC_ACT"), ("ardupilot", "FS_GCS_ENABLE")])
@@ -55,7 +55,7 @@ def test_messages_to_other_systems_are_not_for_it(clients):
     client.send(mavlink.MAVLink_timesync_message(0, 77))
     client.get("TIMESYNC", lambda message: message.ts1 == 77)
     assert client.emulator.parameters.writes == 0 and not client.emulator.brain.armed
-    assert client.emulator.protocol.received["COMMAND_LONG"] == 0
+    assert client.emulator.receiver.received["COMMAND_LONG"] == 0
 
 
 @pytest.mark.parametrize(("flavour", "result"), [("px4", 0), ("ardupilot", 2)])
@@ -117,10 +117,10 @@ def test_a_reboot_starts_everything_anew(clients):
     client.get("LOCAL_POSITION_NED")
     client.emulator.brain.armed = True
     client.get("HEARTBEAT", lambda message: message.base_mode & 128)
-    client.emulator.jump_clock(100.0)
+    client.emulator.clock.jumped += 100.0
     client.emulator.reboot(silence=0.1)
     client.get("HEARTBEAT", lambda message: not message.base_mode & 128)
-    assert client.emulator.clock < 100.0
+    assert client.emulator.clock.now < 100.0
     client.seen.clear()
     client.get("HEARTBEAT")
     assert not [message for message in client.seen if message.get_type() == "LOCAL_POSITION_NED"]

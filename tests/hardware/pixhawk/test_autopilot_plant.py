@@ -9,10 +9,10 @@ import pytest
 from autopilot_sandbox import LEVEL
 from pixhawk_rig import NO
 
-from doorman.rig.emulators.autopilot.control import Demand, FlightController, Task, tilted
-from doorman.rig.emulators.autopilot.dialects import PX4
-from doorman.rig.emulators.autopilot.estimator import Estimate, Estimator
-from doorman.rig.emulators.autopilot.plant import PlantTruth, SimplePlant, thrust_axis, yaw_of
+from doorman.hardware.quaternions import to_attitude
+from doorman.rig.emulators.autopilot.vehicle.control import Demand, FlightController, Task, tilted
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate, Estimator
+from doorman.rig.emulators.autopilot.vehicle.plant import PlantTruth, SimplePlant, thrust_axis
 
 
 def test_the_simple_plant_hovers_at_its_weight_and_falls_without():
@@ -46,7 +46,7 @@ def test_the_simple_plant_follows_attitudes(yaw):
 def test_tilted_attitudes_point_where_they_should():
     axis = np.array([0.3, -0.2, math.sqrt(1.0 - 0.13)])
     assert np.allclose(thrust_axis(tilted(tuple(axis), 0.7)), axis)
-    assert yaw_of(tilted((0.0, 0.0, 1.0), 0.7)) == pytest.approx(0.7)
+    assert to_attitude(tilted((0.0, 0.0, 1.0), 0.7))[2] == pytest.approx(0.7)
 
 
 def test_the_controller_reaches_a_place_on_the_simple_plant():
@@ -60,7 +60,7 @@ def test_the_controller_reaches_a_place_on_the_simple_plant():
         plant.command(*controller.actuate(demand, estimate, 100.0))
         plant.advance(0.004)
     assert np.allclose(plant.truth().position, [1.0, -1.0, 2.0], atol=0.02)
-    assert yaw_of(plant.truth().quaternion) == pytest.approx(0.5, abs=0.01)
+    assert to_attitude(plant.truth().quaternion)[2] == pytest.approx(0.5, abs=0.01)
 
 
 def standing(time: float) -> PlantTruth:
@@ -68,7 +68,7 @@ def standing(time: float) -> PlantTruth:
 
 
 def test_an_estimate_by_poses_is_valid_after_some_and_drifts_away_without():
-    estimator = Estimator(PX4, 0.0, standing(0.0), vision=True)
+    estimator = Estimator(0.0, standing(0.0), 5.0, False, vision=True)
     now, estimate = 0.0, None
     for k in range(1000):
         now = 0.01 * k
@@ -84,7 +84,7 @@ def test_an_estimate_by_poses_is_valid_after_some_and_drifts_away_without():
 
 
 def test_poses_with_wrong_stamps_or_places_do_not_count_at_once():
-    estimator = Estimator(PX4, 0.0, standing(0.0), vision=True)
+    estimator = Estimator(0.0, standing(0.0), 5.0, False, vision=True)
     for k in range(100):
         now = 0.01 * k
         estimator.update(now, standing(now), 0.01)

@@ -17,7 +17,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import Authority, EventKind, OutcomeStatus
 from doorman.hardware.pixhawk.wire import peer
 from doorman.hardware.pixhawk.wire.signing import signing_time
-from doorman.rig.emulators.autopilot.dialects import PX4
+from doorman.rig.emulators.autopilot.rules.dialects import PX4
 
 
 def test_pilot_changes_the_mode(hovering, flavour):
@@ -28,7 +28,7 @@ def test_pilot_changes_the_mode(hovering, flavour):
     assert not rig.pilot.setpoint(HOVER)
     assert rig.pilot.hold().status is OutcomeStatus.CONTROL_LOST
     assert rig.pilot.land().status is OutcomeStatus.CONTROL_LOST
-    counts = rig.emulator.protocol.received
+    counts = rig.emulator.receiver.received
     name = "SET_ATTITUDE_TARGET"
     quiet, beats = counts[name], counts["HEARTBEAT"]
     assert wait_until(lambda: counts["HEARTBEAT"] > beats)
@@ -56,20 +56,20 @@ def test_pilot_disarms(rigs):
 def test_a_pilot_who_disarms_is_not_overruled_where_acknowledgements_get_lost(rigs):
     rig = rigs("px4").open()
     assert rig.pilot.engage().done
-    rig.emulator.protocol.mute_commands = 1000
+    rig.emulator.receiver.mute_commands = 1000
     assert rig.pilot.arm().done, "the heartbeat says so"
-    received = rig.emulator.protocol.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM]
+    received = rig.emulator.receiver.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM]
     rig.emulator.pilot_disarms()
     assert rig.pilot.arm(1.0).status in (OutcomeStatus.NOT_READY, OutcomeStatus.DONE)
     rig.happens(EventKind.CONTROL_LOST)
     time.sleep(1.5)
     assert not rig.emulator.brain.armed
-    assert rig.emulator.protocol.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM] <= received + 1
+    assert rig.emulator.receiver.commands[mavlink.MAV_CMD_COMPONENT_ARM_DISARM] <= received + 1
 
 
 def test_a_pilot_who_takes_over_is_not_overruled_where_acknowledgements_get_lost(rigs):
     rig = rigs("px4").open()
-    rig.emulator.protocol.mute_commands = 1000
+    rig.emulator.receiver.mute_commands = 1000
     with ThreadPoolExecutor(1) as pool:
         outcome = pool.submit(rig.pilot.engage)
         assert wait_until(lambda: rig.pilot.status().authority is Authority.ENGAGED)
@@ -87,7 +87,7 @@ def test_a_vehicle_that_somebody_arms_while_we_make_ready_is_left_to_him(rigs, b
     with ThreadPoolExecutor(1) as pool:
         outcome = pool.submit(rig.pilot.engage, unarmed=True)
         time.sleep(1.5 - before)
-        with rig.emulator._lock:
+        with rig.emulator.lock:
             rig.emulator.brain.request_arming(arm=True, forced=True)
         told = outcome.result(20.0)
     assert told.status is OutcomeStatus.CONTROL_LOST and "somebody has armed" in told.message
@@ -97,7 +97,7 @@ def test_a_vehicle_that_somebody_arms_while_we_make_ready_is_left_to_him(rigs, b
 
 def test_autopilot_loses_its_estimate(rigs):
     rig = rigs("px4").fly()
-    rig.emulator.fail_estimator()
+    rig.emulator.estimator.failed = True
     rig.happens(EventKind.CONTROL_LOST)
     rig.happens(EventKind.AUTOPILOT_FAILSAFE)
     rig.happens(EventKind.STATE_STALE)  # positions still come
@@ -108,25 +108,25 @@ def test_autopilot_loses_its_estimate(rigs):
 def test_arming_refused(rigs):
     rig = rigs("px4", {"timeouts": replace(QUICK, arming=0.5)}).open()
     assert rig.pilot.engage().done
-    rig.emulator.refuse_arming("PreArm: hatch open")
+    rig.emulator.brain.refusal = "PreArm: hatch open"
     outcome = rig.pilot.arm()
     assert outcome.status is OutcomeStatus.REFUSED and "hatch open" in outcome.message
-    rig.emulator.refuse_arming()
+    rig.emulator.brain.refusal = ""
     outcome = rig.pilot.arm(0.2)
     assert outcome.status is OutcomeStatus.REFUSED and not rig.pilot.state().armed
     rig.happens(EventKind.COMMAND_REFUSED)
-    rig.emulator.allow_arming()
+    rig.emulator.brain.refusal = None
     assert rig.pilot.arm().done
 
 
 def test_mode_refused(rigs):
     rig = rigs("ardupilot", {"timeouts": replace(QUICK, mode=0.5, stream_before_mode=0.2)}).open()
-    rig.emulator.fail_estimator()
-    assert wait_until(lambda: not rig.emulator.estimate.position_valid)
+    rig.emulator.estimator.failed = True
+    assert wait_until(lambda: not rig.emulator.estimator.estimate.position_valid)
     outcome = rig.pilot.engage()
     assert not outcome.done
     assert rig.pilot.status().authority is Authority.NONE
-    counts = rig.emulator.protocol.received
+    counts = rig.emulator.receiver.received
     before, beats = counts["SET_POSITION_TARGET_LOCAL_NED"], counts["HEARTBEAT"]
     assert wait_until(lambda: counts["HEARTBEAT"] > beats)
     assert counts["SET_POSITION_TARGET_LOCAL_NED"] <= before + 1, "the stream has ended"
@@ -134,11 +134,11 @@ def test_mode_refused(rigs):
 
 def test_commands_lost_and_unanswered(rigs):
     rig = rigs("px4").open()
-    rig.emulator.protocol.ignore_commands = 2
+    rig.emulator.receiver.ignore_commands = 2
     assert rig.pilot.engage().done
-    rig.emulator.protocol.mute_commands = 2
+    rig.emulator.receiver.mute_commands = 2
     assert rig.pilot.arm().done
-    rig.emulator.protocol.ignore_commands = 1000
+    rig.emulator.receiver.ignore_commands = 1000
     assert rig.pilot.disarm().status is OutcomeStatus.TIMED_OUT
     rig.happens(EventKind.COMMAND_UNANSWERED)
 
@@ -156,11 +156,11 @@ def test_autopilot_reboots(rigs):
 def test_clock_jumps(hovering, flavour):
     """By more than the autopilot's own time-outs, which do not count by it."""
     rig = hovering(flavour)
-    rig.emulator.jump_clock(20.0)
+    rig.emulator.clock.jumped += 20.0
     rig.happens(EventKind.CLOCK_JUMPED)
     assert fresh(rig)
     status = rig.pilot.status()
-    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock, abs=0.5)
+    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock.now, abs=0.5)
     assert status.authority is Authority.ENGAGED
     assert EventKind.REBOOTED not in {event.kind for event in rig.seen}
 
@@ -169,15 +169,15 @@ def test_foreign_systems_talk(rigs):
     rig = rigs("px4").open()
     stranger, station = (7, 1), (254, 190)
     for sender, kind, vendor in ((stranger, 13, 12), (station, 6, 8)):
-        rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(kind, vendor, 0x81, 6 << 16, 4, 3), *sender)
-        rig.emulator.send_as(mavlink.MAVLink_local_position_ned_message(2**31, 9, 9, 9, 0, 0, 0), *sender)
-        rig.emulator.send_as(mavlink.MAVLink_command_ack_message(400, 0), *sender)
+        rig.emulator.send(mavlink.MAVLink_heartbeat_message(kind, vendor, 0x81, 6 << 16, 4, 3), sender)
+        rig.emulator.send(mavlink.MAVLink_local_position_ned_message(2**31, 9, 9, 9, 0, 0, 0), sender)
+        rig.emulator.send(mavlink.MAVLink_command_ack_message(400, 0), sender)
     rig.happens(EventKind.FOREIGN)
     assert wait_until(lambda: rig.pilot.status().foreign >= 6)
     sample = rig.pilot.state()
     assert np.linalg.norm(sample.position) < 0.1 and not sample.armed and sample.mode.name == "auto: loiter"
     assert not rig.pilot.status().namesake
-    rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(6, 8, 0x81, 6 << 16, 4, 3), 255, 190)
+    rig.emulator.send(mavlink.MAVLink_heartbeat_message(6, 8, 0x81, 6 << 16, 4, 3), (255, 190))
     assert wait_until(lambda: rig.pilot.status().namesake)
 
 
@@ -271,7 +271,7 @@ def test_another_autopilot_from_the_same_address_is_refused(rigs):
     rig = rigs("px4").open()
     for system, component in ((7, 1), (1, 2)):
         rig.forget()
-        rig.emulator.send_as(mavlink.MAVLink_heartbeat_message(13, 12, 0x81, POSITION, 4, 3), system, component)
+        rig.emulator.send(mavlink.MAVLink_heartbeat_message(13, 12, 0x81, POSITION, 4, 3), (system, component))
         event = rig.happens(EventKind.PEER_CHANGED)
         assert (event.values["system"], event.values["component"]) == (system, component)
     assert not rig.pilot.state().armed and rig.pilot._link.target == (1, 1)
@@ -308,6 +308,6 @@ def test_signature_missing(rigs, tmp_path):
     rig.happens(EventKind.BAD_SIGNATURE)
     signed = rigs("px4", {"signing_key": key}, signing_key=bytes(range(32))).open()
     assert signed.pilot.engage().done and signed.pilot.arm().done
-    signed.emulator.send_as(mavlink.MAVLink_heartbeat_message(13, 12, 0x81, POSITION, 4, 3), 1, 1)
+    signed.emulator.send(mavlink.MAVLink_heartbeat_message(13, 12, 0x81, POSITION, 4, 3), (1, 1))
     signed.happens(EventKind.BAD_SIGNATURE)
     assert signed.pilot.status().authority is Authority.ENGAGED

@@ -14,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint
 from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
-from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.vehicle.control import Task
 
 
 def test_controller_silent(hovering, flavour):
@@ -71,7 +71,7 @@ def test_mocap_lost(rigs):
     thread = threading.Thread(target=feed)
     thread.start()
     try:
-        assert fresh(rig) and wait_until(lambda: rig.emulator.estimate.position_valid)
+        assert fresh(rig) and wait_until(lambda: rig.emulator.estimator.estimate.position_valid)
         for outcome in (rig.pilot.engage(), rig.pilot.arm(), rig.pilot.take_off(0.3)):
             assert outcome.done, outcome
     finally:

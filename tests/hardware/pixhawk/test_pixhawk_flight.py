@@ -23,8 +23,8 @@ from doorman.hardware.pixhawk import (
     SampleStatus,
 )
 from doorman.hardware.pixhawk.link.stream import Source
-from doorman.rig.emulators.autopilot.dialects import ACCEPTED
-from doorman.rig.emulators.autopilot.plant import SimplePlant
+from doorman.rig.emulators.autopilot.rules.dialects import ACCEPTED
+from doorman.rig.emulators.autopilot.vehicle.plant import SimplePlant
 
 
 def fly_to(rig: Rig, target: list[float], mass: float = 3.0) -> bool:
@@ -103,16 +103,18 @@ def test_a_flight_by_mocap_alone(rigs, flavour):
 
         return wait_until(look)
 
-    assert fed(lambda: rig.emulator.estimate.position_valid and rig.pilot.state().status is SampleStatus.FRESH)
-    assert fed(lambda: rig.emulator.protocol.companion_clock.answers > 22 or flavour == "ardupilot")
+    assert fed(
+        lambda: rig.emulator.estimator.estimate.position_valid and rig.pilot.state().status is SampleStatus.FRESH
+    )
+    assert fed(lambda: rig.emulator.receiver.companion_clock.answers > 22 or flavour == "ardupilot")
     statistics = rig.pilot.status().mocap
     assert statistics.median_delay >= delay and statistics.sent >= 10
-    assert np.linalg.norm(rig.emulator.estimate.position - rig.emulator.truth.position) < 0.01
+    assert np.linalg.norm(rig.emulator.estimator.estimate.position - rig.emulator.truth.position) < 0.01
     if flavour == "ardupilot":
-        assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] >= 1
+        assert rig.emulator.receiver.received["SET_GPS_GLOBAL_ORIGIN"] >= 1
     else:
-        true_offset = rig.emulator.clock - time.monotonic()
-        assert rig.emulator.protocol.companion_clock.offset == pytest.approx(true_offset, abs=0.01)
+        true_offset = rig.emulator.clock.now - time.monotonic()
+        assert rig.emulator.receiver.companion_clock.offset == pytest.approx(true_offset, abs=0.01)
 
 
 def test_the_height_of_ardupilot_is_that_of_mocap(rigs):
@@ -149,7 +151,7 @@ def test_an_origin_that_ardupilot_forgets_while_it_boots_is_given_again(rigs):
         return rig.pilot.state().status is SampleStatus.FRESH
 
     assert fed(fresh) and rig.pilot.status().on_earth
-    rig.emulator.forget_origin()
+    rig.emulator.estimator.origin = None
     assert fed(lambda: rig.emulator.estimator.origin is not None)
     assert fed(lambda: rig.pilot.status().on_earth and fresh())
     assert float(rig.pilot.state().position[2]) == pytest.approx(0.4, abs=0.05)
@@ -181,7 +183,7 @@ def test_stamps_of_the_state_are_on_our_clock(rigs):
     rig = rigs("px4", pace=1.0).open()
     assert wait_until(lambda: rig.pilot.status().rates["ATTITUDE_QUATERNION"] > 60.0), "more than PX4 sends unasked"
     status, sample = rig.pilot.status(), rig.pilot.state()
-    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock, abs=0.02)
+    assert status.clock_offset == pytest.approx(time.monotonic() - rig.emulator.clock.now, abs=0.02)
     assert sample.attitude_time < time.monotonic()
     assert status.wanted_rates["ATTITUDE_QUATERNION"] == 200.0
 
@@ -260,9 +262,9 @@ def test_disarming_on_the_ground(rigs, flavour):
 
 def test_we_are_the_ground_station_whose_loss_the_autopilot_notices(rigs):
     rig = rigs("px4").open()
-    assert wait_until(lambda: rig.emulator.protocol.received["HEARTBEAT"] >= 2)
-    assert rig.emulator.protocol.heartbeat_types == {(255, 190, 6)}
-    assert rig.emulator.protocol.station_heard > float("-inf")
+    assert wait_until(lambda: rig.emulator.receiver.received["HEARTBEAT"] >= 2)
+    assert rig.emulator.receiver.heartbeat_types == {(255, 190, 6)}
+    assert rig.emulator.receiver.station_heard > float("-inf")
     rig.happens(EventKind.CONNECTED)
 
 
@@ -280,8 +282,8 @@ def test_px4_gets_a_place_on_earth_before_its_poses(rigs):
     sender = threading.Thread(target=poses)
     sender.start()
     try:
-        assert wait_until(lambda: rig.emulator.estimate.on_earth)
-        assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] == 1
+        assert wait_until(lambda: rig.emulator.estimator.estimate.on_earth)
+        assert rig.emulator.receiver.received["SET_GPS_GLOBAL_ORIGIN"] == 1
         assert wait_until(lambda: np.linalg.norm(rig.pilot.state().position - rig.emulator.truth.position) < 0.05)
         rig.emulator.pilot_mode("return")
         assert wait_until(lambda: rig.emulator.brain.is_in("return"))
@@ -295,9 +297,9 @@ def test_px4_that_navigates_already_gets_no_place_on_earth(rigs):
     rig.emulator.start()
     rig.emulator.estimator.accepted_poses = 100
     rig.pilot.open()
-    assert wait_until(lambda: rig.emulator.protocol.received["COMMAND_LONG"] > 10)
+    assert wait_until(lambda: rig.emulator.receiver.received["COMMAND_LONG"] > 10)
     time.sleep(3.0)
-    assert rig.emulator.protocol.received["SET_GPS_GLOBAL_ORIGIN"] == 0
+    assert rig.emulator.receiver.received["SET_GPS_GLOBAL_ORIGIN"] == 0
 
 
 def test_what_keeps_an_older_px4_from_offboard_is_told(rigs, monkeypatch):
@@ -310,7 +312,7 @@ def test_what_keeps_an_older_px4_from_offboard_is_told(rigs, monkeypatch):
 
 def test_why_it_would_not_arm_is_told_when_asked(rigs, flavour):
     rig = rigs(flavour).open()
-    rig.emulator.refuse_arming("PreArm: made up")
+    rig.emulator.brain.refusal = "PreArm: made up"
     time.sleep(0.5)
     assert rig.pilot.complaints() == ()
     assert rig.pilot.check_again() == ("PreArm: made up",)
@@ -326,7 +328,7 @@ def test_a_disarming_that_was_refused_is_forgotten(rigs):
 def test_a_vehicle_that_is_to_land_is_not_armed(rigs):
     rig = rigs("px4").open()
     assert rig.pilot.engage().done
-    rig.emulator.refuse_arming("PreArm: gyros")
+    rig.emulator.brain.refusal = "PreArm: gyros"
     landing = threading.Timer(0.5, rig.pilot.request_landing)
     landing.start()
     began = time.monotonic()

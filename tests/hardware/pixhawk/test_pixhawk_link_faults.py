@@ -82,10 +82,10 @@ def test_link_slow(rigs):
 
 def test_heartbeat_lost(rigs):
     rig = rigs("px4", {"timeouts": replace(QUICK, heartbeat=0.6)}).open()
-    rig.emulator.stop_heartbeats()
+    rig.emulator.telemetry.heartbeats_stopped = True
     assert rig.happens(EventKind.HEARTBEAT_LOST).values["silent"] > 0.6
     assert rig.pilot.status().conditions == {EventKind.HEARTBEAT_LOST}
-    rig.emulator.stop_heartbeats(False)
+    rig.emulator.telemetry.heartbeats_stopped = False
     rig.happens(EventKind.HEARTBEAT_LOST, begins=False)
 
 
@@ -94,7 +94,7 @@ def test_autopilot_silent_from_the_start(rigs):
     with pytest.raises(BackendError, match="no heartbeat"):
         rig.pilot.open()
     rig.emulator.start()
-    rig.emulator.stop_heartbeats()
+    rig.emulator.telemetry.heartbeats_stopped = True
     with pytest.raises(BackendError, match="no heartbeat"):
         rig.pilot.open()
 

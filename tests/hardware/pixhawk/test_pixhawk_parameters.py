@@ -89,7 +89,7 @@ def test_other_bits_of_an_option_stay_as_they_are(rigs):
 
 def test_a_parameter_that_does_not_answer_is_said_so(rigs):
     rig = rigs("px4").open()
-    rig.emulator.parameters.remove("COM_OBL_RC_ACT")
+    del rig.emulator.parameters["COM_OBL_RC_ACT"]
     (finding,) = rig.pilot.check_parameters()
     assert finding.name == "COM_OBL_RC_ACT" and finding.given is None and "did not answer" in str(finding)
 
@@ -110,7 +110,7 @@ def test_a_quality_that_poses_do_not_have_must_not_be_asked_for(rigs):
     rig.emulator.parameters["VISO_QUAL_MIN"] = 30
     (finding,) = rig.open().pilot.check_parameters()
     assert finding.name == "VISO_QUAL_MIN" and finding.severity is Severity.ERROR
-    received, estimator = rig.emulator.protocol.received, rig.emulator.estimator
+    received, estimator = rig.emulator.receiver.received, rig.emulator.estimator
 
     def poses(enough: Callable[[], bool]) -> bool:
         return wait_until(lambda: rig.pilot.mocap(time.monotonic(), np.zeros(3), [1.0, 0.0, 0.0, 0.0]) and enough())

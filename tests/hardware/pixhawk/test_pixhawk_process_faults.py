@@ -11,7 +11,7 @@ import textwrap
 import numpy as np
 from pixhawk_rig import landed, wait_until
 
-from doorman.rig.emulators.autopilot.control import Task
+from doorman.rig.emulators.autopilot.vehicle.control import Task
 
 FLYER = """
     import sys, time

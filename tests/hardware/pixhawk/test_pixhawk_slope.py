@@ -13,7 +13,7 @@ from pixhawk_rig import WEIGHT
 from doorman.flight.hover import judge_slope
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
 from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, GRAVITY, Slope, SlopeMeasurement, bob
-from doorman.rig.emulators.autopilot.motors import thrust_share
+from doorman.rig.emulators.autopilot.vehicle.mixer import thrust_share
 
 AT = PositionSetpoint(np.array([-1.0, 0.5, 1.2]), 0.3)
 

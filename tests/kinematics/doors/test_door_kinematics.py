@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from paper_door import door_normal, leaf_direction
+from urdf_parser import load_description
 from urdf_variants import DOOR, write_door, write_edited
 
 from doorman.kinematics.doors.door import Door
-from doorman.kinematics.urdf.robot import load_description
 from doorman.scenario import DoorSection
 
 

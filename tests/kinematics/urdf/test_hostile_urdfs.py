@@ -14,7 +14,7 @@ from doorman.exceptions import UrdfError
 from doorman.kinematics.doors.door import Door
 from doorman.kinematics.urdf import document as urdf_document
 from doorman.kinematics.urdf import mesh_checks
-from doorman.kinematics.urdf.robot import load_description, load_pinocchio
+from doorman.kinematics.urdf.robot import load_pinocchio
 from doorman.kinematics.vehicles.vehicle import Vehicle
 
 END = "</robot>"
@@ -68,7 +68,7 @@ def test_a_kilometre_is_read(tmp_path):
     assert Door(door(tmp_path, JAMB, '<box size="1000 0.08 2.08"/>')).width == pytest.approx(1.2)
 
 
-@pytest.mark.parametrize("reader", [Door, load_pinocchio, load_description])
+@pytest.mark.parametrize("reader", [Door, load_pinocchio])
 @pytest.mark.parametrize("count", [999, 20_000])
 def test_too_many_links_are_refused(tmp_path, reader, count):
     refused(door(tmp_path, END, chain(count)), "too many links", "/robot/link", reader)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from urdf_parser import load_description
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle, write_edited
 
-from doorman.kinematics.urdf.robot import load_description
 from doorman.kinematics.urdf.shapes import link_name, read_collisions, read_parents
 
 MESH = '<mesh filename="disc.stl" scale="0.5 1 2"/>'

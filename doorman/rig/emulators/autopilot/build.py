@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.autopilot.dialects import DIALECTS, Dialect, Flavour
-from doorman.rig.emulators.autopilot.motors import MotorKind
+from doorman.rig.emulators.autopilot.rules.dialects import DIALECTS, Dialect, Flavour
+from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 
 
 @dataclass(frozen=True)
 class Build:
-    """What no reboot changes."""
+    """What no reboot changes.
+
+    Raises:
+        BackendError: if there is no such autopilot.
+    """
 
     flavour: Flavour = "px4"
     """Whose rules it follows."""
@@ -44,8 +48,3 @@ class Build:
     def dialect(self) -> Dialect:
         """Rules of the autopilot, as data."""
         return DIALECTS[self.flavour]
-
-    @property
-    def linear(self) -> bool:
-        """Whether thrust is what it asks for, whatever the parameter says."""
-        return self.motors == "linear"

@@ -15,19 +15,18 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.rig.emulators.autopilot.allocation import side_force
-from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.build import Build
-from doorman.rig.emulators.autopilot.clock import Clock
-from doorman.rig.emulators.autopilot.control import Demand, FlightController, Task
-from doorman.rig.emulators.autopilot.dialects import Flavour
-from doorman.rig.emulators.autopilot.estimator import Estimate, Estimator
-from doorman.rig.emulators.autopilot.link import FaultyUdp, LinkFaults
-from doorman.rig.emulators.autopilot.motors import normalised_thrust, thrust_share
+from doorman.rig.emulators.autopilot.line.clock import Clock
+from doorman.rig.emulators.autopilot.line.receiver import Receiver
+from doorman.rig.emulators.autopilot.line.telemetry import EmulatedBattery, Telemetry
+from doorman.rig.emulators.autopilot.line.udp import FaultyUdp, LinkFaults
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.plant import AutopilotPlant, PlantTruth, SimplePlant
-from doorman.rig.emulators.autopilot.protocol import Protocol
-from doorman.rig.emulators.autopilot.telemetry import EmulatedBattery, Telemetry
+from doorman.rig.emulators.autopilot.rules.brain import Brain
+from doorman.rig.emulators.autopilot.rules.dialects import Flavour
+from doorman.rig.emulators.autopilot.vehicle.control import Demand, FlightController, Task
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
+from doorman.rig.emulators.autopilot.vehicle.mixer import normalised_thrust, side_force, thrust_share
+from doorman.rig.emulators.autopilot.vehicle.plant import AutopilotPlant, PlantTruth, SimplePlant
 
 _STEP = 0.004
 _MOST_STEPS = 25
@@ -35,6 +34,9 @@ _MOST_STEPS = 25
 
 class EmulatedAutopilot(Uncopied):
     """A multirotor's autopilot on UDP. The constructor binds nothing; `start` does, on loopback only.
+
+    Its parts may be looked into, and their plain fields set, at any time: a reboot makes `brain`, `estimator`, `telemetry`,
+    `receiver` and `clock` anew.
 
     Args:
         flavour: Whose rules it follows.
@@ -57,12 +59,14 @@ class EmulatedAutopilot(Uncopied):
         dialect, share = self.build.dialect, self.build.hover_thrust
         self.plant: AutopilotPlant = SimplePlant() if plant is None else plant
         self.battery = EmulatedBattery()
+        self.outgoing, self.incoming = LinkFaults(), LinkFaults()
         self.parameters = ParameterStore(dialect.parameters, dialect.bytewise)
-        if self.build.linear:
+        if self.build.motors == "linear":
             self.parameters[dialect.linearisation] = 1.0
         self.parameters[dialect.hover_thrust] = normalised_thrust(share, self.parameters[dialect.linearisation])
-        self._local, self._remote, self._silent_until = local, remote, 0.0
-        self._lock = threading.RLock()
+        self.lock = threading.RLock()
+        """Held while it thinks: whoever calls into its parts from another thread takes it."""
+        self._local, self._remote = local, remote
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._udp: FaultyUdp | None = None
@@ -76,7 +80,7 @@ class EmulatedAutopilot(Uncopied):
         """
         if self._thread is not None:
             raise BackendError("the emulated autopilot runs already", allowed="stop() first")
-        self._udp = FaultyUdp(self._local, self._remote, self.build.seed)
+        self._udp = FaultyUdp(self._local, self._remote, (self.outgoing, self.incoming), self.build.seed)
         self._stop.clear()
         self._boot()
         self._thread = threading.Thread(target=self._run, name=f"emulated {self.build.flavour}", daemon=True)
@@ -105,30 +109,10 @@ class EmulatedAutopilot(Uncopied):
         return self._line.address
 
     @property
-    def outgoing(self) -> LinkFaults:
-        """Faults of what it sends."""
-        return self._line.outgoing
-
-    @property
-    def incoming(self) -> LinkFaults:
-        """Faults of what it receives."""
-        return self._line.incoming
-
-    @property
     def truth(self) -> PlantTruth:
         """The vehicle as it really is."""
-        with self._lock:
+        with self.lock:
             return self.plant.truth()
-
-    @property
-    def estimate(self) -> Estimate:
-        """What the autopilot believes."""
-        return self.estimator.estimate
-
-    @property
-    def clock(self) -> float:
-        """The autopilot's clock [s]."""
-        return self._clock.now
 
     # ------------------------------------------------------------ what a test or a rig may do
 
@@ -138,16 +122,8 @@ class EmulatedAutopilot(Uncopied):
         Args:
             name: Of the mode: `position`, `land`, `return` and so on.
         """
-        with self._lock:
+        with self.lock:
             self.brain.pilot_mode(name)
-
-    def pilot_sticks(self, velocity: Sequence[float]) -> None:
-        """Move the pilot's sticks, which `position` mode obeys, or let go of them.
-
-        Args:
-            velocity: That they ask for, shape (3,), world frame [m/s]; zero without a hand on them.
-        """
-        self.brain.sticks = np.array(velocity, float)
 
     def kill_switch(self, stop: bool = True) -> None:
         """Stop the motors by the radio's switch, or let them run again; the vehicle is disarmed only after 5 s.
@@ -155,37 +131,13 @@ class EmulatedAutopilot(Uncopied):
         Args:
             stop: Whether they stop.
         """
-        with self._lock:
+        with self.lock:
             self.brain.kill(stop)
 
     def pilot_disarms(self) -> None:
         """The pilot disarms by the radio, wherever the vehicle is."""
-        with self._lock:
-            self.brain.request_arming(arm=False, forced=True)
-
-    def refuse_arming(self, text: str = "") -> None:
-        """Refuse to arm until `allow_arming`.
-
-        Args:
-            text: Words of the refusal; empty for a silent one.
-        """
-        self.brain.refusal = text
-
-    def allow_arming(self) -> None:
-        """Arm again if the rules are met."""
-        self.brain.refusal = None
-
-    def fail_estimator(self, failed: bool = True) -> None:
-        """Lose the position estimate, or find it again.
-
-        Args:
-            failed: Whether it is lost.
-        """
-        self.estimator.failed = failed
-
-    def forget_origin(self) -> None:
-        """Lose the place on earth, as ArduPilot's filter does that begins after it got one."""
-        self.estimator.origin = None
+        with self.lock:
+            self.brain.disarm()
 
     def lead_astray(self, offset: Sequence[float]) -> None:
         """Let the position estimate be wrong by more, until poses put it right.
@@ -193,32 +145,8 @@ class EmulatedAutopilot(Uncopied):
         Args:
             offset: By which, shape (3,), world frame [m].
         """
-        with self._lock:
-            self.estimator.lead_astray(np.asarray(offset, dtype=np.float64))
-
-    def confuse(self, confused: bool = True) -> None:
-        """Send attitude and position that are NaN, or numbers again.
-
-        Args:
-            confused: Whether they are NaN.
-        """
-        self.telemetry.confused = confused
-
-    def stop_heartbeats(self, stopped: bool = True) -> None:
-        """Leave out the heartbeat while all else goes on, or send it again.
-
-        Args:
-            stopped: Whether it is left out.
-        """
-        self.telemetry.heartbeats_stopped = stopped
-
-    def jump_clock(self, seconds: float) -> None:
-        """Let the clock jump without a reboot.
-
-        Args:
-            seconds: By which it jumps [s].
-        """
-        self._clock.jumped += seconds
+        with self.lock:
+            self.estimator.error = self.estimator.error + np.asarray(offset, dtype=np.float64)
 
     def reboot(self, silence: float = 0.5) -> None:
         """Start anew: disarmed, default mode and rates, clock and sequence numbers from the start.
@@ -226,30 +154,23 @@ class EmulatedAutopilot(Uncopied):
         Args:
             silence: While nothing is heard or said [s].
         """
-        with self._lock:
+        with self.lock:
             self._boot()
             self._silent_until = time.monotonic() + silence
             self.plant.stop_motors()
 
-    def send(self, message: Any) -> None:
-        """Send a message in its own name.
+    def send(self, message: Any, station: tuple[int, int] | None = None) -> None:
+        """Send a message.
 
         Args:
             message: Of pymavlink.
+            station: System and component in whose name it is sent; None: its own.
         """
-        with self._lock:
-            self.telemetry.send(message)
-
-    def send_as(self, message: Any, system: int, component: int) -> None:
-        """Send a message in another station's name.
-
-        Args:
-            message: Of pymavlink.
-            system: Of the other station.
-            component: Of the other station.
-        """
-        with self._lock:
-            self._line.send(message.pack(mavlink.MAVLink(None, system, component)))
+        with self.lock:
+            if station is None:
+                self.telemetry.send(message)
+            else:
+                self._line.send(message.pack(mavlink.MAVLink(None, *station)))
 
     # ------------------------------------------------------------ inside
 
@@ -260,13 +181,14 @@ class EmulatedAutopilot(Uncopied):
         return self._udp
 
     def _boot(self) -> None:
-        build, dialect, clock = self.build, self.build.dialect, Clock(self.build.pace)
-        self._clock, self._silent_until = clock, 0.0
+        build, self.clock, self._silent_until = self.build, Clock(self.build.pace), 0.0
+        dialect, now = build.dialect, self.clock.uptime
+        truth, timeout, needs_origin = self.plant.truth(), dialect.position_timeout, not dialect.heeds_stream
+        self.estimator = Estimator(now, truth, timeout, needs_origin, vision=build.vision, seed=build.seed)
         start_up = 0.0 if dialect.heeds_stream else build.start_up
-        self.estimator = Estimator(dialect, clock.uptime, self.plant.truth(), vision=build.vision, seed=build.seed)
-        self.brain = Brain(dialect, self.parameters, clock.uptime, self.estimator.estimate, start_up)
-        self.telemetry = Telemetry(self.brain, self.estimator, self.battery, clock, build, self._transmit)
-        self.protocol = Protocol(self.brain, self.estimator, self.telemetry, clock, build.system_id)
+        self.brain = Brain(dialect, self.parameters, now, self.estimator.estimate, start_up)
+        self.telemetry = Telemetry(self.brain, self.estimator, self.battery, self.clock, build, self._transmit)
+        self.receiver = Receiver(self.brain, self.estimator, self.telemetry, self.clock, build.system_id)
         self._controller = FlightController(self.plant.weight)
 
     def _transmit(self, data: bytes) -> None:
@@ -277,7 +199,7 @@ class EmulatedAutopilot(Uncopied):
         stepped = time.monotonic()
         while not self._stop.is_set():
             self._line.wait(max(0.0, stepped + _STEP - time.monotonic()))
-            with self._lock:
+            with self.lock:
                 silent = time.monotonic() < self._silent_until
                 for datagram in self._line.receive():
                     if not silent:
@@ -299,13 +221,13 @@ class EmulatedAutopilot(Uncopied):
             return
         for message in messages:
             if message.get_type() != "BAD_DATA":
-                self.protocol.take(message)
+                self.receiver.take(message)
 
     def _step(self, dt: float) -> None:
         """Estimate, decide, control, and let the plant move [s]."""
-        now, truth = self._clock.uptime, self.plant.truth()
+        now, truth = self.clock.uptime, self.plant.truth()
         estimate = self.estimator.update(now, truth, dt)
-        demand = self.brain.update(now, estimate, truth.on_ground, now - self.protocol.station_heard)
+        demand = self.brain.update(now, estimate, truth.on_ground, now - self.receiver.station_heard)
         if demand.task is Task.IDLE:
             self.plant.stop_motors()
             self.telemetry.normalised, self.telemetry.steered = 0.0, estimate.quaternion
@@ -315,10 +237,11 @@ class EmulatedAutopilot(Uncopied):
 
     def _drive(self, demand: Demand) -> None:
         """Ask the mixer for thrust: the force of `THR_MDL_FAC` and `MOT_THST_EXPO` as the autopilot believes it."""
-        build, k = self.build, self.parameters[self.build.dialect.linearisation] if not self.build.linear else 1.0
-        full = self.plant.weight / normalised_thrust(build.hover_thrust, k)
-        force, self.telemetry.steered = self._controller.actuate(demand, self.estimate, full)
-        self.telemetry.normalised = normalised = min(max(force / full, 0.0), 1.0)
-        most = self.plant.weight / build.hover_thrust
+        build, weight = self.build, self.plant.weight
+        k = 1.0 if build.motors == "linear" else self.parameters[build.dialect.linearisation]
+        full, most = weight / normalised_thrust(build.hover_thrust, k), weight / build.hover_thrust
+        force, attitude = self._controller.actuate(demand, self.estimator.estimate, full)
+        normalised = min(max(force / full, 0.0), 1.0)
+        self.telemetry.normalised, self.telemetry.steered = normalised, attitude
         side = side_force(self.parameters, demand.side, most)
-        self.plant.command(thrust_share(normalised, k) * most, self.telemetry.steered, side)
+        self.plant.command(thrust_share(normalised, k) * most, attitude, side)

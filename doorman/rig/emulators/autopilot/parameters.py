@@ -6,8 +6,8 @@ import struct
 from collections.abc import Mapping
 
 _INT8, _INT16, _INT32, _REAL32 = 2, 4, 6, 9
-_CODES = {_INT8: ("b", 1), _INT16: ("h", 2), _INT32: ("i", 4)}
-"""Struct code and size of an integer MAV_PARAM_TYPE."""
+_CODES = {_INT8: "<b", _INT16: "<h", _INT32: "<i"}
+"""Struct format of an integer MAV_PARAM_TYPE."""
 Defaults = dict[str, tuple[float, int]]
 """Value and MAV_PARAM_TYPE by name."""
 
@@ -69,6 +69,9 @@ class ParameterStore:
     def __setitem__(self, name: str, value: float) -> None:
         self._values[name] = (value, self._values[name][1])
 
+    def __delitem__(self, name: str) -> None:
+        del self._values[name]
+
     def __contains__(self, name: str) -> bool:
         return name in self._values
 
@@ -76,6 +79,15 @@ class ParameterStore:
     def names(self) -> list[str]:
         """Names in the order of their index."""
         return list(self._values)
+
+    def get(self, name: str, otherwise: float) -> float:
+        """Value of a parameter that not every autopilot has.
+
+        Args:
+            name: Of the parameter.
+            otherwise: Value of those that lack it.
+        """
+        return self[name] if name in self else otherwise
 
     def add(self, name: str, value: float, whole: bool = False) -> None:
         """Add a parameter that other firmware lacks.
@@ -87,14 +99,6 @@ class ParameterStore:
         """
         self._values[name] = (value, _INT32 if whole else _REAL32)
 
-    def remove(self, name: str) -> None:
-        """Remove a parameter, as firmware does that lacks it.
-
-        Args:
-            name: Of the parameter.
-        """
-        del self._values[name]
-
     def to_wire(self, name: str) -> tuple[float, int]:
         """Fields of PARAM_VALUE: the value as a float, and MAV_PARAM_TYPE.
 
@@ -102,10 +106,9 @@ class ParameterStore:
             name: Of the parameter.
         """
         value, kind = self._values[name]
-        if self._bytewise and kind in _CODES:
-            raw = struct.pack(f"<{_CODES[kind][0]}", int(value)).ljust(4, b"\0")
-            return float(struct.unpack("<f", raw)[0]), kind
-        return float(struct.unpack("<f", struct.pack("<f", value))[0]), kind
+        code = _CODES.get(kind) if self._bytewise else None
+        raw = struct.pack("<f", value) if code is None else struct.pack(code, int(value)).ljust(4, b"\0")
+        return float(struct.unpack("<f", raw)[0]), kind
 
     def from_wire(self, name: str, field: float, kind: int) -> bool:
         """Take the fields of PARAM_SET.
@@ -118,12 +121,11 @@ class ParameterStore:
         Returns:
             Whether they were taken; not if the parameter is unknown or, for PX4, of another type.
         """
-        if name not in self._values or (self._bytewise and self._values[name][1] != kind):
+        if name not in self or (self._bytewise and self._values[name][1] != kind):
             return False
-        true_kind = self._values[name][1]
-        if true_kind in _CODES and self._bytewise:
-            code, size = _CODES[true_kind]
-            field = float(struct.unpack(f"<{code}", struct.pack("<f", field)[:size])[0])
-        self[name] = float(round(field)) if true_kind in _CODES else field
+        code = _CODES.get(self._values[name][1])
+        if code is not None and self._bytewise:
+            field = float(struct.unpack_from(code, struct.pack("<f", field))[0])
+        self[name] = field if code is None else float(round(field))
         self.writes += 1
         return True

@@ -35,6 +35,8 @@ class Dialect:
     modes: Mapping[str, int]
     """`custom_mode` by name. In `companion` it obeys setpoints, in `position` the pilot's sticks; these two, `loiter`,
     `return` and `land` both autopilots have."""
+    mode_bits: tuple[int, int]
+    """What the second and third parameter of DO_SET_MODE are multiplied by to make `custom_mode`."""
     begins: str
     """Mode after boot."""
     placed: frozenset[str]
@@ -75,15 +77,6 @@ class Dialect:
     on_request: frozenset[int]
     """Messages that may be asked for, and whose interval may be set."""
 
-    def number(self, main: int, sub: int) -> int:
-        """Number `custom_mode` from the parameters of DO_SET_MODE.
-
-        Args:
-            main: Second parameter.
-            sub: Third parameter, which ArduPilot does not use.
-        """
-        return main << 16 | sub << 24 if self.vendor == mavlink.MAV_AUTOPILOT_PX4 else main
-
 
 PX4 = Dialect(
     vendor=mavlink.MAV_AUTOPILOT_PX4,
@@ -91,6 +84,7 @@ PX4 = Dialect(
         "companion": 6 << 16, "position": 3 << 16, "altitude": 2 << 16, "loiter": 4 << 16 | 3 << 24,
         "return": 4 << 16 | 5 << 24, "land": 4 << 16 | 6 << 24,
     },
+    mode_bits=(1 << 16, 1 << 24),
     begins="loiter",
     placed=frozenset({"loiter", "return"}),
     positioned=frozenset({"position", "loiter", "return"}),
@@ -118,6 +112,7 @@ PX4 = Dialect(
 ARDUPILOT = Dialect(
     vendor=mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
     modes={"stabilize": 0, "altitude": 2, "companion": 4, "loiter": 5, "position": 5, "return": 6, "land": 9},
+    mode_bits=(1, 0),
     begins="stabilize",
     placed=frozenset({"companion", "loiter", "return"}),
     positioned=frozenset({"companion", "loiter", "return"}),

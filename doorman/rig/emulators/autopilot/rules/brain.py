@@ -11,14 +11,13 @@ import math
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.control import Demand, Task
-from doorman.rig.emulators.autopilot.dialects import ACCEPTED, DENIED, UNSUPPORTED, Dialect
-from doorman.rig.emulators.autopilot.estimator import Estimate
-from doorman.rig.emulators.autopilot.ground_watch import GroundWatch
 from doorman.rig.emulators.autopilot.parameters import ParameterStore
-from doorman.rig.emulators.autopilot.plant import Array, yaw_of
-from doorman.rig.emulators.autopilot.setpoint_messages import attitude_demand, position_demand
-from doorman.rig.emulators.autopilot.way_home import WayHome
+from doorman.rig.emulators.autopilot.rules.dialects import ACCEPTED, DENIED, UNSUPPORTED, Dialect
+from doorman.rig.emulators.autopilot.rules.ground_watch import GroundWatch
+from doorman.rig.emulators.autopilot.rules.way_home import WayHome
+from doorman.rig.emulators.autopilot.vehicle.control import Demand, Task
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
+from doorman.rig.emulators.autopilot.vehicle.plant import NOTHING
 
 _KILLED = 5.0
 """After this time a vehicle whose motors a switch has stopped is disarmed [s]."""
@@ -33,7 +32,7 @@ _OFFBOARD_LOST = {4: "land", 5: "loiter"}
 
 
 class Brain:
-    """Modes and rules of one autopilot.
+    """Modes and rules of one autopilot. Its requests return a MAV_RESULT.
 
     Args:
         dialect: Which one.
@@ -46,8 +45,7 @@ class Brain:
     def __init__(
         self, dialect: Dialect, parameters: ParameterStore, now: float, estimate: Estimate, start_up: float = 0.0
     ) -> None:
-        self.dialect = dialect
-        self.parameters = parameters
+        self.dialect, self.parameters = dialect, parameters
         self.mode = dialect.modes[dialect.begins]
         self.armed = self.failsafe = False
         self.landed = True
@@ -56,18 +54,17 @@ class Brain:
         self.texts: list[tuple[int, str]] = []
         """Severity and words, waiting to be sent."""
         self.demand, self._target = Demand(Task.IDLE), Demand(Task.VELOCITY)
-        self.home = self.sticks = np.zeros(3)
+        self.home, self.sticks = NOTHING, (0.0, 0.0, 0.0)
         """Where it was armed, as it was believed then [m]; and the velocity that the pilot asks for [m/s]. World frame."""
         self._now, self._estimate, self._station_age, self._start_up = now, estimate, math.inf, start_up
-        self._heard_at, self._needs_position = -math.inf, False
-        """When the newest setpoint came [s], and whether it needs a position."""
+        self._heard_at, self._armed_at = -math.inf, now
+        """When the newest setpoint came, and when it was armed [s]."""
         self._hold: Demand | None = None
         self._return: WayHome | None = None
         self._taking_off_to: float | None = None
-        self._armed_at = 0.0
         self._ground = GroundWatch(parameters)
-        self._lost_at: float | None = None
-        self._killed_at: float | None = None
+        self._lost_at = self._killed_at = math.inf
+        """When the stream ended that it needs, and when a switch stopped its motors [s]."""
         self._goes_back = False
         """Whether it left `companion` for want of setpoints: it is back as soon as they are."""
 
@@ -75,25 +72,13 @@ class Brain:
         """Whether it is in one of these modes."""
         return self.mode in [self.dialect.modes[name] for name in names]
 
-    def say(self, severity: int, text: str) -> None:
-        """Queue a STATUSTEXT.
-
-        Args:
-            severity: MAV_SEVERITY.
-            text: The words.
-        """
-        self.texts.append((severity, text))
-
-    # ------------------------------------------------------------ requests; they return a MAV_RESULT
+    # ------------------------------------------------------------ requests
 
     def request_mode(self, mode: int) -> int:
         """Answer DO_SET_MODE. PX4 accepts it on the ground even where the mode does not change: the heartbeat tells.
 
         Args:
             mode: `custom_mode`.
-
-        Returns:
-            MAV_RESULT.
         """
         if mode not in self.dialect.modes.values():
             return DENIED
@@ -103,7 +88,7 @@ class Brain:
         return ACCEPTED if self.dialect.heeds_stream and not self.armed else self.dialect.refusal
 
     def request_land(self) -> int:
-        """NAV_LAND."""
+        """Answer NAV_LAND."""
         self._enter(self.dialect.modes["land"])
         return ACCEPTED
 
@@ -112,9 +97,6 @@ class Brain:
 
         Args:
             height: Above home [m].
-
-        Returns:
-            MAV_RESULT.
         """
         if not self.dialect.lifts_off_by_command:
             return UNSUPPORTED
@@ -129,14 +111,11 @@ class Brain:
         Args:
             arm: Whether to arm, rather than to disarm.
             forced: Whether it is disarmed in the air, too.
-
-        Returns:
-            MAV_RESULT.
         """
         if not arm:
             if self.armed and not self.landed and not forced:
                 return self.dialect.refusal
-            self._disarm()
+            self.disarm()
         elif not self.armed:
             if self.arming_refused():
                 return self.dialect.refusal
@@ -147,7 +126,7 @@ class Brain:
         """Whether a request to arm would be refused now; it says why by STATUSTEXT."""
         reason = self._against_arming()
         if reason:
-            self.say(mavlink.MAV_SEVERITY_CRITICAL, reason)
+            self._say(reason)
         return reason is not None
 
     def pilot_mode(self, name: str) -> None:
@@ -171,49 +150,28 @@ class Brain:
         Args:
             stop: Whether it stops the motors, or lets those of a vehicle that is still armed run again.
         """
-        self._killed_at = self._now if stop and self.armed else None
+        self._killed_at = self._now if stop and self.armed else math.inf
 
     @property
     def killed(self) -> bool:
         """Whether a switch of the radio has stopped the motors; it stays armed in its mode for a while."""
-        return self._killed_at is not None
+        return self._killed_at < math.inf
 
-    # ------------------------------------------------------------ setpoints, in the world frame
+    def disarm(self) -> None:
+        """Disarm, wherever it is."""
+        self.armed = self.failsafe = False
+        self._killed_at = math.inf
 
-    def attitude_target(self, mask: int, quaternion: Array, thrust: float, body: Array) -> None:
-        """Take in SET_ATTITUDE_TARGET.
-
-        Args:
-            mask: Its `type_mask`.
-            quaternion: [w, x, y, z], body to world, shape (4,).
-            thrust: Normalised, 0 … 1.
-            body: Thrust in the body, z up, normalised, shape (3,), as PX4 takes it; zeros without.
-        """
-        self._aim(attitude_demand(self.dialect, self.parameters, mask, quaternion, thrust, body))
-
-    def position_target(
-        self, mask: int, frame: int, position: Array, velocity: Array, acceleration: Array, yaw: float
-    ) -> None:
-        """Take in SET_POSITION_TARGET_LOCAL_NED: a position, a velocity or both.
+    def aim(self, demand: Demand | None) -> None:
+        """Follow a setpoint from now on.
 
         Args:
-            mask: Its `type_mask`.
-            frame: MAV_FRAME.
-            position: Shape (3,), world frame [m].
-            velocity: Shape (3,), world frame [m/s].
-            acceleration: Shape (3,), world frame [m/s²].
-            yaw: ψ [rad].
+            demand: The setpoint; None if it was ill-defined: PX4 then hears nothing, and ArduPilot stops.
         """
-        self._aim(position_demand(mask, frame, position, velocity, acceleration, yaw))
-
-    def _aim(self, demand: Demand | None) -> None:
-        """Follow a setpoint from now on. Without one, which was ill-defined, PX4 hears nothing and ArduPilot stops."""
         heard = self.dialect.heeds_stream or (self.is_in("companion") and self.armed)
-        if not heard or (demand is None and self.dialect.heeds_stream):
-            return
-        self._target = Demand(Task.VELOCITY) if demand is None else demand
-        self._heard_at, self._needs_position = self._now, self._target.task is not Task.ATTITUDE
-        self._taking_off_to = None
+        if heard and not (demand is None and self.dialect.heeds_stream):
+            self._target, self._heard_at = demand or Demand(Task.VELOCITY), self._now
+            self._taking_off_to = None
 
     # ------------------------------------------------------------ every step
 
@@ -230,16 +188,15 @@ class Brain:
             What the vehicle is to do.
         """
         self._now, self._estimate, self._station_age = now, estimate, station_age
-        self.landed = self._ground.landed(
-            now, self.armed, self.landed, on_ground, self.demand.task, float(estimate.velocity[2])
-        )
-        if self._ground.is_over(now, self.armed and self.landed and self.demand.task is Task.LAND):
-            self._disarm()
+        task, climb = self.demand.task, float(estimate.velocity[2])
+        self.landed = self._ground.landed(now, self.armed, self.landed, on_ground, task, climb)
+        if self._ground.is_over(now, self.armed and self.landed and task is Task.LAND):
+            self.disarm()
         if self.armed:
             self._watch_links()
         demand = self._decide()
-        if self._killed_at is not None and now - self._killed_at > _KILLED:
-            self._disarm()
+        if now - self._killed_at > _KILLED:
+            self.disarm()
         self.demand = demand if self.armed and not self.killed else Demand(Task.IDLE)
         return self.demand
 
@@ -260,10 +217,11 @@ class Brain:
             hold = self._hold_here()
             demand = Demand(Task.POSITION, position=np.array([*hold.position[:2], self._taking_off_to]), yaw=hold.yaw)
             if self._taking_off_to - height < _TAKEN_OFF and self._estimate.velocity[2] < _STILL:
-                self._aim(demand)
+                self.aim(demand)
             return demand
-        timeout = self.parameters["GUID_TIMEOUT"] if "GUID_TIMEOUT" in self.parameters else math.inf
-        if target.task is not Task.POSITION and self._now - self._heard_at > timeout:
+        if target.task is not Task.POSITION and self._now - self._heard_at > self.parameters.get(
+            "GUID_TIMEOUT", math.inf
+        ):
             target = Demand(Task.VELOCITY)
         if self.landed:
             if target.task is Task.POSITION:
@@ -278,17 +236,16 @@ class Brain:
     def _wait(self) -> Demand:
         """Stand on the ground; who does not take off is disarmed."""
         if self.armed and self._now - self._armed_at > self.parameters[self.dialect.disarm_after]:
-            self._disarm()
+            self.disarm()
         return Demand(Task.IDLE)
 
     def _hold_here(self) -> Demand:
         """Stay at the place where this was first asked for, or follow the pilot's sticks."""
-        if self.is_in("position") and self.sticks.any():
+        if self.is_in("position") and any(self.sticks):
             self._hold = None
-            return Demand(Task.VELOCITY, velocity=self.sticks)
+            return Demand(Task.VELOCITY, velocity=np.array(self.sticks))
         if self._hold is None:
-            estimate = self._estimate
-            self._hold = Demand(Task.POSITION, position=estimate.position, yaw=yaw_of(estimate.quaternion))
+            self._hold = Demand(Task.POSITION, position=self._estimate.position, yaw=self._estimate.yaw)
         return self._hold
 
     def _way_home(self) -> WayHome:
@@ -318,9 +275,9 @@ class Brain:
             self.failsafe = False
             self._enter(self.dialect.modes["companion"])
         if not self.is_in("companion") or self._stream_available():
-            self._lost_at = None
+            self._lost_at = math.inf
             return
-        self._lost_at = self._now if self._lost_at is None else self._lost_at
+        self._lost_at = min(self._lost_at, self._now)
         if self._now - self._lost_at > _FAILSAFE_DELAY:
             action = _OFFBOARD_LOST.get(int(self.parameters["COM_OBL_RC_ACT"]), "return")
             self._fail("Failsafe: no offboard signal", action if self._estimate.position_valid else "land")
@@ -329,7 +286,7 @@ class Brain:
     def _stream_available(self) -> bool:
         """Whether a setpoint is newer than COM_OF_LOSS_T: a single one is enough (PX4 1.17, `offboardCheck`)."""
         fresh = self._now - self._heard_at <= self.parameters["COM_OF_LOSS_T"]
-        return fresh and (self._estimate.position_valid or not self._needs_position)
+        return fresh and (self._estimate.position_valid or self._target.task is Task.ATTITUDE)
 
     def _available(self, mode: int) -> bool:
         modes = self.dialect.modes
@@ -337,7 +294,7 @@ class Brain:
         if self.dialect.heeds_stream and mode == modes["companion"]:
             available = self._stream_available()
         if not available:
-            self.say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to that mode is currently not available")
+            self._say("Switching to that mode is currently not available")
         return available
 
     def _against_arming(self) -> str | None:
@@ -353,19 +310,18 @@ class Brain:
             return "Arming denied: no offboard signal"
         return None if self._estimate.position_valid else "PreArm: Need Position Estimate"
 
+    def _say(self, text: str) -> None:
+        """Queue a STATUSTEXT."""
+        self.texts.append((mavlink.MAV_SEVERITY_CRITICAL, text))
+
     def _fail(self, text: str, mode: str) -> None:
         self.failsafe = True
-        self.say(mavlink.MAV_SEVERITY_CRITICAL, text)
+        self._say(text)
         self._enter(self.dialect.modes[mode])
 
     def _enter(self, mode: int) -> None:
         if mode != self.mode:
             self._hold = self._return = None
-        self.mode, self._goes_back, self._lost_at, self._taking_off_to = mode, False, None, None
+        self.mode, self._goes_back, self._lost_at, self._taking_off_to = mode, False, math.inf, None
         if not self.dialect.heeds_stream:
             self._target = Demand(Task.VELOCITY)
-
-    def _disarm(self) -> None:
-        self.armed = self.failsafe = False
-        self._killed_at = None
-        self._ground.forget()

@@ -9,12 +9,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.hardware.quaternions import conjugate, from_attitude, multiply, rotate
+from doorman.hardware.quaternions import conjugate, multiply, rotate
 
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81
-_UP = (0.0, 0.0, 1.0)
+FLIP = np.array([1.0, -1.0, -1.0])
+"""NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
+LEVEL, NOTHING = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
+for _constant in (FLIP, LEVEL, NOTHING):
+    _constant.flags.writeable = False
 
 
 @dataclass(frozen=True)
@@ -74,14 +78,11 @@ class SimplePlant:
     """
 
     def __init__(self, mass: float = 3.0, ground: float = 0.0) -> None:
-        self.mass = mass
-        self.ground = ground
-        self._position = np.array([0.0, 0.0, ground])
-        self._velocity = np.zeros(3)
-        self._quaternion = np.array([1.0, 0.0, 0.0, 0.0])
-        self._rates = np.zeros(3)
+        self.mass, self.ground = mass, ground
+        self._position, self._velocity = np.array([0.0, 0.0, ground]), NOTHING
+        self._quaternion = self._wanted = LEVEL
+        self._rates = NOTHING
         self._force = self._wanted_force = 0.0
-        self._wanted = self._quaternion
 
     @property
     def weight(self) -> float:
@@ -127,7 +128,7 @@ class SimplePlant:
             wanted_rates = np.clip(math.copysign(16.0, w) * np.array(axis), -4.0, 4.0)
             self._rates = self._rates + (wanted_rates - self._rates) * min(1.0, dt / 0.04)
         else:
-            self._rates = np.zeros(3)
+            self._rates = NOTHING
         turned = np.array(multiply(self._quaternion.tolist(), [1.0, *(0.5 * dt * self._rates).tolist()]))
         self._quaternion = turned / np.linalg.norm(turned)
         force = self._force * thrust_axis(self._quaternion) - 0.3 * self._velocity
@@ -147,26 +148,4 @@ def thrust_axis(quaternion: Array) -> Array:
     Returns:
         Unit vector, shape (3,), world frame.
     """
-    return np.array(rotate(quaternion.tolist(), _UP))
-
-
-def level(yaw: float) -> Array:
-    """Level attitude with a heading.
-
-    Args:
-        yaw: ψ [rad].
-
-    Returns:
-        [w, x, y, z], body to world, shape (4,).
-    """
-    return np.array(from_attitude((0.0, 0.0, yaw)))
-
-
-def yaw_of(quaternion: Array) -> float:
-    """Yaw of an attitude [rad].
-
-    Args:
-        quaternion: [w, x, y, z], body to world, shape (4,).
-    """
-    w, x, y, z = quaternion.tolist()
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return np.array(rotate(quaternion.tolist(), (0.0, 0.0, 1.0)))

@@ -8,9 +8,9 @@ from enum import Enum
 
 import numpy as np
 
-from doorman.hardware.quaternions import multiply
-from doorman.rig.emulators.autopilot.estimator import Estimate
-from doorman.rig.emulators.autopilot.plant import GRAVITY, Array, level, yaw_of
+from doorman.hardware.quaternions import from_attitude, multiply
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
+from doorman.rig.emulators.autopilot.vehicle.plant import GRAVITY, LEVEL, NOTHING, Array
 
 _POSITION_GAIN, _VELOCITY_GAIN = 2.2, 3.2
 _MAX_SPEED, _LANDING_SPEED = np.array([1.5, 1.5, 1.0]), 0.6
@@ -32,14 +32,14 @@ class Demand:
     """A task with its targets, in the world frame."""
 
     task: Task
-    quaternion: Array = field(default_factory=lambda: level(0.0))
+    quaternion: Array = field(default_factory=lambda: LEVEL)
     thrust: float = 0.0
     """Share of the largest, 0 … 1."""
     side: tuple[float, float] = (0.0, 0.0)
     """Thrust along the body's x and y axis, as normalised, −1 … 1."""
-    position: Array = field(default_factory=lambda: np.zeros(3))
-    velocity: Array = field(default_factory=lambda: np.zeros(3))
-    acceleration: Array = field(default_factory=lambda: np.zeros(3))
+    position: Array = field(default_factory=lambda: NOTHING)
+    velocity: Array = field(default_factory=lambda: NOTHING)
+    acceleration: Array = field(default_factory=lambda: NOTHING)
     yaw: float | None = None
 
 
@@ -56,10 +56,10 @@ class FlightController:
         """Where a landing began, shape (3,) [m]."""
 
     def actuate(self, demand: Demand, estimate: Estimate, max_force: float) -> tuple[float, Array]:
-        """Thrust [N] and attitude for now; idle is no thrust.
+        """Thrust and attitude for now.
 
         Args:
-            demand: What to do.
+            demand: What to do; not to idle.
             estimate: What the autopilot believes now.
             max_force: Thrust of all rotors at most [N].
 
@@ -68,21 +68,18 @@ class FlightController:
         """
         if demand.task is not Task.LAND:
             self._anchor = None
-        if demand.task is Task.IDLE:
-            return 0.0, level(yaw_of(estimate.quaternion))
         if demand.task is Task.ATTITUDE:
             return demand.thrust * max_force, demand.quaternion
         acceleration = demand.acceleration + _VELOCITY_GAIN * (self._velocity(demand, estimate) - estimate.velocity)
-        return self._force(acceleration, yaw_of(estimate.quaternion) if demand.yaw is None else demand.yaw)
+        return self._force(acceleration, estimate.yaw if demand.yaw is None else demand.yaw)
 
     def _velocity(self, demand: Demand, estimate: Estimate) -> Array:
         if demand.task is Task.VELOCITY:
             return demand.velocity
         if demand.task is Task.LAND:
             self._anchor = estimate.position if self._anchor is None else self._anchor
-            wanted = np.clip(_POSITION_GAIN * (self._anchor - estimate.position), -1.0, 1.0)
-            wanted[2] = -_LANDING_SPEED
-            return np.asarray(wanted)
+            x, y, _ = np.clip(_POSITION_GAIN * (self._anchor - estimate.position), -1.0, 1.0)
+            return np.array([x, y, -_LANDING_SPEED])
         wanted = demand.velocity + _POSITION_GAIN * (demand.position - estimate.position)
         return np.clip(wanted, -_MAX_SPEED, _MAX_SPEED)
 
@@ -107,4 +104,4 @@ def tilted(axis: tuple[float, float, float], yaw: float) -> Array:
     """
     x, y, z = axis
     w = math.sqrt(0.5 * (1.0 + z))
-    return np.array(multiply((w, -y / (2.0 * w), x / (2.0 * w), 0.0), level(yaw).tolist()))
+    return np.array(multiply((w, -y / (2.0 * w), x / (2.0 * w), 0.0), from_attitude((0.0, 0.0, yaw))))

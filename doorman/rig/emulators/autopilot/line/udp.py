@@ -35,16 +35,23 @@ class FaultyUdp:
     Args:
         local: Address to bind; port 0 takes a free one.
         remote: Whom to send to; None waits for the first sender.
+        faults: Of what is sent, and of what is received.
         seed: Of the faults.
+
+    Raises:
+        BackendError: if an address is not on loopback, or cannot be bound.
     """
 
-    def __init__(self, local: tuple[str, int], remote: tuple[str, int] | None, seed: int) -> None:
+    def __init__(
+        self, local: tuple[str, int], remote: tuple[str, int] | None, faults: tuple[LinkFaults, LinkFaults], seed: int
+    ) -> None:
         if not local[0].startswith("127.") or (remote is not None and not remote[0].startswith("127.")):
             raise BackendError("emulators stay on loopback", field="address", given=local[0], allowed="127.0.0.0/8")
-        self.outgoing, self.incoming = LinkFaults(), LinkFaults()
-        self.remote = remote
+        self._outgoing, self._incoming = faults
+        self._remote = remote
         self._random = random.Random(seed)
-        self._held: dict[bool, bytes | None] = {True: None, False: None}
+        self._held: dict[int, bytes] = {}
+        """The message that waits for the next one, by its direction."""
         self._waiting: list[tuple[float, int, bytes]] = []
         self._ticket = itertools.count()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -77,8 +84,8 @@ class FaultyUdp:
                 data, sender = self._socket.recvfrom(65536)
             except (BlockingIOError, ConnectionError):
                 break
-            self.remote = self.remote or (sender[0], sender[1])
-            datagrams += self._suffer(data, self.incoming, outgoing=False)
+            self._remote = self._remote or (sender[0], sender[1])
+            datagrams += self._suffer(data, self._incoming)
         return datagrams
 
     def send(self, data: bytes) -> None:
@@ -87,23 +94,23 @@ class FaultyUdp:
         Args:
             data: Bytes of the message.
         """
-        for piece in self._suffer(data, self.outgoing, outgoing=True):
-            heapq.heappush(self._waiting, (time.monotonic() + self.outgoing.delay, next(self._ticket), piece))
+        for piece in self._suffer(data, self._outgoing):
+            heapq.heappush(self._waiting, (time.monotonic() + self._outgoing.delay, next(self._ticket), piece))
         self.flush()
 
     def flush(self) -> None:
         """Send what has waited long enough."""
         while self._waiting and self._waiting[0][0] <= time.monotonic():
-            _, _, piece = heapq.heappop(self._waiting)
-            if self.remote is not None:
+            piece = heapq.heappop(self._waiting)[2]
+            if self._remote is not None:
                 with contextlib.suppress(BlockingIOError, ConnectionError):
-                    self._socket.sendto(piece, self.remote)
+                    self._socket.sendto(piece, self._remote)
 
     def close(self) -> None:
         """Let go of the socket."""
         self._socket.close()
 
-    def _suffer(self, data: bytes, faults: LinkFaults, *, outgoing: bool) -> list[bytes]:
+    def _suffer(self, data: bytes, faults: LinkFaults) -> list[bytes]:
         chance = self._random.random
         if faults.cut or chance() < faults.loss:
             return []
@@ -113,10 +120,10 @@ class FaultyUdp:
                 damaged[self._random.randrange(len(damaged))] ^= self._random.randint(1, 255)
             data = bytes(damaged)
         pieces = [data, data] if chance() < faults.duplicate else [data]
-        held, self._held[outgoing] = self._held[outgoing], None
+        held = self._held.pop(id(faults), None)
         if held is not None:
             return [*pieces, held]
         if chance() < faults.reorder:
-            self._held[outgoing] = data
+            self._held[id(faults)] = data
             return pieces[1:]
         return pieces

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.rig.emulators.autopilot.control import Demand, Task
-from doorman.rig.emulators.autopilot.estimator import Estimate
-from doorman.rig.emulators.autopilot.plant import Array, yaw_of
+from doorman.rig.emulators.autopilot.vehicle.control import Demand, Task
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimate
+from doorman.rig.emulators.autopilot.vehicle.plant import Array
 
 _SPEED, _ACCELERATION = 1.5, 1.5
 """Of the setpoint on the way [m/s], [m/s²]: the real ones limit its jerk, too."""
@@ -31,7 +31,6 @@ class WayHome:
     """Of the way, world frame [m]."""
 
     def __post_init__(self) -> None:
-        self._yaw = yaw_of(self.begin.quaternion)
         self._place = np.array([*self.begin.position[:2], self.height])
         self._speed, self._climbed, self._arrived = 0.0, False, False
 
@@ -50,7 +49,7 @@ class WayHome:
             self._advance(dt)
         else:
             self._climbed = self.height - float(estimate.position[2]) < _CLIMBED
-        return Demand(Task.POSITION, position=self._place.copy(), yaw=self._yaw)
+        return Demand(Task.POSITION, position=self._place.copy(), yaw=self.begin.yaw)
 
     def _advance(self, dt: float) -> None:
         """Move the setpoint on, so that it can stop at home."""

@@ -8,19 +8,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from doorman.rig.emulators.autopilot.brain import Brain
 from doorman.rig.emulators.autopilot.build import Build
-from doorman.rig.emulators.autopilot.clock import Clock
-from doorman.rig.emulators.autopilot.control import Task
-from doorman.rig.emulators.autopilot.dialects import Dialect
-from doorman.rig.emulators.autopilot.estimator import Estimator
+from doorman.rig.emulators.autopilot.line.clock import Clock
+from doorman.rig.emulators.autopilot.line.setpoints import FLIP_QUATERNION
+from doorman.rig.emulators.autopilot.rules.brain import Brain
+from doorman.rig.emulators.autopilot.rules.dialects import Dialect
+from doorman.rig.emulators.autopilot.vehicle.control import Task
+from doorman.rig.emulators.autopilot.vehicle.estimator import Estimator
+from doorman.rig.emulators.autopilot.vehicle.plant import FLIP
 
-FLIP = np.array([1.0, -1.0, -1.0])
-"""NED or FRD of a world with z up or a body with z up, and back: half a turn about x."""
-FLIP_QUATERNION = np.array([1.0, 1.0, -1.0, -1.0])
 _READY = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _EPOCH_2015 = 1_420_070_400
 """Of signatures' time stamps [s]."""
@@ -109,9 +107,8 @@ class Telemetry:
         build: Build,
         transmit: Callable[[bytes], None],
     ) -> None:
-        self.heartbeats_stopped = False
-        self.confused = False
-        """Whether its state is not numbers."""
+        self.heartbeats_stopped = self.confused = False
+        """Whether heartbeats are left out, and whether its state is not numbers; may be set at any time."""
         self.steered, self.normalised = estimator.estimate.quaternion, 0.0
         """Attitude by which the controller steers, shape (4,), and thrust that it asks of the mixer, 0 … 1."""
         self.schedule = Schedule(build.dialect, build.heartbeat_rate)
@@ -122,7 +119,7 @@ class Telemetry:
             self.mav.signing.secret_key, self.mav.signing.sign_outgoing = build.signing_key, True
             self.mav.signing.timestamp = int((time.time() - _EPOCH_2015) * 1e5)
         self._brain, self._estimator, self._battery, self._clock = brain, estimator, battery, clock
-        self._type, self._transmit = build.vehicle_type, transmit
+        self._type, self._transmit, self._px4 = build.vehicle_type, transmit, brain.dialect.heeds_stream
 
     def speak(self) -> None:
         """Send what is due."""
@@ -173,9 +170,7 @@ class Telemetry:
             case mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION:
                 q, rates = estimate.quaternion * FLIP_QUATERNION * sense, estimate.body_rates * FLIP
                 return mavlink.MAVLink_attitude_quaternion_message(boot_ms, *q.tolist(), *rates.tolist())
-            case mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED if (
-                estimate.position_valid or self._brain.dialect.heeds_stream
-            ):
+            case mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED if estimate.position_valid or self._px4:
                 place, speed = estimate.position * FLIP * sense, estimate.velocity * FLIP
                 return mavlink.MAVLink_local_position_ned_message(boot_ms, *place.tolist(), *speed.tolist())
             case mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET:
@@ -201,28 +196,24 @@ class Telemetry:
         status = mavlink.MAV_STATE_STANDBY
         if brain.armed:
             status = mavlink.MAV_STATE_CRITICAL if brain.failsafe else mavlink.MAV_STATE_ACTIVE
-            if brain.killed and brain.dialect.vendor == mavlink.MAV_AUTOPILOT_PX4:  # ArduPilot's says nothing
+            if brain.killed and self._px4:  # ArduPilot's says nothing
                 status = mavlink.MAV_STATE_FLIGHT_TERMINATION
         return mavlink.MAVLink_heartbeat_message(self._type, brain.dialect.vendor, base, brain.mode, status, 3)
 
     def _system(self) -> Any:
         """SYS_STATUS: whether it would arm PX4 tells in its health alone."""
         health = _READY if self._estimator.estimate.position_valid and self._brain.refusal is None else 0
-        told = 0 if self._brain.dialect.vendor == mavlink.MAV_AUTOPILOT_PX4 else _READY
-        battery = self._battery
+        told, battery = 0 if self._px4 else _READY, self._battery
         power = round(battery.voltage * 1e3), round(battery.current * 1e2), round(battery.remaining * 1e2)
-        unknown = 0xFFFF, -1, -1
-        return mavlink.MAVLink_sys_status_message(
-            told, told, health, 200, *(unknown if battery.silent else power), 0, 0, 0, 0, 0, 0
-        )
+        known = (0xFFFF, -1, -1) if battery.silent else power
+        return mavlink.MAVLink_sys_status_message(told, told, health, 200, *known, 0, 0, 0, 0, 0, 0)
 
     def _battery_status(self) -> Any:
         battery = self._battery
         state = 3 if battery.remaining < 0.07 else 2 if battery.remaining < 0.15 else 1
-        cells = [round(battery.voltage / 4.0 * 1e3)] * 4 + [0xFFFF] * 6
-        return mavlink.MAVLink_battery_status_message(
-            0, 0, 1, 32767, cells, round(battery.current * 1e2), -1, -1, round(battery.remaining * 1e2), 0, state
-        )
+        cells, current = [round(battery.voltage / 4.0 * 1e3)] * 4 + [0xFFFF] * 6, round(battery.current * 1e2)
+        left = round(battery.remaining * 1e2)
+        return mavlink.MAVLink_battery_status_message(0, 0, 1, 32767, cells, current, -1, -1, left, 0, state)
 
     def _landed_state(self) -> int:
         """MAV_LANDED_STATE."""

@@ -20,7 +20,7 @@ class Clock:
 
     def __init__(self, pace: float = 1.0) -> None:
         self.jumped = 0.0
-        """By which it has jumped since boot [s]."""
+        """By which it has jumped since boot; may be set at any time [s]."""
         self._pace, self._started = pace, time.monotonic()
 
     @property
@@ -42,9 +42,8 @@ class CompanionClock:
     """
 
     def __init__(self, by_timesync: bool) -> None:
-        self.answers = 0
-        self.offset = 0.0
-        """The autopilot's clock minus the companion's [s]."""
+        self.answers, self.offset = 0, 0.0
+        """Answers so far, and the autopilot's clock minus the companion's [s]."""
         self._by_timesync, self._least = by_timesync, math.inf
 
     def answer(self, sent_ns: int, companion_ns: int, now_ns: int) -> None:

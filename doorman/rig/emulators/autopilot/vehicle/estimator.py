@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from doorman.rig.emulators.autopilot.dialects import Dialect
-from doorman.rig.emulators.autopilot.plant import Array, PlantTruth
+from doorman.hardware.quaternions import to_attitude
+from doorman.rig.emulators.autopilot.vehicle.plant import NOTHING, Array, PlantTruth
 
 Place = tuple[int, int, int]
 """Latitude and longitude [1e-7 °], altitude above the sea [mm]."""
@@ -17,9 +17,8 @@ ZURICH: Place = (473_977_420, 85_455_940, 488_000)
 """Where the simulators of PX4 begin, and an emulated autopilot with satellites."""
 _HISTORY = 2.0
 _GAIN = 0.35
-_GATE = 0.5
-"""Innovation that is rejected [m], unless it persists."""
-_RESET_AFTER = 1.0
+_GATE, _RESET_AFTER = 0.5, 1.0
+"""Innovation that is rejected [m], unless it persists [s]."""
 _POSES_NEEDED = 10
 _BIAS = np.array([0.04, -0.03, 0.01])
 """Of the accelerometers, shape (3,) [m/s²]: the error grows by it without aiding."""
@@ -39,32 +38,40 @@ class Estimate:
     on_earth: bool = True
     """Whether it knows where on earth that is, too: what has no home cannot return."""
 
+    @property
+    def yaw(self) -> float:
+        """ψ [rad]."""
+        return to_attitude(self.quaternion.tolist())[2]
+
 
 class Estimator:
     """Truth plus an error.
 
     Args:
-        dialect: Whose.
         now: Of the autopilot's clock [s].
         truth: Of the vehicle now.
+        timeout: Without poses, after which the position is lost [s].
+        needs_origin: Whether a position is valid only with a place on earth.
         vision: Aided by poses, rather than by satellites.
         seed: Of the noise.
     """
 
-    def __init__(self, dialect: Dialect, now: float, truth: PlantTruth, *, vision: bool, seed: int = 0) -> None:
-        self.vision = vision
-        self.accepted_poses = 0
+    def __init__(
+        self, now: float, truth: PlantTruth, timeout: float, needs_origin: bool, *, vision: bool, seed: int = 0
+    ) -> None:
+        self.vision, self.accepted_poses = vision, 0
         self.failed = False
-        """Whether the position estimate is lost."""
+        """Whether the position estimate is lost; may be set at any time."""
         self.origin: Place | None = None if vision else ZURICH
-        """Where on earth the zero of its position is; None before it has one."""
-        self._needs_origin, self._timeout = not dialect.heeds_stream, dialect.position_timeout
+        """Where on earth the zero of its position is; None before it has one, or where its filter forgot it."""
+        self.error = NOTHING
+        """Of the position, shape (3,), world frame [m]."""
+        self._needs_origin, self._timeout = needs_origin, timeout
         self._random = np.random.default_rng(seed)
-        self._error, self._error_rate = np.zeros(3), np.zeros(3)
+        self._error_rate = NOTHING
         self._history: deque[tuple[float, Array]] = deque()
-        self._aided_at = -math.inf
+        self._aided_at, self._lift = -math.inf, 0.0
         self._rejected_since: float | None = None
-        self._lift = 0.0
         self._datum_due: float | None = None
         self.estimate = self.update(now, truth, 0.0)
 
@@ -102,30 +109,19 @@ class Estimator:
         while now - self._history[0][0] > _HISTORY:
             self._history.popleft()
         if not self.vision:
-            self._error, self._error_rate = self._random.normal(0.0, 0.002, 3), np.zeros(3)
-            self._aided_at = now
+            self.error, self._error_rate, self._aided_at = self._random.normal(0.0, 0.002, 3), NOTHING, now
         elif now - self._aided_at > 0.2:
             self._error_rate = self._error_rate + dt * _BIAS
-            self._error = self._error + dt * self._error_rate
+            self.error = self.error + dt * self._error_rate
         if self._datum_due is not None and now >= self._datum_due:
             self._datum_due = math.inf
-            self._lift = float(truth.position[2] + self._error[2]) if self.accepted_poses > 0 else 0.0
+            self._lift = float(truth.position[2] + self.error[2]) if self.accepted_poses > 0 else 0.0
         located = self.origin is not None
         aided = self.navigates and now - self._aided_at < self._timeout and not self.failed
         valid = aided and (located or not self._needs_origin)
-        self.estimate = Estimate(
-            truth.position + self._error + [0.0, 0.0, self._lift], truth.velocity + self._error_rate, truth.quaternion,
-            truth.body_rates, valid, valid and located,
-        )  # fmt: skip
+        position, velocity = truth.position + self.error + [0.0, 0.0, self._lift], truth.velocity + self._error_rate
+        self.estimate = Estimate(position, velocity, truth.quaternion, truth.body_rates, valid, valid and located)
         return self.estimate
-
-    def lead_astray(self, offset: Array) -> None:
-        """Be wrong by more from now on, until poses put it right.
-
-        Args:
-            offset: By which, shape (3,), world frame [m].
-        """
-        self._error = self._error + offset
 
     def pose(self, now: float, stamp: float, position: Array) -> None:
         """Fuse a pose.
@@ -135,19 +131,16 @@ class Estimator:
             stamp: When the pose was true, since boot [s].
             position: Shape (3,), world frame [m].
         """
-        if not self.vision or not self._history or not self._history[0][0] <= stamp <= now + 0.05:
+        if not self.vision or not self._history[0][0] <= stamp <= now + 0.05:
             return
         times, places = zip(*self._history, strict=True)
         truth = np.array([np.interp(stamp, times, axis) for axis in np.transpose(places)])
-        innovation = position - truth - self._error
+        innovation, gain = position - truth - self.error, _GAIN
         if self.navigates and float(np.linalg.norm(innovation)) > _GATE:
             self._rejected_since = now if self._rejected_since is None else self._rejected_since
             if now - self._rejected_since < _RESET_AFTER:
                 return
-            self._error = position - truth
-        else:
-            self._error = self._error + _GAIN * innovation
-        self._error_rate = 0.5 * self._error_rate
-        self._rejected_since = None
+            gain = 1.0
+        self.error, self._error_rate = self.error + gain * innovation, 0.5 * self._error_rate
+        self._rejected_since, self._aided_at = None, now
         self.accepted_poses += 1
-        self._aided_at = now

@@ -1,0 +1,1 @@
+"""What an emulated autopilot flies, and how: plant, estimator, controller and mixer."""
