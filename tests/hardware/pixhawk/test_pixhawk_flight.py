@@ -192,7 +192,7 @@ def test_attitude_setpoints_need_a_thrust_curve_and_thrust(rigs):
     rig = rigs("px4", {"thrust_curve": None}).open()
     outcome = rig.pilot.engage()
     assert outcome.status is OutcomeStatus.NOT_READY and "thrust curve" in outcome.message
-    with pytest.raises(BackendError, match="newtons"):
+    with pytest.raises(BackendError, match="thrust_curve.*hover_force"):
         rig.pilot.setpoint(AttitudeSetpoint(10.0, np.zeros(3)))
     other = rigs("ardupilot")
     other.emulator.parameters["GUID_OPTIONS"] = 0

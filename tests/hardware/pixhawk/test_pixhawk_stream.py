@@ -156,5 +156,5 @@ def test_there_is_no_place_to_hold_while_none_is_known():
 def test_an_attitude_setpoint_without_a_curve_is_refused_before_it_is_taken():
     from doorman.hardware.pixhawk import Autopilot
 
-    with pytest.raises(BackendError, match="newtons"):
+    with pytest.raises(BackendError, match="thrust_curve.*hover_force"):
         Autopilot(PixhawkConfig("udp:14540")).setpoint(AttitudeSetpoint(1.0, NO))
