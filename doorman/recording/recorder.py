@@ -25,13 +25,13 @@ import numpy as np
 from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.locks import lock_stream
-from doorman.recording.cdr import type_name
-from doorman.recording.mcap_file import McapFile
-from doorman.recording.messages import HEADER, Columns, MessageType, Value, header_schema, joined
-from doorman.recording.reading import TOPIC, Contents, header_text, read_contents
+from doorman.recording.files.cdr import type_name
+from doorman.recording.files.mcap_file import McapFile
+from doorman.recording.files.messages import HEADER, Columns, MessageType, Value, header_schema, joined
+from doorman.recording.files.reading import TOPIC, Contents, header_text, read_contents
+from doorman.recording.files.rows import Framed, Rows
+from doorman.recording.files.syncer import Syncer, sync_folder
 from doorman.recording.recording import Recording, Topic
-from doorman.recording.rows import Framed, Rows
-from doorman.recording.syncer import Syncer, sync_folder
 
 Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
 """Called with topic, time and fields of every message, as soon as it is recorded."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from doorman.flight.attitude_lag import attitude_lag
+from doorman.flight.watches.attitude_lag import attitude_lag
 
 
 def signals(lag: float, size: float = 0.03, duration: float = 20.0) -> tuple[np.ndarray, ...]:

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.flight.checklist import Verdict, judge_age
-from doorman.flight.pose_delay import PoseDelay
-from doorman.hardware.mocap.sample import measured
+from doorman.flight.ground.checklist import Verdict, judge_age
+from doorman.flight.watches.pose_delay import PoseDelay
+from doorman.hardware.mocap.poses.sample import measured
 from doorman.hardware.pixhawk import VehicleSample
 from doorman.hardware.quaternions import from_attitude
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from doorman.flight.rest import RestWatch, tells_of_crash
+from doorman.flight.watches.rest import RestWatch, tells_of_crash
 
 
 def watched(*looks: tuple[float, bool]) -> RestWatch:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.kinematics.rotations import rotation_body_to_world
-from doorman.simulation.plant.attitude_loop import (
+from doorman.simulation.plant.onboard.attitude_loop import (
     AttitudeGains,
     AttitudeParameters,
     attitude_error,

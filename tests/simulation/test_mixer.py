@@ -13,7 +13,7 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.vehicles.vehicle import Vehicle
 from doorman.resources import urdf_directory
 from doorman.scenario import VehicleSection
-from doorman.simulation.plant.rotors import MixerParameters, RotorLayout, mix, rotor_layout
+from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, mix, rotor_layout
 
 VEHICLE = Vehicle(urdf_directory() / "hexarotor_arm.urdf")
 LAYOUT = rotor_layout(VEHICLE, 0.016)

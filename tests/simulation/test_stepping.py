@@ -8,7 +8,7 @@ import pytest
 
 from doorman.kinematics.rotations import attitude_from_rotation, skew
 from doorman.simulation.plant.contact import ContactReader
-from doorman.simulation.plant.onboard import onboard_step
+from doorman.simulation.plant.onboard.step import onboard_step
 from doorman.simulation.plant.stepping import STANDS
 
 

@@ -7,7 +7,7 @@ import pytest
 from urdf_variants import DOOR, VEHICLE, robot_data_vehicle
 
 from doorman.exceptions import UrdfError
-from doorman.visualization.shapes import visual_shapes
+from doorman.visualization.scene.shapes import visual_shapes
 
 URDF = """<robot name="shapes">
   <material name="named"><color rgba="0.1 0.2 0.3 0.4"/></material>

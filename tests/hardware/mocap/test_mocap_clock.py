@@ -6,9 +6,9 @@ import random
 
 import pytest
 
-from doorman.hardware.mocap.clock import FrameClock
-from doorman.hardware.mocap.rate import FINE, GROSS, RateMonitor
-from doorman.hardware.mocap.sequence import FORGIVEN, NEW_RUN, FrameSequence, Order
+from doorman.hardware.mocap.datagrams.clock import FrameClock
+from doorman.hardware.mocap.datagrams.rate import FINE, GROSS, RateMonitor
+from doorman.hardware.mocap.datagrams.sequence import FORGIVEN, NEW_RUN, FrameSequence, Order
 
 RATE, LATENCY = 100.0, 0.005
 

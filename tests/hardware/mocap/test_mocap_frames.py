@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from doorman.exceptions import DimensionError
-from doorman.hardware.mocap.frames import Alignment, object_quaternion
-from doorman.hardware.mocap.packets import parse
+from doorman.hardware.mocap.datagrams.packets import parse
+from doorman.hardware.mocap.poses.frames import Alignment, object_quaternion
 from doorman.hardware.quaternions import (
     angle_between,
     from_attitude,

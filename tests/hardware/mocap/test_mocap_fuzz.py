@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from fuzz_mocap_packets import fuzz
 
-from doorman.hardware.mocap.clock import FrameClock
-from doorman.hardware.mocap.sequence import FrameSequence, Order
-from doorman.hardware.mocap.stream import StreamReader
+from doorman.hardware.mocap.datagrams.clock import FrameClock
+from doorman.hardware.mocap.datagrams.sequence import FrameSequence, Order
+from doorman.hardware.mocap.datagrams.stream import StreamReader
 
 
 def test_hostile_datagrams():

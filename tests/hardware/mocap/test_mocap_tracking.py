@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from doorman.hardware.mocap import MocapConfig, PoseQuality
-from doorman.hardware.mocap.gate import MotionGate
-from doorman.hardware.mocap.sample import measured, nothing_yet
-from doorman.hardware.mocap.velocity import TimedPose, VelocityFilter
+from doorman.hardware.mocap.poses.gate import MotionGate
+from doorman.hardware.mocap.poses.sample import measured, nothing_yet
+from doorman.hardware.mocap.poses.velocity import TimedPose, VelocityFilter
 from doorman.hardware.quaternions import from_attitude, from_rotation_vector, multiply
 
 WINDOW = 0.05

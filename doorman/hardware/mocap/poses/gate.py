@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from doorman.hardware.mocap.velocity import TimedPose
+from doorman.hardware.mocap.poses.velocity import TimedPose
 from doorman.hardware.quaternions import Vector, angle_between
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from enum import Enum
 
-from doorman.hardware.mocap.clock import FrameClock
+from doorman.hardware.mocap.datagrams.clock import FrameClock
 
 EARLY = 0.02
 """So much before its time a frame may arrive, or three periods: the clock began with a packet that was late itself [s]."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
-from doorman.recording.cdr import TIME, Field, Kind, Layout, native, read_fields
+from doorman.recording.files.cdr import TIME, Field, Kind, Layout, native, read_fields
 
 Value: TypeAlias = float | int | bool | str | NDArray[Any] | Sequence[Any]
 Columns: TypeAlias = tuple[NDArray[np.float64], dict[str, NDArray[Any]]]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from doorman.hardware.pixhawk.dialect import Dialect
-from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
 from doorman.hardware.pixhawk.sample import Array, Battery, LandedState, VehicleSample
 from doorman.hardware.pixhawk.wire.frames import LocalFrame, frd_to_flu
 from doorman.hardware.pixhawk.wire.messages import Message, mavlink

@@ -14,7 +14,7 @@ from string import Template
 from typing import Any
 
 from doorman.exceptions import DoormanError, how_to_install
-from doorman.visualization.meshcat_scene import Command
+from doorman.visualization.scene.meshcat_scene import Command
 
 
 def page(title: str, scene: Command, frames: Sequence[dict[str, Any]], live: str = "") -> str:

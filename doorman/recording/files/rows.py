@@ -10,8 +10,8 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from doorman.recording.cdr import HEADER, STORED, TIME, Field
-from doorman.recording.messages import Columns, MessageType, Value, converter
+from doorman.recording.files.cdr import HEADER, STORED, TIME, Field
+from doorman.recording.files.messages import Columns, MessageType, Value, converter
 
 _RECORD = struct.Struct("<BQHIQQ")
 """Of a message: opcode, length, topic, sequence and times, before the message itself."""

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.compilation import kernel
-from doorman.simulation.plant.attitude_loop import AttitudeParameters, attitude_torque, integrate_rate_error
-from doorman.simulation.plant.rotors import MixerParameters, add_side, mix
-from doorman.simulation.plant.servos import ServoParameters, servo_references
+from doorman.simulation.plant.onboard.attitude_loop import AttitudeParameters, attitude_torque, integrate_rate_error
+from doorman.simulation.plant.onboard.rotors import MixerParameters, add_side, mix
+from doorman.simulation.plant.onboard.servos import ServoParameters, servo_references
 
 Array = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.kinematics.urdf.shapes import link_name
 from doorman.model import Model
-from doorman.visualization.moments import Moment
-from doorman.visualization.shapes import VisualShape
+from doorman.visualization.scene.moments import Moment
+from doorman.visualization.scene.shapes import VisualShape
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.visualization.meshcat_scene import Command, place, set_property, show
-from doorman.visualization.moments import FRAMES_PER_SECOND, Moment
-from doorman.visualization.shapes import visual_shapes
-from doorman.visualization.surfaces import SURFACES, clearances, surface_shapes
+from doorman.visualization.scene.meshcat_scene import Command, place, set_property, show
+from doorman.visualization.scene.moments import FRAMES_PER_SECOND, Moment
+from doorman.visualization.scene.shapes import visual_shapes
+from doorman.visualization.scene.surfaces import SURFACES, clearances, surface_shapes
 
 Array = NDArray[np.float64]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from doorman.hardware.mocap.config import MocapConfig
+from doorman.hardware.mocap.datagrams.stream import Reading
 from doorman.hardware.mocap.faults import FaultBook, MocapFault
 from doorman.hardware.mocap.figures import Figures
-from doorman.hardware.mocap.sample import PoseSample, measured
-from doorman.hardware.mocap.stream import Reading
-from doorman.hardware.mocap.velocity import TimedPose, VelocityFilter
+from doorman.hardware.mocap.poses.sample import PoseSample, measured
+from doorman.hardware.mocap.poses.velocity import TimedPose, VelocityFilter
 
 
 class PoseTracker:

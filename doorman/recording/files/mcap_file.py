@@ -32,7 +32,7 @@ from mcap.records import (
 )
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
-from doorman.recording.rows import Framed
+from doorman.recording.files.rows import Framed
 
 COMPRESSION = "zstd"
 _LEVEL = 1

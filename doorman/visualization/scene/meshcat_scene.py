@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from doorman.visualization.shapes import VisualShape
+from doorman.visualization.scene.shapes import VisualShape
 
 Array = NDArray[np.float64]
 Command = dict[str, Any]

@@ -20,9 +20,9 @@ from mcap.records import Channel, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from doorman.exceptions import RecordingError
-from doorman.recording.mcap_file import COMPRESSION
-from doorman.recording.messages import HEADER, Columns, MessageType
-from doorman.recording.records import PREFIX, Record, records_of, stream_of
+from doorman.recording.files.mcap_file import COMPRESSION
+from doorman.recording.files.messages import HEADER, Columns, MessageType
+from doorman.recording.files.records import PREFIX, Record, records_of, stream_of
 
 TOPIC = "topic"
 """Name of the metadata record that repeats a topic's schema."""

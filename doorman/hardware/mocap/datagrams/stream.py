@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from doorman.hardware.mocap.clock import FrameClock
 from doorman.hardware.mocap.config import MocapConfig
+from doorman.hardware.mocap.datagrams.clock import FrameClock
+from doorman.hardware.mocap.datagrams.packets import Malformed, TrackedObject, Vector, parse
+from doorman.hardware.mocap.datagrams.rate import RateMonitor
+from doorman.hardware.mocap.datagrams.sequence import FrameSequence, Order
 from doorman.hardware.mocap.faults import FaultBook, MocapFault
 from doorman.hardware.mocap.figures import Figures
-from doorman.hardware.mocap.packets import Malformed, TrackedObject, Vector, parse
-from doorman.hardware.mocap.rate import RateMonitor
-from doorman.hardware.mocap.sequence import FrameSequence, Order
 
 FARTHEST = 1e6
 """No object is farther away from Vicon's origin [mm]."""
