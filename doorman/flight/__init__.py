@@ -1,7 +1,8 @@
 """Flight: what surrounds a mission on a vehicle, from the checklist on the ground to the ground again."""
 
 from doorman.flight.flying_backend import FlyingBackend
-from doorman.flight.ground.checklist import Check, Verdict, preflight, ready
+from doorman.flight.ground.checklist import preflight
+from doorman.flight.ground.checks import Check, Verdict, ready
 from doorman.flight.ground.listening import listen
 from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import End, GuardedFlight

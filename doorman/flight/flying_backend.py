@@ -14,7 +14,8 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
-from doorman.flight.ground.checklist import Check, Verdict, preflight
+from doorman.flight.ground.checklist import preflight
+from doorman.flight.ground.checks import Check, Verdict
 from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
 from doorman.hardware.interface import Backend, Command, Measurement

@@ -14,7 +14,8 @@ import numpy as np
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
-from doorman.flight.ground.checklist import Verdict, judge_age
+from doorman.flight.ground.checks import Verdict
+from doorman.flight.ground.judgements import judge_age
 from doorman.flight.journal import Journal
 from doorman.flight.travel import fly_to
 from doorman.flight.watches.fall import FallWatch

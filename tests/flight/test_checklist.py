@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from doorman.flight import Verdict
-from doorman.flight.ground.checklist import judge_battery, judge_limits, judge_posture, judge_rotors, judge_setpoints
+from doorman.flight.ground.judgements import judge_battery, judge_limits, judge_posture, judge_rotors, judge_setpoints
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.model import Model
 from doorman.scenario import Scenario

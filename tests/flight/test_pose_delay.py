@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from doorman.flight.ground.checklist import Verdict, judge_age
+from doorman.flight.ground.checks import Verdict
+from doorman.flight.ground.judgements import judge_age
 from doorman.flight.watches.pose_delay import PoseDelay
 from doorman.hardware.mocap.poses.sample import measured
 from doorman.hardware.pixhawk import VehicleSample
