@@ -20,11 +20,11 @@ from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
 from doorman.recording.files.cdr import type_name
 from doorman.recording.files.claimed_stream import claimed_stream, is_regular
-from doorman.recording.files.header_json import header_json
+from doorman.recording.files.header_json import header_json, header_text
 from doorman.recording.files.held_signals import signals_held_back
 from doorman.recording.files.mcap_file import McapFile
 from doorman.recording.files.messages import HEADER, Columns, MessageType, Value, header_schema, joined
-from doorman.recording.files.reading import TOPIC, Contents, header_text, read_contents
+from doorman.recording.files.reading import TOPIC, Contents, read_contents
 from doorman.recording.files.rows import Framed, Rows
 from doorman.recording.files.syncer import Syncer, sync_folder
 from doorman.recording.recording import Recording, Topic
@@ -243,7 +243,7 @@ class Recorder(Uncopied):
         if self._writer is None:
             return
         batch = []
-        for channel in filter(_has_messages, self._waiting.values()):
+        for channel in (each for each in self._waiting.values() if each.rows):
             if channel.file_id is None:
                 channel.file_id = self._register(self._writer, channel.rows.type)
             batch.append((channel.file_id, channel.rows.framed(channel.file_id)))
@@ -295,7 +295,3 @@ class Recorder(Uncopied):
                     self._stream.close()
             except OSError:
                 pass  # the same failure again, as its buffer is written out
-
-
-def _has_messages(channel: _Channel) -> bool:
-    return bool(channel.rows)

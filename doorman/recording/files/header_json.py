@@ -1,4 +1,4 @@
-"""Header of a recording as JSON."""
+"""Header of a recording as JSON, and as texts of its metadata record."""
 
 from __future__ import annotations
 
@@ -36,3 +36,24 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return dict(value)
     raise TypeError(f"{type(value).__name__} is neither a number, a text, an array nor a mapping")
+
+
+def header_value(text: str) -> Any:
+    """Value of the header from the text in its metadata record.
+
+    Args:
+        text: JSON, or words.
+    """
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
+
+
+def header_text(value: Any) -> str:
+    """Text of a value of the header: the words themselves where they are no JSON, so that they read well.
+
+    Args:
+        value: Of the header, as JSON has it.
+    """
+    return value if isinstance(value, str) and header_value(value) is value else json.dumps(value)

@@ -20,6 +20,7 @@ from mcap.records import Channel, Metadata, Schema, Statistics
 from mcap.writer import MCAP0_MAGIC as MAGIC
 
 from doorman.exceptions import RecordingError
+from doorman.recording.files.header_json import header_value
 from doorman.recording.files.mcap_file import COMPRESSION
 from doorman.recording.files.messages import HEADER, Columns, MessageType
 from doorman.recording.files.records import PREFIX, Record, records_of, stream_of
@@ -279,24 +280,3 @@ def _type(topic: str, schema: bytes) -> MessageType | RecordingError:
         return error
     except ValueError:
         return RecordingError("not a schema of doorman's", field=topic, given=repr(schema[:80]))
-
-
-def header_value(text: str) -> Any:
-    """Value of the header from the text in its metadata record.
-
-    Args:
-        text: JSON, or words.
-    """
-    try:
-        return json.loads(text)
-    except ValueError:
-        return text
-
-
-def header_text(value: Any) -> str:
-    """Text of a value of the header: the words themselves where they are no JSON, so that they read well.
-
-    Args:
-        value: Of the header, as JSON has it.
-    """
-    return value if isinstance(value, str) and header_value(value) is value else json.dumps(value)
