@@ -71,6 +71,10 @@ _SMOOTHED = 0.05
 _AVERAGED = 30.0
 """Longest time in free flight over which the wind is averaged [s]."""
 
+GRIP_POLES = 2.0
+"""Poles of a gripping tip's observer in those of the vehicle's: no force is known that moves it, so that a light leaf which gains
+speed would leave a slow observer behind."""
+
 
 class EstimatorMemory(NamedTuple):
     """All that one estimator's kernels read and write."""
@@ -309,7 +313,7 @@ def rate_of_a_grip(e: EstimatorMemory, tip_angle: float, pose_time: float, now: 
             e.grip[VELOCITY + k], e.grip[OUTER_FORCE + k] = e.seen[MEASURED_VELOCITY + k] + e.tip[3 + k], 0.0
     for k in range(3):
         e.gripped[k] = e.seen[MEASURED + k] + e.tip[k]
-    advance_vehicle(e.grip, e.gripped, 1.0, e.numbers[VEHICLE_RATE], pose_time, now, time_step)
+    advance_vehicle(e.grip, e.gripped, 1.0, GRIP_POLES * e.numbers[VEHICLE_RATE], pose_time, now, time_step)
     speed, normal = 0.0, leaf_normal(e.door.leaf, tip_angle)
     for k in range(3):
         speed += normal[k] * e.grip[VELOCITY + k]

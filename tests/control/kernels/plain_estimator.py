@@ -11,6 +11,7 @@ from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.estimation.present import present, present_posture
+from doorman.control.kernels.estimator_step import GRIP_POLES
 from doorman.control.kernels.vehicle_step import LATE
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
@@ -190,7 +191,7 @@ class PlainEstimator:
         turned, arm = rotation_body_to_world(measurement.attitude), measurement.arm_angles
         tip = measurement.position + turned @ self._model.vehicle.tip_position(arm)
         if self._grip is None:
-            self._grip = VehicleObserver(1.0, self._vehicle.rate)
+            self._grip = VehicleObserver(1.0, GRIP_POLES * self._vehicle.rate)
             moves = np.cross(measurement.body_rates, self._model.vehicle.tip_position(arm))
             moves = moves + self._model.vehicle.tip_jacobian(arm) @ measurement.arm_rates
             self._grip.velocity[:] = self._vehicle.velocity + turned @ moves
