@@ -15,7 +15,7 @@ from doorman.compilation.cache_files import write_atomically
 from doorman.exceptions import DoormanError
 from doorman.flown import carried_files
 from doorman.locks import locked
-from doorman.recording.syncer import sync_folder
+from doorman.recording.files.syncer import sync_folder
 
 RESULTS = "results.parquet"
 """All rows."""

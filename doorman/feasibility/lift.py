@@ -24,9 +24,9 @@ from doorman.exceptions import BackendError
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY, Model
-from doorman.simulation.plant.attitude_loop import AttitudeGains
+from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
+from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 from doorman.simulation.plant.plant import hover_wrench
-from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
 
 Array = NDArray[np.float64]
 

@@ -1,10 +1,11 @@
 """Flight: what surrounds a mission on a vehicle, from the checklist on the ground to the ground again."""
 
-from doorman.flight.checklist import Check, Verdict, preflight, ready
 from doorman.flight.flying_backend import FlyingBackend
+from doorman.flight.ground.checklist import preflight
+from doorman.flight.ground.checks import Check, Verdict, ready
+from doorman.flight.ground.listening import listen
+from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import End, GuardedFlight
-from doorman.flight.listening import listen
-from doorman.flight.rehearsal import rehearse
 from doorman.flight.session import FlightReport, FlightSession
 
 __all__ = [

@@ -14,9 +14,10 @@ from typing import Any
 
 from doorman.exceptions import BackendError
 from doorman.feasibility import check
-from doorman.flight.checklist import Check, Verdict, preflight
+from doorman.flight.ground.checklist import preflight
+from doorman.flight.ground.checks import Check, Verdict
+from doorman.flight.ground.rehearsal import rehearse
 from doorman.flight.guarded import SAME_INTERRUPT, STOPPING, End, GuardedFlight
-from doorman.flight.rehearsal import rehearse
 from doorman.hardware.interface import Backend, Command, Measurement
 from doorman.hardware.safety import Fault
 from doorman.hardware.scheduling import real_time

@@ -14,13 +14,14 @@ import numpy as np
 from doorman.control.estimation.pose_age import oldest_pose
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError, RecordingError
-from doorman.flight.checklist import Verdict, judge_age
-from doorman.flight.fall import FallWatch
-from doorman.flight.hover import measure_hover
+from doorman.flight.ground.checks import Verdict
+from doorman.flight.ground.judgements import judge_age
 from doorman.flight.journal import Journal
-from doorman.flight.pose_delay import PoseDelay
-from doorman.flight.rest import RestWatch, tells_of_crash
 from doorman.flight.travel import fly_to
+from doorman.flight.watches.fall import FallWatch
+from doorman.flight.watches.hover import measure_hover
+from doorman.flight.watches.pose_delay import PoseDelay
+from doorman.flight.watches.rest import RestWatch, tells_of_crash
 from doorman.flight.way_back import WayBack, out_of_the_doorway
 from doorman.hardware.pixhawk import (
     Authority,

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import DoormanError, RecordingError, how_to_install
-from doorman.recording.cdr import TIME
-from doorman.recording.messages import HEADER
+from doorman.recording.files.cdr import TIME
+from doorman.recording.files.messages import HEADER
 from doorman.recording.recording import Recording, Topic
 
 Format = Literal["csv", "parquet"]

@@ -9,29 +9,25 @@ leaves half a message. What is in the file is read back from there; only what no
 from __future__ import annotations
 
 import json
-import os
-import signal
-import stat
-import threading
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import TracebackType
 from typing import IO, Any, TypeAlias
-
-import numpy as np
 
 from doorman.copying import Uncopied
 from doorman.exceptions import RecordingError
-from doorman.locks import lock_stream
-from doorman.recording.cdr import type_name
-from doorman.recording.mcap_file import McapFile
-from doorman.recording.messages import HEADER, Columns, MessageType, Value, header_schema, joined
-from doorman.recording.reading import TOPIC, Contents, header_text, read_contents
+from doorman.recording.files.cdr import type_name
+from doorman.recording.files.claimed_stream import claimed_stream, is_regular
+from doorman.recording.files.header_json import header_json, header_text
+from doorman.recording.files.held_signals import signals_held_back
+from doorman.recording.files.mcap_file import McapFile
+from doorman.recording.files.messages import HEADER, Columns, MessageType, Value, header_schema, joined
+from doorman.recording.files.reading import TOPIC, Contents, read_contents
+from doorman.recording.files.rows import Framed, Rows
+from doorman.recording.files.syncer import Syncer, sync_folder
 from doorman.recording.recording import Recording, Topic
-from doorman.recording.rows import Framed, Rows
-from doorman.recording.syncer import Syncer, sync_folder
 
 Listener: TypeAlias = Callable[[str, float, Mapping[str, Value]], None]
 """Called with topic, time and fields of every message, as soon as it is recorded."""
@@ -90,7 +86,7 @@ class Recorder(Uncopied):
     ) -> None:
         self.path = None if path is None else Path(path)
         self._file = None if path is None else Path(path).absolute()
-        text = _header_text(header)
+        text = header_json(header)
         self.header: dict[str, Any] = json.loads(text)
         self._attachments = dict(attachments or {})
         self._channels: dict[str, _Channel] = {}
@@ -140,7 +136,7 @@ class Recorder(Uncopied):
 
     def flush(self) -> None:
         """Hand everything written so far to the operating system; `write` calls it often enough by itself."""
-        with _signals_held_back(), self._errors_remembered():
+        with signals_held_back(), self._errors_remembered():
             self._hand_over()
 
     def close(self) -> None:
@@ -152,7 +148,7 @@ class Recorder(Uncopied):
         """
         if self._closed:
             return
-        with _signals_held_back():
+        with signals_held_back():
             self._closed = True
             with self._errors_remembered():
                 self._hand_over()
@@ -207,13 +203,13 @@ class Recorder(Uncopied):
     def _open(self, path: Path, header: str) -> None:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream = _claimed_stream(path)
+            self._stream = claimed_stream(path)
         except BlockingIOError as error:
             raise RecordingError("another recorder writes to this file", file=path) from error
         except OSError as error:
             raise RecordingError(f"cannot be written: {error.strerror}", file=path) from error
-        with _signals_held_back(), self._errors_remembered():
-            if _is_regular(self._stream):
+        with signals_held_back(), self._errors_remembered():
+            if is_regular(self._stream):
                 self._syncer = Syncer(self._stream.fileno())
                 weakref.finalize(self, self._syncer.stop)
                 sync_folder(path.parent)
@@ -247,7 +243,7 @@ class Recorder(Uncopied):
         if self._writer is None:
             return
         batch = []
-        for channel in filter(_has_messages, self._waiting.values()):
+        for channel in (each for each in self._waiting.values() if each.rows):
             if channel.file_id is None:
                 channel.file_id = self._register(self._writer, channel.rows.type)
             batch.append((channel.file_id, channel.rows.framed(channel.file_id)))
@@ -299,67 +295,3 @@ class Recorder(Uncopied):
                     self._stream.close()
             except OSError:
                 pass  # the same failure again, as its buffer is written out
-
-
-def _has_messages(channel: _Channel) -> bool:
-    return bool(channel.rows)
-
-
-def _claimed_stream(path: Path) -> IO[bytes]:
-    """The file, emptied, for one recorder alone; BlockingIOError if another one has it."""
-    stream = open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o666), "wb")
-    try:
-        if _is_regular(stream):
-            lock_stream(stream.fileno())
-            stream.truncate(0)
-    except BaseException:
-        stream.close()
-        raise
-    return stream
-
-
-def _is_regular(stream: IO[bytes]) -> bool:
-    return stat.S_ISREG(os.fstat(stream.fileno()).st_mode)
-
-
-@contextmanager
-def _signals_held_back() -> Iterator[None]:
-    """Let SIGINT, SIGTERM, SIGHUP and SIGQUIT wait until the block is done; Python runs handlers in the main thread only."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    with _held_back(signal.SIGINT), _held_back(signal.SIGTERM), _held_back(signal.SIGHUP), _held_back(signal.SIGQUIT):
-        yield
-
-
-@contextmanager
-def _held_back(number: signal.Signals) -> Iterator[None]:
-    handler = signal.getsignal(number)
-    if not callable(handler):  # left to the operating system
-        yield
-        return
-    caught: list[FrameType | None] = []
-    signal.signal(number, lambda _, frame: caught.append(frame))
-    try:
-        yield
-    finally:
-        signal.signal(number, handler)
-        for frame in caught:  # where one raises, the rest are lost in what it raises
-            handler(number, frame)
-
-
-def _header_text(header: Mapping[str, Any]) -> str:
-    try:
-        return json.dumps(dict(header), allow_nan=False, default=_plain)
-    except (TypeError, ValueError) as error:
-        raise RecordingError(f"cannot be written as JSON: {error}", field=HEADER, given=repr(header)[:80]) from error
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, (np.ndarray, np.generic)):
-        return value.tolist()
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, Mapping):
-        return dict(value)
-    raise TypeError(f"{type(value).__name__} is neither a number, a text, an array nor a mapping")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from doorman.exceptions import RecordingError
-from doorman.recording.reading import read_contents
+from doorman.recording.files.reading import read_contents
 from doorman.recording.runs import recording_file
 
 _JUDGED = ("truth", "estimate", "mission")

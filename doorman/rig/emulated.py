@@ -31,7 +31,7 @@ from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.ardupilot import SERVO_PORT, ArduPilotSitl
 from doorman.rig.sitl.px4 import Px4Sitl, simulator_port
 from doorman.rig.sitl.rotor_pilot import RotorPilot
-from doorman.simulation.plant.rotors import rotor_layout
+from doorman.simulation.plant.onboard.rotors import rotor_layout
 
 AutopilotKind = Literal["px4", "ardupilot", "px4-sitl", "ardupilot-sitl"]
 """An emulated autopilot that follows the rules of PX4 or of ArduPilot, or the own code of one of them."""

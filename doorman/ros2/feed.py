@@ -15,7 +15,7 @@ import numpy as np
 import orjson
 
 from doorman.copying import Uncopied
-from doorman.recording.messages import Value
+from doorman.recording.files.messages import Value
 
 PORT = 51_100
 """Of the bridge, on loopback."""

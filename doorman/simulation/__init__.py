@@ -11,14 +11,14 @@ from doorman.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from doorman.simulation.backend import SimulatedBackend
-    from doorman.simulation.plant.attitude_loop import AttitudeGains
+    from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
     from doorman.simulation.simulator import Disturbance, Simulator
     from doorman.simulation.truth import Truth
 
 __all__ = ["AttitudeGains", "Disturbance", "SimulatedBackend", "Simulator", "Truth"]
 
 _MODULES = {
-    "AttitudeGains": "plant.attitude_loop",
+    "AttitudeGains": "plant.onboard.attitude_loop",
     "Disturbance": "simulator",
     "SimulatedBackend": "backend",
     "Simulator": "simulator",

@@ -12,7 +12,7 @@ from doorman.model import Model
 from doorman.recording import Recorder
 from doorman.simulation.gusts import Gust, together
 from doorman.simulation.hand import Hand
-from doorman.simulation.plant.attitude_loop import AttitudeGains
+from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains
 from doorman.simulation.sensors import Sensors
 from doorman.simulation.simulator import Disturbance, DisturbanceSource, Simulator
 from doorman.simulation.truth import Truth

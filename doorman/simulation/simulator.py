@@ -15,14 +15,14 @@ from doorman.exceptions import BackendError
 from doorman.kinematics.rotations import SMALLEST_COSINE, quaternion_of
 from doorman.model import GRAVITY, Model
 from doorman.numba_types.handles import held
-from doorman.simulation.plant.attitude_loop import AttitudeGains, AttitudeParameters
 from doorman.simulation.plant.contact import TOUCH, ContactReader, Gripper
 from doorman.simulation.plant.engine import addresses, check_stability, engine
 from doorman.simulation.plant.hinge_torques import HingeTorques
-from doorman.simulation.plant.onboard import OnboardParameters
+from doorman.simulation.plant.onboard.attitude_loop import AttitudeGains, AttitudeParameters
+from doorman.simulation.plant.onboard.rotors import MixerParameters, RotorLayout, rotor_layout
+from doorman.simulation.plant.onboard.servos import ServoParameters
+from doorman.simulation.plant.onboard.step import OnboardParameters
 from doorman.simulation.plant.plant import Plant, build_plant, hover_wrench
-from doorman.simulation.plant.rotors import MixerParameters, RotorLayout, rotor_layout
-from doorman.simulation.plant.servos import ServoParameters
 from doorman.simulation.plant.stepping import Engine, StepParameters, look, take_steps, truth_parts
 from doorman.simulation.reality.drag import drag
 from doorman.simulation.reality.true_thrust import true_thrust

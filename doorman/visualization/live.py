@@ -19,9 +19,9 @@ from typing import Any
 from doorman.copying import Uncopied
 from doorman.exceptions import DoormanError
 from doorman.model import Model
-from doorman.visualization.drawing import Drawing
-from doorman.visualization.moments import FRAMES_PER_SECOND, CurrentMoment
-from doorman.visualization.page import page
+from doorman.visualization.scene.drawing import Drawing
+from doorman.visualization.scene.moments import FRAMES_PER_SECOND, CurrentMoment
+from doorman.visualization.scene.page import page
 
 _HOST = "127.0.0.1"
 _NAMES = (_HOST, "localhost", "[::1]")

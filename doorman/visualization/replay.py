@@ -6,9 +6,9 @@ from pathlib import Path
 
 from doorman.model import Model
 from doorman.recording import Recording
-from doorman.visualization.drawing import Drawing
-from doorman.visualization.moments import recorded_moments
-from doorman.visualization.page import page
+from doorman.visualization.scene.drawing import Drawing
+from doorman.visualization.scene.moments import recorded_moments
+from doorman.visualization.scene.page import page
 
 
 def replay_page(recording: Recording, model: Model, path: str | Path) -> Path:

@@ -13,7 +13,12 @@ from doorman.feasibility.inputs.setup import setup_findings
 from doorman.model import Model
 from doorman.planning.whole_body.numbers import whole_body_numbers
 from doorman.scenario import Scenario
-from doorman.simulation.plant.attitude_loop import USUAL_MOTOR_LAG, AttitudeGains, AttitudeParameters, attitude_torque
+from doorman.simulation.plant.onboard.attitude_loop import (
+    USUAL_MOTOR_LAG,
+    AttitudeGains,
+    AttitudeParameters,
+    attitude_torque,
+)
 
 LAGS = [0.05, USUAL_LAG, 0.3]
 

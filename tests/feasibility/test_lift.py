@@ -9,7 +9,7 @@ from doorman.feasibility import Severity
 from doorman.feasibility.lift import lift_findings, lift_left
 from doorman.model import GRAVITY, Model
 from doorman.scenario import Scenario
-from doorman.simulation.plant.rotors import MixerParameters, mix, rotor_layout
+from doorman.simulation.plant.onboard.rotors import MixerParameters, mix, rotor_layout
 
 
 @pytest.mark.parametrize("torque", [(0.0, 0.0), (0.0, 3.0), (-1.2, 2.1), (2.4, -0.7)])

@@ -18,7 +18,7 @@ from doorman.exceptions import DoormanError, InfeasibleError
 from doorman.feasibility import FeasibilityWarning, Severity, check
 from doorman.feasibility.inputs.plant import plant_findings
 from doorman.flight import Verdict
-from doorman.flight.checklist import judge_scenario
+from doorman.flight.ground.judgements import judge_scenario
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.scenario import Scenario

@@ -17,7 +17,7 @@ from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.ardupilot import EXPO, FRAMES, FULL, ArduPilotSitl, Wiring
 from doorman.scenario import Scenario
-from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
+from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 
 MAGIC = 18458
 

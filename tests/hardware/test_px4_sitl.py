@@ -18,7 +18,7 @@ from doorman.rig import Rig, RigSetup
 from doorman.rig.plant import RigPlant
 from doorman.rig.sitl.px4 import SIMULATOR_PORT, STATE_RATE, Px4Sitl
 from doorman.scenario import Scenario
-from doorman.simulation.plant.rotors import RotorLayout, rotor_layout
+from doorman.simulation.plant.onboard.rotors import RotorLayout, rotor_layout
 
 ARMED = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 

@@ -14,8 +14,8 @@ from recorded import HEADER, assert_same
 
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.recording import Recorder, Recording
-from doorman.recording.messages import MessageType
-from doorman.recording.rows import Rows
+from doorman.recording.files.messages import MessageType
+from doorman.recording.files.rows import Rows
 
 
 def test_every_type_survives_in_memory_and_in_the_file(tmp_path):

@@ -14,7 +14,7 @@ from typing import Any, cast
 from doorman.hardware.scheduling import real_time
 from doorman.model import Model
 from doorman.recording import Recorder
-from doorman.recording.messages import Value
+from doorman.recording.files.messages import Value
 from doorman.rig import Rig, RigSetup
 from doorman.rig.emulators.mocap.emulator import StreamFaults
 from doorman.scenario import Scenario

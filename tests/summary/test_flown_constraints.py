@@ -11,8 +11,8 @@ from doorman import Model
 from doorman.collision.scene import CollisionScene
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.summary.flown_constraints import flown_constraints
-from doorman.visualization.moments import Moment
-from doorman.visualization.surfaces import clearances as drawn
+from doorman.visualization.scene.moments import Moment
+from doorman.visualization.scene.surfaces import clearances as drawn
 
 
 def rows(model: Model, position, attitude, angle: float, arm=None) -> np.ndarray:

@@ -14,8 +14,8 @@ import pytest
 from doorman.exceptions import DoormanError
 from doorman.recording import Recorder
 from doorman.visualization import LiveView
-from doorman.visualization.drawing import Drawing
-from doorman.visualization.moments import recorded_moments
+from doorman.visualization.scene.drawing import Drawing
+from doorman.visualization.scene.moments import recorded_moments
 
 
 def events(view):

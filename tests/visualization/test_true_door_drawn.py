@@ -4,8 +4,8 @@ import numpy as np
 
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
-from doorman.visualization.drawing import Drawing
-from doorman.visualization.moments import Moment
+from doorman.visualization.scene.drawing import Drawing
+from doorman.visualization.scene.moments import Moment
 
 
 def test_leaf_and_frame_are_drawn_where_they_truly_stand(model):

@@ -13,7 +13,7 @@ from doorman.cli.recordings.recorded import chosen_recording, say_what_is_missin
 from doorman.exceptions import DoormanError
 from doorman.recording import Recording
 from doorman.recording.export import Format, export
-from doorman.recording.messages import HEADER
+from doorman.recording.files.messages import HEADER
 
 
 def export_run(run: Path | None, as_csv: bool, as_parquet: bool, out: Path | None, as_json: bool) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 from doorman.recording import Listener
-from doorman.recording.messages import Value
+from doorman.recording.files.messages import Value
 from doorman.ros2 import Feed
 
 

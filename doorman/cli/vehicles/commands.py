@@ -11,6 +11,7 @@ import typer
 
 from doorman.cli.arguments import FeedPort, Settings, Source, Vehicle
 from doorman.cli.terminal import panels
+from doorman.cli.vehicles import fly_options as options
 
 
 class AutopilotKind(StrEnum):
@@ -27,25 +28,6 @@ class Motors(StrEnum):
 
     LINEAR = "linear"
     QUADRATIC = "quadratic"
-
-
-class SetpointKind(StrEnum):
-    """What is sent to the autopilot."""
-
-    ATTITUDE = "attitude"
-    POSITION = "position"
-
-
-_KEYS = "Instead of keys of the vehicle file"
-"""Heading of the options that a vehicle file makes needless."""
-_SERVOS = "from base to tip, then the gripper's"
-
-
-def _named(context: typer.Context, parameter: typer.CallbackParam, value: str | None) -> str | None:
-    """A link that the command line names, or leaves to a vehicle file."""
-    if value is None and context.params.get("vehicle") is None and not context.resilient_parsing:
-        raise typer.BadParameter("A link is missing: give this option or --vehicle.", param_hint=parameter.opts[0])
-    return value
 
 
 def add_vehicle_commands(app: typer.Typer, leave: Callable[[Callable[[], int]], None]) -> None:
@@ -136,113 +118,26 @@ def _fly_command(leave: Callable[[Callable[[], int]], None]) -> Callable[..., No
         scenario: Source = "paper",
         settings: Settings = None,
         vehicle: Vehicle = None,
-        out: Annotated[
-            Path | None, typer.Option(metavar="FILE", help="Recording, as MCAP.", show_default="a new one under runs")
-        ] = None,
-        duration: Annotated[
-            float | None,
-            typer.Option(metavar="SECONDS", help="End the mission after this time.", show_default="the mission's end"),
-        ] = None,
-        dry_run: Annotated[
-            bool,
-            typer.Option("--dry-run", help="Listen to the links without sending, and run the checks that this allows."),
-        ] = False,
-        write_parameters: Annotated[
-            bool,
-            typer.Option(
-                "--write-parameters",
-                help="Write parameters of the autopilot that are wrong. If there are any, do not fly; then reboot it.",
-            ),
-        ] = False,
-        write_eeprom: Annotated[
-            bool, typer.Option("--write-eeprom", help="Correct wrong settings of the servos.")
-        ] = False,
+        out: options.Recording = None,
+        duration: options.Duration = None,
+        dry_run: options.DryRun = False,
+        write_parameters: options.WriteParameters = False,
+        write_eeprom: options.WriteEeprom = False,
         feed: FeedPort = None,
-        yes: Annotated[bool, typer.Option("--yes", help="Do not ask before arming.")] = False,
-        as_json: Annotated[
-            bool, typer.Option("--json", help="Print checklist and result as JSON; messages to stderr.")
-        ] = False,
-        pixhawk: Annotated[
-            str | None,
-            typer.Option(
-                metavar="LINK",
-                help="pixhawk.connection: udp:14540, serial:/dev/ttyACM0:921600.",
-                callback=_named,
-                show_default="the vehicle file's",
-                rich_help_panel=_KEYS,
-            ),
-        ] = None,
-        servos: Annotated[
-            str | None,
-            typer.Option(
-                metavar="DEVICE",
-                help="servos.port: serial device of the arm's servos.",
-                callback=_named,
-                show_default="the vehicle file's",
-                rich_help_panel=_KEYS,
-            ),
-        ] = None,
-        mocap: Annotated[
-            str | None,
-            typer.Option(
-                metavar="LINK",
-                help="mocap.connection: udp:51001 for Vicon Tracker's stream; vicon:HOST, optitrack:HOST, qualisys:HOST, "
-                "vrpn:HOST; none for the autopilot's own estimate.",
-                rich_help_panel=_KEYS,
-            ),
-        ] = None,
-        link: Annotated[
-            list[str] | None,
-            typer.Option(
-                metavar="KEY=VALUE",
-                help="Any key of the links, such as pixhawk.vehicle_system=2 or servos.baud_rate=57600; may be repeated.",
-                rich_help_panel=_KEYS,
-            ),
-        ] = None,
-        setpoints: Annotated[
-            SetpointKind | None,
-            typer.Option(help="pixhawk.setpoints: kind of setpoints for the autopilot.", rich_help_panel=_KEYS),
-        ] = None,
-        local_frame: Annotated[
-            str | None,
-            typer.Option(
-                metavar="X,Y,Z,YAW",
-                help="pixhawk.local_frame: origin [m] and heading of north [rad] of the autopilot's local frame.",
-                rich_help_panel=_KEYS,
-            ),
-        ] = None,
-        signing_key: Annotated[
-            Path | None,
-            typer.Option(
-                metavar="FILE",
-                help="pixhawk.signing_key: MAVLink signing key, 32 bytes or 64 hexadecimal digits.",
-                rich_help_panel=_KEYS,
-            ),
-        ] = None,
-        servo_ids: Annotated[
-            str | None,
-            typer.Option(metavar="1,2,3", help=f"servos.ids: servos {_SERVOS}.", rich_help_panel=_KEYS),
-        ] = None,
-        servo_directions: Annotated[
-            str | None,
-            typer.Option(metavar="1,-1", help="servos.directions: their directions.", rich_help_panel=_KEYS),
-        ] = None,
-        servo_zeros: Annotated[
-            str | None,
-            typer.Option(
-                metavar="2048", help="servos.zero_positions: their ticks at the joints' zeros.", rich_help_panel=_KEYS
-            ),
-        ] = None,
-        object_name: Annotated[
-            str | None,
-            typer.Option(
-                metavar="NAME", help="mocap.object_name: the vehicle's name in the stream.", rich_help_panel=_KEYS
-            ),
-        ] = None,
-        mocap_rate: Annotated[
-            float | None,
-            typer.Option(metavar="HZ", help="mocap.rate: frames per second of the cameras.", rich_help_panel=_KEYS),
-        ] = None,
+        yes: options.Unasked = False,
+        as_json: options.AsJson = False,
+        pixhawk: options.Pixhawk = None,
+        servos: options.Servos = None,
+        mocap: options.Mocap = None,
+        link: options.LinkKeys = None,
+        setpoints: options.Setpoints = None,
+        local_frame: options.LocalFrame = None,
+        signing_key: options.SigningKey = None,
+        servo_ids: options.ServoIds = None,
+        servo_directions: options.ServoDirections = None,
+        servo_zeros: options.ServoZeros = None,
+        object_name: options.ObjectName = None,
+        mocap_rate: options.MocapRate = None,
     ) -> None:
         """Fly the mission on the vehicle: checklist, take-off, door, landing.
 

@@ -27,8 +27,8 @@ from doorman.dynamics.attitude_loop import LARGE_LAG
 from doorman.exceptions import DoormanError, RecordingError
 from doorman.feasibility import check
 from doorman.flight import Check, End, FlightReport, FlightSession, Verdict, listen, preflight, ready, rehearse
-from doorman.flight.attitude_lag import recorded_lag
 from doorman.flight.guarded import STOPPING
+from doorman.flight.watches.attitude_lag import recorded_lag
 from doorman.flown import carried_files, recorded_header
 from doorman.hardware.scheduling import real_time
 from doorman.hardware.vehicle import VehicleConfig, VehicleLinks

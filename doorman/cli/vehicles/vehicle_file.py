@@ -14,7 +14,7 @@ from doorman.cli.overrides import parse_overrides
 from doorman.cli.recordings.recorded import chosen_recording
 from doorman.cli.terminal.numbers import real_numbers
 from doorman.exceptions import DoormanError, RecordingError
-from doorman.flight.attitude_lag import recorded_lag
+from doorman.flight.watches.attitude_lag import recorded_lag
 from doorman.hardware.vehicle_file import VehicleFile, vehicle_template, write_values
 from doorman.hardware.vehicle_file.calibration import cameras_in_world, object_in_body, servo_zeros
 from doorman.kinematics.doors.door import Door

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from doorman.feasibility.report import Finding, Severity, graded
 from doorman.model import Model
-from doorman.simulation.plant.rotors import RING_RADIUS, RING_SIZE
+from doorman.simulation.plant.onboard.rotors import RING_RADIUS, RING_SIZE
 
 _ROUNDING = 1e-3
 """Of lengths in URDFs [m]."""

@@ -3,8 +3,8 @@
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.faults import DISCARDING, MocapEvent, MocapFault
 from doorman.hardware.mocap.figures import MocapStatistics
+from doorman.hardware.mocap.poses.sample import PoseQuality, PoseSample
 from doorman.hardware.mocap.receiver import MocapReceiver
-from doorman.hardware.mocap.sample import PoseQuality, PoseSample
 from doorman.hardware.mocap.sources.sender import PoseSender
 from doorman.hardware.mocap.sources.source import PoseSource
 

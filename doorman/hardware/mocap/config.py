@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.connection import check_connection
-from doorman.hardware.mocap.frames import Alignment
-from doorman.hardware.mocap.gate import MotionGate
-from doorman.hardware.mocap.packets import NAME_SIZE
+from doorman.hardware.mocap.datagrams.packets import NAME_SIZE
+from doorman.hardware.mocap.poses.frames import Alignment
+from doorman.hardware.mocap.poses.gate import MotionGate
 
 
 @dataclass(frozen=True)

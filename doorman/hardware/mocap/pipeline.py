@@ -6,11 +6,11 @@ import math
 from dataclasses import replace
 
 from doorman.hardware.mocap.config import MocapConfig
+from doorman.hardware.mocap.datagrams.stream import RATE_AT_OPEN, Sender, StreamReader
 from doorman.hardware.mocap.faults import EventLog, FaultBook, MocapFault
 from doorman.hardware.mocap.figures import Figures, MocapStatistics
-from doorman.hardware.mocap.sample import nothing_yet
-from doorman.hardware.mocap.stream import RATE_AT_OPEN, Sender, StreamReader
-from doorman.hardware.mocap.tracker import PoseTracker
+from doorman.hardware.mocap.poses.sample import nothing_yet
+from doorman.hardware.mocap.poses.tracker import PoseTracker
 
 
 class Pipeline:

@@ -13,7 +13,7 @@ from doorman.hardware.mocap.connection import listen, parse_cameras
 from doorman.hardware.mocap.faults import EventLog, MocapEvent
 from doorman.hardware.mocap.figures import MocapStatistics
 from doorman.hardware.mocap.pipeline import Pipeline
-from doorman.hardware.mocap.sample import PoseSample
+from doorman.hardware.mocap.poses.sample import PoseSample
 from doorman.hardware.mocap.worker import MocapWorker
 
 STOP_TIMEOUT = 2.0

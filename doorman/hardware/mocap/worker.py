@@ -14,10 +14,10 @@ from collections.abc import Callable
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap.config import MocapConfig
 from doorman.hardware.mocap.connection import CamerasLink, listen, parse_cameras
+from doorman.hardware.mocap.datagrams.packets import LARGEST
 from doorman.hardware.mocap.faults import EventLog, MocapFault
-from doorman.hardware.mocap.packets import LARGEST
 from doorman.hardware.mocap.pipeline import Pipeline
-from doorman.hardware.mocap.sample import PoseSample
+from doorman.hardware.mocap.poses.sample import PoseSample
 from doorman.hardware.mocap.sources.client_process import ClientProcess
 
 REOPEN_INTERVAL = 0.1

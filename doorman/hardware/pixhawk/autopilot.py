@@ -15,9 +15,9 @@ from doorman.hardware.pixhawk.config import PixhawkConfig
 from doorman.hardware.pixhawk.events import Event
 from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.mocap import MocapPose
+from doorman.hardware.pixhawk.link.outgoing.mocap import MocapPose
+from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.link.status import LinkStatus, link_status
-from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD, here
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.parameters import protocol as parameters
 from doorman.hardware.pixhawk.parameters.protocol import Finding

@@ -11,7 +11,7 @@ from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk.authority import Authority
 from doorman.hardware.pixhawk.link.commands import command
 from doorman.hardware.pixhawk.link.link import Link
-from doorman.hardware.pixhawk.link.stream import here
+from doorman.hardware.pixhawk.link.outgoing.stream import here
 from doorman.hardware.pixhawk.outcome import Outcome, OutcomeStatus
 from doorman.hardware.pixhawk.sample import LandedState, VehicleSample
 from doorman.hardware.pixhawk.setpoints import PositionSetpoint

@@ -17,7 +17,7 @@ from doorman.exceptions import BackendError, DoormanError
 from doorman.hardware.dynamixel import LATCHED, ServoBus
 from doorman.hardware.mocap import MocapReceiver
 from doorman.hardware.pixhawk import Authority, Autopilot, Outcome, PositionSetpoint, SampleStatus
-from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
+from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
 from doorman.hardware.vehicle.config import VehicleConfig
 from doorman.hardware.vehicle.doubted_mocap import DoubtedMocap
 from doorman.hardware.vehicle.gripper import CLOSED, CLOSES_WITHIN, HALF_OPEN, OPENS_WITHIN, gripper_current

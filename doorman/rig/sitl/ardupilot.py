@@ -24,7 +24,7 @@ from doorman.hardware.pixhawk.wire.frames import flu_to_frd
 from doorman.hardware.quaternions import from_attitude
 from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
-from doorman.simulation.plant.rotors import RotorLayout
+from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]

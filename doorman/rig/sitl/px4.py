@@ -25,7 +25,7 @@ from doorman.hardware.pixhawk.wire.messages import mavlink
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.rig.emulators.autopilot.vehicle.mixer import MotorKind
 from doorman.rig.sitl.rotor_pilot import listener, specific_force
-from doorman.simulation.plant.rotors import RotorLayout
+from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.truth import Truth
 
 Array = NDArray[np.float64]

@@ -16,8 +16,8 @@ from doorman.kinematics.urdf.shapes import link_name
 from doorman.model import GRAVITY, Model
 from doorman.simulation.plant.contact import FRICTION_IMPEDANCE_RATIO, add_contact
 from doorman.simulation.plant.hulls import read_spec
-from doorman.simulation.plant.rotors import RotorLayout
-from doorman.simulation.plant.servos import add_servos
+from doorman.simulation.plant.onboard.rotors import RotorLayout
+from doorman.simulation.plant.onboard.servos import add_servos
 from doorman.simulation.reality.true_vehicle import make_true, scale_mass
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from doorman.model import GRAVITY, Model
 from doorman.simulation.plant.assembly import DOOR, VEHICLE, assemble, first_contact
 from doorman.simulation.plant.contact import calibrate
 from doorman.simulation.plant.faults import build_fault
-from doorman.simulation.plant.rotors import RotorLayout
+from doorman.simulation.plant.onboard.rotors import RotorLayout
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

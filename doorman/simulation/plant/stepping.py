@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 
 from doorman.compilation import kernel
 from doorman.numba_types.pointers import call_with_two
-from doorman.simulation.plant.onboard import OnboardParameters, onboard_step, quaternion_product, rotate, rotate_back
+from doorman.simulation.plant.onboard.step import (
+    OnboardParameters,
+    onboard_step,
+    quaternion_product,
+    rotate,
+    rotate_back,
+)
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from doorman.kinematics.doors.door import Door
 from doorman.model import Model
+from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.plant import Plant
-from doorman.simulation.plant.rotors import RotorLayout
 from doorman.simulation.reality.true_thrust import rotor_radius
 
 Array = NDArray[np.float64]

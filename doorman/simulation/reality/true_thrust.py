@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from doorman.model import Model
 from doorman.scenario import SimulationSection
+from doorman.simulation.plant.onboard.rotors import RotorLayout
 from doorman.simulation.plant.plant import Plant
-from doorman.simulation.plant.rotors import RotorLayout
 
 Array = NDArray[np.float64]
 

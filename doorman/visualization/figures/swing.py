@@ -11,7 +11,7 @@ from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import Model
 from doorman.recording import Recording
 from doorman.visualization.figures.phases import TIED
-from doorman.visualization.moments import Moment, recorded_moments
+from doorman.visualization.scene.moments import Moment, recorded_moments
 from doorman.visualization.style import BLACK, RED, Axes, Circle, Figure, colormaps, flight_name
 
 Array = NDArray[np.float64]

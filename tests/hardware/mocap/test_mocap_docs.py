@@ -12,9 +12,9 @@ from mocap_rig import free_port, swaying
 from mocap_table import PAGE, table
 
 from doorman.hardware.mocap import MocapConfig, MocapFault, MocapStatistics, PoseQuality, PoseSample
-from doorman.hardware.mocap.clock import _DRIFT, _DRIFTED
-from doorman.hardware.mocap.rate import _EXACT_BIN, _LEARNING_BINS, _LEARNING_LAG, _STEADY, FINE
-from doorman.hardware.mocap.sequence import FORGIVEN, NEW_RUN
+from doorman.hardware.mocap.datagrams.clock import _DRIFT, _DRIFTED
+from doorman.hardware.mocap.datagrams.rate import _EXACT_BIN, _LEARNING_BINS, _LEARNING_LAG, _STEADY, FINE
+from doorman.hardware.mocap.datagrams.sequence import FORGIVEN, NEW_RUN
 from doorman.hardware.mocap.worker import REOPEN_INTERVAL
 from doorman.rig.emulators.mocap.emulator import MocapEmulator, StreamFaults, TrackerSetup
 

@@ -13,7 +13,7 @@ from pixhawk_rig import Rig, free_port
 
 from doorman.hardware.pixhawk import Authority
 from doorman.hardware.pixhawk.events import EventLog
-from doorman.hardware.pixhawk.link.stream import SetpointStream
+from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
 from doorman.rig.emulators.autopilot import EmulatedAutopilot
 from doorman.rig.emulators.autopilot.rules.dialects import ARDUPILOT, PX4
 

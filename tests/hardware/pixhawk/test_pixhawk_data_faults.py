@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from doorman.exceptions import BackendError
 from doorman.hardware.pixhawk import AttitudeSetpoint, Authority, EventKind, PositionSetpoint
-from doorman.hardware.pixhawk.link.stream import LONGEST_BLIND_HOLD
+from doorman.hardware.pixhawk.link.outgoing.stream import LONGEST_BLIND_HOLD
 from doorman.rig.emulators.autopilot.vehicle.control import Task
 
 

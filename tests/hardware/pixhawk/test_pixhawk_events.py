@@ -12,7 +12,7 @@ from pixhawk_parts import CONFIG, sample
 from doorman.hardware.pixhawk import Battery, EventKind
 from doorman.hardware.pixhawk.events import CONDITIONS, EventLog
 from doorman.hardware.pixhawk.link.exchange import Exchange, StatusText
-from doorman.hardware.pixhawk.link.timesync import ClockMap
+from doorman.hardware.pixhawk.link.telemetry.timesync import ClockMap
 from doorman.hardware.pixhawk.link.watchdog import Watchdog
 
 

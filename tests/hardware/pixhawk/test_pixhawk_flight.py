@@ -22,7 +22,7 @@ from doorman.hardware.pixhawk import (
     PositionSetpoint,
     SampleStatus,
 )
-from doorman.hardware.pixhawk.link.stream import Source
+from doorman.hardware.pixhawk.link.outgoing.stream import Source
 from doorman.rig.emulators.autopilot.rules.dialects import ACCEPTED
 from doorman.rig.emulators.autopilot.vehicle.plant import SimplePlant
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pixhawk_rig import WEIGHT
 
-from doorman.flight.hover import judge_slope
+from doorman.flight.watches.hover import judge_slope
 from doorman.hardware.pixhawk import AttitudeSetpoint, PositionSetpoint, ThrustCurve, VehicleSample
 from doorman.hardware.pixhawk.thrust.slope import BOB_TIME, GRAVITY, Slope, SlopeMeasurement, bob
 from doorman.rig.emulators.autopilot.vehicle.mixer import thrust_share

@@ -19,7 +19,7 @@ from doorman.hardware.pixhawk import (
 )
 from doorman.hardware.pixhawk.dialect import ARDUPILOT, PX4
 from doorman.hardware.pixhawk.events import EventLog
-from doorman.hardware.pixhawk.link.stream import SetpointStream
+from doorman.hardware.pixhawk.link.outgoing.stream import SetpointStream
 from doorman.hardware.pixhawk.thrust.tilted_rotors import TiltedRotors, names
 from doorman.hardware.pixhawk.wire.messages import Message
 from doorman.hardware.vehicle import vehicle_config

@@ -17,7 +17,7 @@ from doorman.kinematics.doors.variants.variant import write_door_variant
 from doorman.kinematics.urdf.robot import load_pinocchio
 from doorman.model import Model
 from doorman.scenario import DoorSection, Scenario
-from doorman.visualization.shapes import visual_shapes
+from doorman.visualization.scene.shapes import visual_shapes
 
 ALONG = (np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
 """The shipped leaf, in its link and, closed, in the world."""

@@ -13,7 +13,7 @@ from doorman.kinematics.urdf.robot import frozen
 from doorman.kinematics.vehicles.balance import Balance, balance_numbers, balance_of
 from doorman.kinematics.vehicles.rotor_layout import RotorLayout, rotor_layout
 from doorman.kinematics.vehicles.vehicle import Vehicle
-from doorman.simulation.plant.rotors import MixerParameters, mix
+from doorman.simulation.plant.onboard.rotors import MixerParameters, mix
 
 SHIPPED = rotor_layout(Vehicle(VEHICLE), 0.016)
 SKEWED = RotorLayout(

@@ -18,8 +18,8 @@ from doorman.model import GRAVITY, Model
 from doorman.resources import urdf_directory
 from doorman.scenario import Scenario
 from doorman.simulation.plant.engine import engine
+from doorman.simulation.plant.onboard.rotors import MixerParameters, add_side, mix
 from doorman.simulation.plant.plant import build_plant
-from doorman.simulation.plant.rotors import MixerParameters, add_side, mix
 
 Array = np.ndarray
 TILTED = Vehicle(urdf_directory() / "tilted_hexarotor.urdf")

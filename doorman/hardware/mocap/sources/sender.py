@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 from doorman.copying import Uncopied
 from doorman.exceptions import BackendError
-from doorman.hardware.mocap.frames import METRES_PER_MILLIMETRE, object_angles
-from doorman.hardware.mocap.packets import NAME_SIZE, TrackedObject, pack
+from doorman.hardware.mocap.datagrams.packets import NAME_SIZE, TrackedObject, pack
+from doorman.hardware.mocap.poses.frames import METRES_PER_MILLIMETRE, object_angles
 from doorman.hardware.mocap.sources.numbering import ArrivalNumbers
 from doorman.hardware.quaternions import Quaternion, Vector
 

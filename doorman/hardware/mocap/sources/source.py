@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from doorman.hardware.mocap.sample import PoseSample
+from doorman.hardware.mocap.poses.sample import PoseSample
 
 
 @runtime_checkable

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from doorman.exceptions import BackendError
 from doorman.hardware.mocap import PoseSender
-from doorman.hardware.mocap.frames import object_angles, object_quaternion
-from doorman.hardware.mocap.packets import ObjectPacket, TrackedObject, pack, parse
+from doorman.hardware.mocap.datagrams.packets import ObjectPacket, TrackedObject, pack, parse
+from doorman.hardware.mocap.poses.frames import object_angles, object_quaternion
 from doorman.hardware.quaternions import angle_between
 
 component = st.floats(-1.0, 1.0)

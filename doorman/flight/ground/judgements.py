@@ -1,0 +1,200 @@
+"""Rows of the checklist that are judged by figures alone: poses, battery, setpoints, the arm's posture and the scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Set
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.control.estimation.pose_noise import force_noise, most_force_noise
+from doorman.control.passage import Passage, has_doorway
+from doorman.feasibility import Finding, Report
+from doorman.flight.ground.checks import Check, Verdict, row
+from doorman.flight.way_back import out_of_the_doorway
+from doorman.hardware.pixhawk import Battery, EventKind
+from doorman.hardware.pixhawk.dialect import ARDUPILOT
+from doorman.hardware.vehicle import Places
+from doorman.model import Model
+
+_LEAST_BATTERY, _FOR_THE_FLIGHT = 0.3, 0.1
+"""Of its charge, and above what the mission is given up at."""
+_POSTURE, _ELSEWHERE = 0.15, 0.5
+"""Angle between the arm's posture and that of the start that is worth a word, and between it and all those that the arm has in
+the swing, as after a mission that was given up, that is not flown with [rad]."""
+_STEP = math.radians(5.0)
+"""Between doors' angles at which the vehicle's way is looked at [rad]."""
+_MOST_LATENCY = 0.03
+
+
+def judge_age(latency: float, rate: float, limit: float) -> Check:
+    """Row about the poses' age, just before the next one comes: beyond the limit contact is not stable.
+
+    Args:
+        latency: From exposure to arrival [s].
+        rate: Frames per second [1/s].
+        limit: Of the age, by the controller's gains [s].
+    """
+    age = latency + 1.0 / rate if rate > 0.0 else math.inf
+    found = (
+        f"{latency * 1e3:.1f} ms, up to {age * 1e3:.0f} ms old at {rate:.0f} frames/s; allowed: {limit * 1e3:.0f} ms"
+    )
+    if not age <= limit:
+        return Check(
+            "mocap's latency",
+            Verdict.BAD,
+            found,
+            "use faster cameras, or smaller control.position_gain and velocity_gain",
+        )
+    return row("mocap's latency", latency < _MOST_LATENCY, found, "use a wired network", Verdict.WARNING)
+
+
+def judge_noise(model: Model, position_noise: float, latency: float, rate: float) -> Check:
+    """Row about the poses' noise: where it moves the force of a tip that pushes by too much, the tip leaves the leaf.
+
+    Args:
+        model: Model of the scenario.
+        position_noise: Measured, on every axis [m].
+        latency: From exposure to arrival [s].
+        rate: Frames per second [1/s].
+    """
+    if not (math.isfinite(position_noise) and math.isfinite(latency) and rate > 0.0):
+        return Check("mocap's noise", Verdict.WARNING, "not measured yet", "wait for more frames")
+    limit = most_force_noise(model)
+    force = force_noise(model, position_noise, max(latency, 0.0), 1.0 / rate)
+    found = f"{1e3 * position_noise:.1f} mm of noise make {force:.2f} N at the tip; allowed: {limit:.2f} N"
+    return row("mocap's noise", force <= limit, found, "use better or faster cameras, larger markers, or a gripper")
+
+
+def judge_posture(model: Model, angles: NDArray[np.float64]) -> Check:
+    """Row about the arm's posture: a mirrored or badly zeroed servo shows in it.
+
+    Args:
+        model: Model of the scenario.
+        angles: Of the arm's joints, and a gripper's, shape (n,) or (n + 1,) [rad].
+    """
+    arm = angles[: model.n_arm]
+    off = float(np.abs(arm - model.start_arm).max())
+    found = f"{off:.2f} rad off the start posture"
+    if min(float(np.abs(arm - state[5:]).max()) for state in _swing(model)) < _ELSEWHERE:
+        return row("arm's posture", off < _POSTURE, found, "the arm moves to its start posture in the air: give it room",
+                    Verdict.WARNING)  # fmt: skip
+    seen, wanted = (", ".join(f"{angle:.2f}" for angle in one) for one in (arm, model.start_arm))
+    advice = (
+        "if the arm is in its start posture, check the servos' zeros, directions and ids; else put it there by hand"
+    )
+    return Check("arm's posture", Verdict.BAD, f"{found}: {seen} rad, start {wanted}", advice)
+
+
+def judge_battery(battery: Battery, conditions: Set[EventKind], low: float) -> Check:
+    """Row about the battery: its charge, or a voltage alone, which tells less, and what the autopilot thinks of it.
+
+    Args:
+        battery: As reported.
+        conditions: That hold on the link to the autopilot.
+        low: Share of its charge at which the mission is given up.
+    """
+    charge, least = battery.remaining, max(_LEAST_BATTERY, low + _FOR_THE_FLIGHT)
+    volts = f"{battery.voltage:.1f} V" if math.isfinite(battery.voltage) else "no voltage"
+    advice = f"charge the battery to at least {least:.0%}"
+    if EventKind.BATTERY_SILENT in conditions:
+        return Check("battery", Verdict.BAD, "the autopilot no longer reports it", "check the battery monitor")
+    flat = battery.alarm or EventKind.BATTERY_LOW in conditions
+    if math.isfinite(charge):
+        words = f"{volts}, {charge:.0%}" + (", low" if flat else "")
+        return row("battery", charge >= least and not flat, words, advice)
+    if flat:
+        return Check("battery", Verdict.BAD, f"{volts}, low", advice)
+    return Check(
+        "battery",
+        Verdict.WARNING,
+        f"{volts}, its charge is not reported",
+        "check the charge yourself: in flight only the autopilot or pixhawk.min_voltage notices a low battery",
+    )
+
+
+def judge_setpoints(dialect: str, setpoints: str) -> Check:
+    """Row about what is sent to the autopilot: position control of ArduPilot that is kept from its place winds up.
+
+    Args:
+        dialect: Name of the autopilot's dialect.
+        setpoints: "attitude" or "position".
+    """
+    winds_up = dialect == ARDUPILOT.name and setpoints == "position"
+    found = (
+        f"{setpoints}: {dialect}'s position control winds up against a door and then throws the vehicle back"
+        if winds_up
+        else setpoints
+    )
+    return row("setpoints", not winds_up, found, "use --setpoints attitude", Verdict.WARNING)
+
+
+def judge_rotors(setpoints: str, missing: str) -> Check:
+    """Row about rotors that push to the side, of a vehicle that has them.
+
+    Args:
+        setpoints: "attitude" or "position".
+        missing: Why the autopilot makes no force to the side; empty if it does.
+    """
+    if setpoints != "attitude":
+        return Check(
+            "rotors", Verdict.BAD, f"{setpoints} setpoints carry no force to the side", "use --setpoints attitude"
+        )
+    found = missing or "the autopilot knows how they are tilted"
+    return row(
+        "rotors", not missing, found, "use PX4 1.14 or newer, and set its CA_ROTOR parameters to the URDF's rotors"
+    )
+
+
+def judge_limits(model: Model) -> Iterator[Check]:
+    """Rows about the mission's start and fence.
+
+    Args:
+        model: Model of the scenario.
+    """
+    start, limits = model.scenario.mission.start, model.scenario.safety
+    yield row(
+        "start",
+        start == "hover",
+        f"in {start}",
+        'set mission.start = "hover": a real vehicle takes off before it comes to the leaf',
+    )
+    outside = [place for place in _way(model) if ((place < limits.fence_low) | (place > limits.fence_high)).any()]
+    words = f"; the way leads to {outside[0].round(2)}" if outside else ""
+    yield row("fence", not outside, f"{limits.fence_low} to {limits.fence_high} m{words}",
+               "set safety.fence_low and safety.fence_high around the whole way")  # fmt: skip
+
+
+def _way(model: Model) -> list[NDArray[np.float64]]:
+    """Places of O_B from the pad to the open door and out again, or through, shape (3,) each, world frame [m]."""
+    places, still = Places.of(model), np.zeros(3)
+    swing = [model.coupling.vehicle_motion(state, still, np.zeros(model.n_arm)).position for state in _swing(model)]
+    way = [places.pad, places.hover, *swing, *out_of_the_doorway(model, swing[-1])]
+    if model.scenario.mission.then == "through" and has_doorway(model):
+        passage = Passage(model)
+        way += [passage.entrance, passage.exit]
+    return way
+
+
+def _swing(model: Model) -> list[NDArray[np.float64]]:
+    """States from the closed to the open door, shape (5 + n,) each."""
+    first, last = model.start_angle, model.goal_angle
+    return [model.on_the_way(float(angle)) for angle in np.linspace(first, last, 2 + int(abs(first - last) / _STEP))]
+
+
+def judge_scenario(report: Report) -> Iterator[Check]:
+    """Rows about the scenario.
+
+    Args:
+        report: Of `doorman.feasibility.check`.
+    """
+    yield row(
+        "scenario", report.possible, _told(report.errors) or "possible", "run doorman check: it says what to change"
+    )
+    if report.warnings:
+        yield Check("scenario's warnings", Verdict.WARNING, _told(report.warnings))
+
+
+def _told(findings: tuple[Finding, ...]) -> str:
+    return "; ".join(f"{finding.name}: {finding.message}" for finding in findings)

@@ -1,0 +1,1 @@
+"""Watches: what is measured in flight, and told from the measurements."""

@@ -1,0 +1,1 @@
+"""Telemetry: what the autopilot sends, at which rates, and its clock on this computer's."""

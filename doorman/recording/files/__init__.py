@@ -1,0 +1,1 @@
+"""The MCAP file: messages as CDR, chunks and records, written and read."""

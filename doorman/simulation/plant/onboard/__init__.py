@@ -1,0 +1,1 @@
+"""On board at the physics rate: attitude loop, mixer and servos."""

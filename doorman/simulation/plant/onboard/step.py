@@ -1,0 +1,103 @@
+"""What runs on board at the physics rate: attitude loop, mixer and servos, as one compiled step."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from doorman.compilation import kernel
+from doorman.simulation.plant.onboard.attitude_loop import AttitudeParameters, attitude_torque, integrate_rate_error
+from doorman.simulation.plant.onboard.rotors import MixerParameters, add_side, mix
+from doorman.simulation.plant.onboard.servos import ServoParameters, servo_references
+
+Array = NDArray[np.float64]
+
+
+class OnboardParameters(NamedTuple):
+    """Numbers of the onboard step, and where its inputs and outputs stand in MuJoCo's vectors."""
+
+    attitude: AttitudeParameters
+    mixer: MixerParameters
+    root_to_base: Array
+    """Quaternion of the base link in the free body, shape (4,)."""
+    servos: ServoParameters
+    quaternion: Array
+    """Scratch: attitude of the base link, shape (4,)."""
+    rates: Array
+    """Scratch: body rates in the base link, shape (3,)."""
+
+
+@kernel
+def quaternion_product(a: Array, b: Array, out: Array) -> None:
+    """Hamilton product a b of two quaternions [w, x, y, z].
+
+    Args:
+        a: Shape (4,).
+        b: Shape (4,).
+        out: Shape (4,), filled; neither `a` nor `b`.
+    """
+    out[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    out[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    out[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    out[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+
+
+@kernel
+def rotate(q: Array, v: Array, out: Array) -> None:
+    """Vector rotated by a unit quaternion.
+
+    Args:
+        q: [w, x, y, z], shape (4,).
+        v: Shape (3,).
+        out: Shape (3,), filled; not `v`.
+    """
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    a = 2.0 * (y * v[2] - z * v[1])
+    b = 2.0 * (z * v[0] - x * v[2])
+    c = 2.0 * (x * v[1] - y * v[0])
+    out[0] = v[0] + w * a + y * c - z * b
+    out[1] = v[1] + w * b + z * a - x * c
+    out[2] = v[2] + w * c + x * b - y * a
+
+
+@kernel
+def rotate_back(q: Array, v: Array, out: Array) -> None:
+    """Vector rotated by the inverse of a unit quaternion.
+
+    Args:
+        q: [w, x, y, z], shape (4,).
+        v: Shape (3,).
+        out: Shape (3,), filled; not `v`.
+    """
+    w, x, y, z = q[0], -q[1], -q[2], -q[3]
+    a = 2.0 * (y * v[2] - z * v[1])
+    b = 2.0 * (z * v[0] - x * v[2])
+    c = 2.0 * (x * v[1] - y * v[0])
+    out[0] = v[0] + w * a + y * c - z * b
+    out[1] = v[1] + w * b + z * a - x * c
+    out[2] = v[2] + w * c + x * b - y * a
+
+
+@kernel
+def onboard_step(p: OnboardParameters, qpos: Array, qvel: Array, command: Array, control: Array) -> None:
+    """Fill `control` = [rotor thrusts (m), servo references (n)] from MuJoCo's state and a command.
+
+    Args:
+        p: Parameters with the loop's memory.
+        qpos: MuJoCo's; the free body's position and quaternion come first.
+        qvel: MuJoCo's; the free body's linear and angular velocity come first, the angular one in its own axes.
+        command: [f_t, quaternion of the desired attitude (4), body force along x and y (2), joint rates (n)].
+        control: MuJoCo's control vector.
+    """
+    quaternion_product(qpos[3:7], p.root_to_base, p.quaternion)
+    rotate_back(p.root_to_base, qvel[3:6], p.rates)
+    attitude_torque(p.attitude, p.quaternion, p.rates, command[1:5])
+    mix(p.mixer, command[0], p.attitude.torque)
+    integrate_rate_error(p.attitude, p.mixer.achieved)
+    add_side(p.mixer, command[5], command[6])
+    count = p.mixer.thrusts.shape[0]
+    for i in range(count):
+        control[i] = p.mixer.thrusts[i]
+    servo_references(p.servos, qpos, qvel, command[7:], control[count:])

@@ -1,0 +1,203 @@
+"""Drawing of a flight as data for the page: what stands still once, and one small frame per moment for what moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pinocchio
+from numpy.typing import NDArray
+
+from doorman.kinematics.rotations import rotation_body_to_world
+from doorman.model import Model
+from doorman.visualization.scene.meshcat_scene import Command, place, set_property, show
+from doorman.visualization.scene.moments import FRAMES_PER_SECOND, Moment
+from doorman.visualization.scene.shapes import visual_shapes
+from doorman.visualization.scene.surfaces import SURFACES, clearances, surface_shapes
+
+Array = NDArray[np.float64]
+
+_ROTOR_RATE = 9.0
+"""Slow enough to see the rotors turn [rad/s]."""
+_RIBBON_NODES = 18
+"""Nodes of the plan that the ribbon passes through."""
+_RIBBON_HALF_WIDTH = 0.025
+"""Along the planned thrust [m]."""
+_ZOOM = 2.4
+_LEAST_SIZE = 1.1
+"""Of what the camera sees, whatever the size of the leaf [m]."""
+_IN_DOORWAY, _BEFORE_WALL = 0.2, 0.3
+"""Where it looks at: behind the wall, or before it where the vehicle pulls [m],"""
+_BELOW_CONTACT = 0.95
+"""at this share of the contact's height."""
+_SKY = [0.93, 0.95, 0.97]
+
+
+_SUN = np.array([-0.55, 0.25, 0.8])
+"""Where the light comes from that casts shadows: the vehicle's side, from above; x leads through the doorway."""
+
+
+class Drawing:
+    """Draws moments of one scenario.
+
+    Args:
+        model: Model of the scenario.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model
+        self._shapes = {
+            "vehicle": visual_shapes(model.vehicle.urdf),
+            "door": visual_shapes(model.true_door.urdf),
+        }
+        self._nodes = self._moving_nodes()
+
+    def scene(self) -> Command:
+        """Everything that a page needs to know before the first frame."""
+        model = self._model
+        surfaces = surface_shapes(model)
+        return {
+            "commands": [*self._commands(), *_surroundings()],
+            "fps": FRAMES_PER_SECOND,
+            "nodes": [node.strip("/") for node in self._nodes],
+            "surfaces": [
+                {"node": node.strip("/"), "name": name} for node, name in zip(surfaces, SURFACES, strict=True)
+            ],
+            "rotors": [
+                (f"scene/vehicle/{link}/turning", direction) for link, direction in self._rotors().items()
+            ],
+            "rotor_rate": _ROTOR_RATE,
+            "camera": _camera(model),
+            "sun": model.door.from_doorway(_SUN).round(3).tolist(),
+            "goal": round(float(np.degrees(model.goal_angle)), 2),
+            "margin": model.scenario.planner.margin,
+        }  # fmt: skip
+
+    def frame(self, moment: Moment) -> dict[str, Any]:
+        """What moves, at one moment.
+
+        Args:
+            moment: With a finite pose.
+
+        Returns:
+            Plain data: time [s], pose of every moving node, door angle [deg], clearances and tip [m], force [N], the two edges
+            of the plan's ribbon [m], phase and reason.
+        """
+        model = self._model
+        body = self._body(moment)
+        placements = self._placements(moment, body)
+        tip = body[:3, :3] @ model.vehicle.tip_position(moment.arm_angles) + moment.position
+        force = moment.tip_force
+        return {
+            "time": round(moment.time, 4),
+            "poses": [_pose(placements[node]) for node in self._nodes],
+            "door_angle": round(float(np.degrees(moment.door_angle)), 2),
+            "clearances": clearances(model, moment).round(4).tolist(),
+            "tip": tip.round(4).tolist(),
+            "force": force.round(3).tolist() if force is not None and np.isfinite(force).all() else None,
+            "ribbon": None if moment.planned_states is None else self._ribbon(moment.planned_states),
+            "phase": moment.phase,
+            "reason": moment.reason,
+        }
+
+    def _body(self, moment: Moment) -> Array:
+        body = np.eye(4)
+        body[:3, :3] = rotation_body_to_world(moment.attitude)
+        body[:3, 3] = moment.position
+        return body
+
+    def _placements(self, moment: Moment, body: Array) -> dict[str, Array]:
+        """Placement of every node in its parent."""
+        arm = self._model.vehicle.link_placements(moment.arm_angles)
+        door = self._model.true_door.link_placements(moment.door_angle)
+        return {
+            "/scene/vehicle": body,
+            **{f"/scene/vehicle/{link}": placement for link, placement in arm.items()},
+            **{f"/scene/door/{link}": placement for link, placement in door.items()},
+        }
+
+    def _two_moments(self) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Placements of two moments between which everything moves that can."""
+        arms = self._model.start_arm, self._model.start_arm + 0.1
+        first, second = (
+            Moment(0.0, np.full(3, value), np.full(3, value), value, arm, None, None, "", "")
+            for value, arm in zip((0.0, 0.1), arms, strict=True)
+        )
+        return self._placements(first, self._body(first)), self._placements(second, self._body(second))
+
+    def _moving_nodes(self) -> list[str]:
+        first, second = self._two_moments()
+        drawn = {f"/scene/{group}/{shape.link}" for group, shapes in self._shapes.items() for shape in shapes}
+        drawn |= {"/scene/vehicle"}
+        return [node for node in first if node in drawn and not np.allclose(first[node], second[node], atol=1e-12)]
+
+    def _commands(self) -> list[Command]:
+        placements, _ = self._two_moments()
+        commands = [place(node, placement) for node, placement in placements.items() if node not in self._nodes]
+        rotors = self._rotors()
+        for group, shapes in self._shapes.items():
+            for index, shape in enumerate(shapes):
+                turning = "/turning" if group == "vehicle" and shape.link in rotors else ""
+                commands += show(f"/scene/{group}/{shape.link}{turning}/shape_{index}", shape)
+        for node, shape in surface_shapes(self._model).items():
+            commands += show(node, shape)
+        return commands
+
+    def _rotors(self) -> dict[str, float]:
+        """Sense of rotation by link, for the links that sit where the vehicle has rotors."""
+        placements: Mapping[str, Array] = self._model.vehicle.link_placements(self._model.start_arm)
+        return {
+            link: rotor.direction
+            for rotor in self._model.vehicle.rotors
+            for link, placement in placements.items()
+            if np.allclose(placement[:3, 3], rotor.position, atol=1e-9)
+        }
+
+    def _ribbon(self, states: Array) -> list[list[float]] | None:
+        """Lower and upper edge of the vehicle's planned path, as rows of six coordinates."""
+        nodes = np.unique(np.linspace(0, len(states) - 1, _RIBBON_NODES).astype(int))
+        if not np.isfinite(states[nodes]).all():
+            return None
+        rows = []
+        for state in states[nodes]:
+            middle = self._model.coupling.vehicle_position(state[:3], state[3], state[5:])
+            up = _RIBBON_HALF_WIDTH * rotation_body_to_world(state[:3])[:, 2]
+            rows.append([*(middle - up).round(3).tolist(), *(middle + up).round(3).tolist()])
+        return rows
+
+
+def _pose(placement: Array) -> list[float]:
+    """Position and quaternion (x, y, z, w)."""
+    quaternion = pinocchio.Quaternion(placement[:3, :3]).coeffs()
+    return [*placement[:3, 3].round(4).tolist(), *quaternion.round(5).tolist()]
+
+
+def _surroundings() -> list[Command]:
+    return [
+        set_property("/Grid", "visible", False),
+        set_property("/Axes", "visible", False),
+        set_property("/Background", "top_color", _SKY),
+        set_property("/Background", "bottom_color", _SKY),
+        set_property("/Lights/AmbientLight/<object>", "intensity", 0.55),
+        set_property("/Lights/PointLightNegativeX/<object>", "intensity", 0.2),
+        set_property("/Lights/PointLightPositiveX/<object>", "intensity", 0.2),
+        set_property("/Cameras/default/rotated/<object>", "zoom", _ZOOM),
+    ]
+
+
+def _camera(model: Model) -> dict[str, list[float]]:
+    """Eye and target of the camera: from the vehicle's side, a little above, on the doorway, or on what moves before the wall."""
+    door, start = model.door, model.start_state
+    contact = model.coupling.contact_point(float(start[3]))
+    vehicle = model.coupling.vehicle_position(start[:3], float(start[3]), start[5:])
+    ahead = np.array([*(contact - vehicle)[:2], 0.0])
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
+    aside = np.array([-ahead[1], ahead[0], 0.0])
+    aside *= math.copysign(1.0, float(aside @ door.along))
+    target = contact + (_IN_DOORWAY if door.side == "push" else -_BEFORE_WALL) * ahead
+    target[2] *= _BELOW_CONTACT
+    eye = target + max(door.width, _LEAST_SIZE) * (-2.45 * ahead + 1.5 * aside + np.array([0.0, 0.0, 0.4]))
+    y_up = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # the camera's own frame
+    return {"eye": (y_up @ eye).round(3).tolist(), "target": (y_up @ target).round(3).tolist()}
