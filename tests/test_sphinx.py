@@ -30,7 +30,7 @@ PUBLIC = ["doorman", *(f"doorman.{name}" for name in (
     "scenario", "simulation", "visualization",
 ))]  # fmt: skip
 """Packages that export names."""
-_INSIDE = ("doorman.cli", "doorman.rig.emulators", "doorman.summary")
+_INSIDE = ("doorman.cli", "doorman.compilation", "doorman.rig.emulators", "doorman.summary")
 """Packages that only doorman itself, and its tests, import from."""
 
 
