@@ -75,6 +75,7 @@ def test_a_leaning_door_is_pulled_open(lean: float, tmp_path: Path) -> None:
     assert summary["door_angle_estimate_error_deg_max"] < 1.0
 
 
+@pytest.mark.slow
 def test_a_drawer_is_pushed_shut() -> None:
     """From where it stands almost shut: the leaf goes away from the vehicle, and its stop is the goal."""
     summary = flown("drawer_close", 1, start__opening=0.1, mission__start="contact")
