@@ -24,7 +24,7 @@ HERE = Path(__file__).parent
 def names_of_tests() -> set[str]:
     paths = [
         *HERE.glob("test_*.py"),
-        *(HERE.parent / "pixhawk").glob("test_*.py"),
+        *(HERE.parent / "pixhawk").rglob("test_*.py"),
         *(HERE.parents[1] / "rig").glob("test_*.py"),
         *(HERE.parents[1] / "mission").rglob("test_*.py"),
     ]
