@@ -17,7 +17,6 @@ from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.wind_filter import WindFilter
 from doorman.control.kernels.door_filter.memory import ANGLE
-from doorman.control.kernels.door_filter.step import hinge_of
 from doorman.control.kernels.leaf import leaf_normal
 from doorman.control.kernels.leaf_estimator.contact import FACE_DEVIATION, begin_leaf
 from doorman.control.kernels.leaf_estimator.memory import (
@@ -111,6 +110,7 @@ class LeafEstimator:
         self._monitor = ContactMonitor(settings.contact)
         self._monitor.declare(model.scenario.mission.start == "contact")
         self._wind = WindFilter(size.force, model.hinge_scale)
+        self._door = DoorFilter(model, settings)
         most = largest_push(model, model.scenario.control.max_tilt) * self._lever
         """Torque of the largest push [N m]."""
         goal, start = model.goal_angle, model.start_angle
@@ -130,7 +130,7 @@ class LeafEstimator:
     def _parts(self, numbers: Array, memory: Array, most: float) -> LeafMemory:
         model, n = self._model, self._model.n_arm
         rate = model.scenario.control.door_observer_rate
-        door, first = (DoorFilter(model, model.scenario.estimation).memory for _ in range(2))
+        first = DoorFilter(model, model.scenario.estimation).memory
         torque, bare = (DoorObserver(model, rate, most, whole=True) for _ in range(2))
         quick = DoorObserver(model, max(rate, _QUICK), most, whole=True)
         return LeafMemory(
@@ -139,7 +139,7 @@ class LeafEstimator:
             seen=np.zeros(ARM + 2 * n),
             acting=np.zeros(GIVEN),
             vehicle=self._vehicle.memory,
-            door=door,
+            door=self._door.memory,
             first=first,
             wind=self._wind.memory,
             torque_numbers=torque.numbers,
@@ -195,9 +195,9 @@ class LeafEstimator:
         Args:
             touching: Whether the tip is on the leaf, so that its push teaches the hinge.
         """
-        door, wind = self._kept.door, self._kept.wind
-        hinge_of(door.numbers, door.leaf, door.state, door.covariance, door.hinge)
-        hinge = HingeEstimate(*door.hinge.tolist())
+        hinge, door = self._door.hinge(), self._door.memory
         if touching:
-            self._doubt = self._lever * wind_doubt(wind.covariance, leaf_normal(door.leaf, door.state[ANGLE]))
+            self._doubt = self._lever * wind_doubt(
+                self._wind.memory.covariance, leaf_normal(door.leaf, door.state[ANGLE])
+            )
         return replace(hinge, torque_deviation=math.hypot(hinge.torque_deviation, self._doubt))
