@@ -34,19 +34,22 @@ _INSIDE = ("doorman.cli", "doorman.compilation", "doorman.rig.emulators", "doorm
 """Packages that only doorman itself, and its tests, import from."""
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("docs")
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-c", "docs",
+def build(folder: Path, *options: str) -> Path:
+    """Build all pages; a warning is an error."""
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-c", "docs", *options,
                "-d", str(folder / "trees"), ".", str(folder / "html")]  # fmt: skip
     ran = subprocess.run(
         command, cwd=ROOT, capture_output=True, text=True, timeout=900, check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    assert ran.returncode == 0, (
-        ran.stderr
-    )  # a warning is an error (-W); a Jupyter kernel may grumble as it is shut down
+    assert ran.returncode == 0, ran.stderr  # a Jupyter kernel may grumble as it is shut down
     return folder / "html"
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All pages, with the tutorials as they are written; `make docs` and the slow test execute them."""
+    return build(tmp_path_factory.mktemp("docs"), "-D", "nb_execution_mode=off")
 
 
 def exported(package: str) -> list[str]:
@@ -117,7 +120,9 @@ def test_formulas_are_mathml_that_says_the_same(built):
     assert "$" not in re.sub(r"<[^>]+>", "", text.split('role="main"')[1].split("<footer")[0])
 
 
-def test_tutorials_are_executed(built):
+@pytest.mark.slow  # seven tutorials, with flights and a campaign: minutes
+def test_tutorials_are_executed(tmp_path: Path) -> None:
+    built = build(tmp_path)
     tutorials = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
     assert len(tutorials) == 7
     for tutorial in tutorials:

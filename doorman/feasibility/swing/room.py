@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 _ACTIVE = 1e-3
 _RELATIVE_YAWS = (0.0, 0.6, -0.6, 1.2, -1.2)
+_SEARCHED = 4
+"""Starting points that are searched from, of all that are tried: those that violate least."""
 
 
 @dataclass(frozen=True)
@@ -107,15 +109,14 @@ def widest_posture(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple
 
 def _elsewhere(model: Model, state: Array, rows: NDArray[np.int64]) -> tuple[Array, float]:
     """Best posture from other starting points: arms of start and goal and between, at several yaws to the leaf."""
-    best, room = state, -np.inf
-    normal = model.door.heading(float(state[3]))
+    normal, starts = model.door.heading(float(state[3])), []
     for share in (0.0, 0.5, 1.0):
         for yaw in _RELATIVE_YAWS:
             other = state.copy()
             other[2] = normal + yaw
             arm = (1.0 - share) * model.start_arm + share * model.goal_arm
             other[5:] = np.clip(arm, model.vehicle.lower_limits, model.vehicle.upper_limits)
-            other, found = widest_posture(model, other, rows)
-            if found > room:
-                best, room = other, found
-    return best, room
+            starts.append(other)
+    deepest = model.constraints_along(np.array(starts))[:, rows].max(axis=1)
+    found = [widest_posture(model, starts[k], rows) for k in np.argsort(deepest, kind="stable")[:_SEARCHED]]
+    return max(found, key=lambda each: each[1])

@@ -31,6 +31,7 @@ def flown(source: str, duration: float | None = None, seed: int = 0, **overrides
     return dict(summary)
 
 
+@pytest.mark.slow
 def test_a_door_on_the_left_elsewhere_with_a_face_before_the_axis_is_pushed_open(tmp_path: Path) -> None:
     left = write_mirrored(tmp_path / "left.urdf", write_proud(tmp_path / "proud.urdf", 0.04))
     moved = write_moved(tmp_path / "moved.urdf", left, (2.0, -3.0, 0.0), 2.2)
@@ -39,6 +40,7 @@ def test_a_door_on_the_left_elsewhere_with_a_face_before_the_axis_is_pushed_open
     assert summary["max_push_force_n"] < 8.0
 
 
+@pytest.mark.slow
 def test_a_door_on_the_left_is_gripped_open() -> None:
     flown("paper", 9.0, door__urdf="hinged_door_left", goal__attitude=[0.0, 0.0, 1.2217], mission__start="contact")
 

@@ -41,6 +41,7 @@ def test_a_gate_is_slid_open() -> None:
     assert flown("sliding", 1)["target_opening"] == pytest.approx(0.6)
 
 
+@pytest.mark.slow
 def test_a_hatch_is_lifted() -> None:
     assert flown("hatch", 1)["unit"] == "deg"
 

@@ -40,7 +40,13 @@ TASKS: dict[str, dict[str, Any]] = {
 
 @functools.cache
 def planner_of(name: str) -> Planner:
-    return Planner(Scenario.load("paper", FULL | TASKS[name]))
+    return Planner(model_of(name))
+
+
+@functools.cache
+def model_of(name: str) -> Model:
+    """Without a planner, whose kernels take minutes to compile."""
+    return Model(Scenario.load("paper", FULL | TASKS[name]))
 
 
 @functools.cache
@@ -104,6 +110,7 @@ def test_limits_are_kept_where_they_bind() -> None:
     assert largest[1] == pytest.approx(0.3, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_equations_of_motion_agree_with_lagranges(rng: np.random.Generator) -> None:
     """Accelerations against derivatives of the energies by CasADi."""
     reference, dynamics = reference_of("resisting"), lagrangian_model(planner_of("resisting").model)
@@ -112,6 +119,7 @@ def test_equations_of_motion_agree_with_lagranges(rng: np.random.Generator) -> N
         np.testing.assert_allclose(dynamics.derivative(x, u), np.array(reference.rates(x, u)).ravel(), atol=1e-11)
 
 
+@pytest.mark.slow
 def test_a_disturbance_torque_means_the_same_to_both() -> None:
     planner = Planner(planner_of("coarse").model)
     planner.update_door(disturbance=-1.5)
@@ -122,6 +130,7 @@ def test_a_disturbance_torque_means_the_same_to_both() -> None:
     assert plan.cost > 1.001 * planner_of("coarse").plan(state).cost
 
 
+@pytest.mark.slow
 def test_friction_is_what_the_planner_is_told() -> None:
     planner = planner_of("resisting")
     state = planner.planning.start_state
@@ -133,6 +142,7 @@ def test_friction_is_what_the_planner_is_told() -> None:
     assert untold < told * (1.0 - 1e-4)
 
 
+@pytest.mark.slow
 def test_replans_along_the_motion_stay_near_the_optimum() -> None:
     """60 steps, one iteration each or a few more; compared with a cold plan, run to convergence."""
     planner, judge = Planner(planner_of("paper").model), planner_of("paper")
@@ -150,6 +160,7 @@ def test_replans_along_the_motion_stay_near_the_optimum() -> None:
     assert state[3] < 1.4
 
 
+@pytest.mark.slow
 def test_replans_from_disturbed_states_hold(rng: np.random.Generator) -> None:
     planner = Planner(planner_of("paper").model)
     dynamics, state = lagrangian_model(planner.model), planner.planning.start_state
@@ -193,6 +204,7 @@ def values(model: Any, x: Any, u: Any, after: Any, h: Any) -> None:
     functions.constrain(model, x, h)
 
 
+@pytest.mark.slow
 def test_derivatives_of_a_node(rng: np.random.Generator) -> None:
     problem = lagrangian_problem(planner_of("resisting").model)
     model, nx, nu, nh = Handle(problem.model), problem.nx, problem.nu, problem.n_constraints
@@ -213,6 +225,7 @@ def test_derivatives_of_a_node(rng: np.random.Generator) -> None:
         np.testing.assert_allclose(h, evaluated(np.concatenate([x, u]))[nx:], atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [3, 8, 19])
 def test_a_horizon_is_linearised_as_node_by_node(n: int, rng: np.random.Generator) -> None:
     problem = lagrangian_problem(planner_of("resisting").model)
@@ -237,6 +250,7 @@ def test_a_horizon_is_linearised_as_node_by_node(n: int, rng: np.random.Generato
     assert not jacobians[:, :, -2:].any() and not slopes[:, :, -1].any()
 
 
+@pytest.mark.slow
 def test_body_rates_keep_to_their_limits(rng: np.random.Generator) -> None:
     """Those of the body, which are not the Euler rates: with the vehicle tilted they differ by a third."""
     problem, limits = lagrangian_problem(planner_of("paper").model), planner_of("paper").model.scenario.limits
@@ -262,7 +276,7 @@ def test_body_rates_keep_to_their_limits(rng: np.random.Generator) -> None:
 
 
 def test_limits_become_bounds() -> None:
-    model = planner_of("paper").model
+    model = model_of("paper")
     bounds, limits, vehicle = lagrangian_problem(model).bounds, model.scenario.limits, model.vehicle
     np.testing.assert_array_equal(lagrangian_numbers(model)["limits.body_rates"], limits.body_rates)
     np.testing.assert_array_equal(bounds.state_lower[8:], vehicle.lower_limits)
@@ -274,7 +288,7 @@ def test_limits_become_bounds() -> None:
 
 
 def test_reduced_states_and_back(rng: np.random.Generator) -> None:
-    model = planner_of("paper").model
+    model = model_of("paper")
     planning, m = planning_model(model), 5
     states, inputs = 0.4 * rng.normal(size=(m + 1, 8 + model.n_arm)), rng.normal(size=(m, 4 + model.n_arm))
     reduced_states, reduced_inputs = planning.reduced(states, inputs)
@@ -303,6 +317,7 @@ def test_what_a_planning_model_says_of_itself(kind: str) -> None:
     np.testing.assert_allclose(hovering, planning.start_state, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_what_is_not_a_state_is_an_error() -> None:
     planner = planner_of("coarse")
     with pytest.raises(DimensionError, match="state"):
@@ -327,6 +342,7 @@ def test_given_weights_are_taken() -> None:
     assert cost.state_weights.tolist() == given and cost.input_weights.tolist() == given[:8]
 
 
+@pytest.mark.slow
 def test_rehearsals_with_both_models_agree_on_the_end() -> None:
     for friction in (0.0, 0.4):
         ends = []
@@ -339,6 +355,7 @@ def test_rehearsals_with_both_models_agree_on_the_end() -> None:
         assert abs(ends[0] - ends[1]) < 1.5
 
 
+@pytest.mark.slow
 def test_the_papers_door_is_opened() -> None:
     """A whole flight; the planner's own states are twelve, the recorded ones those of every flight."""
     model = Model(Scenario.load("paper", FULL | {"mission.start": "contact"}))
