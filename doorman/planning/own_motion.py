@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from doorman.kinematics.rotations import rotation_body_to_world
 from doorman.model import GRAVITY
+from doorman.numba_types.handles import held
 from doorman.ocp.kernels import functions
 from doorman.ocp.problem.problem import Problem
 
@@ -55,10 +56,11 @@ def stepped(problem: Problem) -> Callable[[Array, Array], Array]:
     Returns:
         A function of x, shape (nx,), and u, shape (nu,), that returns x⁺, shape (nx,).
     """
+    model = held(problem.model)  # as one pointer: to pass a hundred arrays takes longer than the step
 
     def step(state: Array, inputs: Array) -> Array:
         following = np.empty_like(state)
-        functions.step(problem.model, state, inputs, following)
+        functions.step(model, state, inputs, following)
         return following
 
     return step
