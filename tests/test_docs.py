@@ -155,7 +155,13 @@ EXAMPLES = {
 """What they print, among other things; `fly_the_door` is flown by `tests/rig`, `ocp_pendulum` run by `tests/ocp/toys`."""
 
 
-@pytest.mark.parametrize("name", EXAMPLES)
+MINUTES = {"many_problems"}
+"""Examples that compile a solver of their own, and other kernels than any other test."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in MINUTES else []) for name in EXAMPLES]
+)
 def test_an_example_runs(name, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")

@@ -80,6 +80,7 @@ def test_a_finished_campaign_flies_nothing_again(campaign, flown):
     assert run_campaign(campaign, out, runs=2, workers=1) == again[:2]
 
 
+@pytest.mark.slow
 def test_another_cluster_goes_on_with_a_larger_campaign_to_the_same_rows(campaign, flown, tmp_path):
     out, rows = flown
     shutil.copytree(out, tmp_path, dirs_exist_ok=True)

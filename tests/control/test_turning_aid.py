@@ -87,6 +87,7 @@ def test_what_was_missing_while_the_attitude_was_slow_is_not_wound_up(model) -> 
     np.testing.assert_allclose(at_rest, 0.0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_heavy_door_with_much_friction_is_open_in_time() -> None:
     hinge = {"simulation.door_mass": 20.0, "simulation.door_damping": 0.0, "simulation.door_friction": 2.0}
     summary = doorman.simulate(Scenario.load("paper", hinge), seed=0).summary

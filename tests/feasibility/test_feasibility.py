@@ -341,6 +341,7 @@ def test_a_failed_audit_is_a_warning(rehearsal: Rehearsal) -> None:
     assert named(flight_findings(model, rehearsal), "clearance along the swing").ok
 
 
+@pytest.mark.slow
 def test_other_arms_are_judged_without_exception() -> None:
     path, names = robot_data_vehicle("borinot_flying_arm_2")
     assert str(path) == names.urdf

@@ -46,6 +46,10 @@ BAD: list[tuple[str, str, dict[str, Any]]] = [
 ]
 
 
+FEW = {"thrust reserve", "height in the doorway", "inertias"}
+"""That the short run looks at."""
+
+
 def settings(overrides: dict[str, Any]) -> list[str]:
     return [word for key, value in overrides.items() for word in ("--set", f"{key}={json.dumps(value)}")]
 
@@ -60,7 +64,10 @@ def urdfs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize(("name", "source", "overrides"), BAD, ids=[name for name, _, _ in BAD])
+@pytest.mark.parametrize(
+    ("name", "source", "overrides"),
+    [pytest.param(*bad, id=bad[0], marks=[] if bad[0] in FEW else pytest.mark.slow) for bad in BAD],
+)
 def test_what_cannot_work_is_refused_alike(
     urdfs: Path, tmp_path: Path, name: str, source: str, overrides: dict[str, Any]
 ) -> None:
@@ -124,6 +131,7 @@ def test_a_forced_flight_without_a_report_checks_nothing(monkeypatch: pytest.Mon
     assert recording.header["findings"] is None
 
 
+@pytest.mark.slow
 def test_only_a_grip_closes_a_door_towards_the_vehicle() -> None:
     """Flown, from the hover too: such a door ends within 0.5° of its goal."""
     for source, start, possible in (("paper", "contact", True), ("paper", "hover", True), ("push", "contact", False)):

@@ -86,7 +86,7 @@ def test_the_rest_is_found_around_what_is_given(key: str, value: list[float]) ->
 # ---------------------------------------------------------------- what is found
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=[pytest.mark.slow] if k > 2 else []) for k in range(10)])
 def test_random_tasks_get_the_widest_posture(tmp_path: Path, seed: int) -> None:
     model = random_task(tmp_path, seed)
     for name, state in (("start", model.start_state), ("goal", model.goal_state)):

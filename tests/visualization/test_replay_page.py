@@ -196,7 +196,7 @@ def test_arms_of_any_number_of_joints(tmp_path, joints, fly):
     assert page.frames[-1]["door_angle"] < 90.0
 
 
-@pytest.mark.parametrize("name", ["borinot_flying_arm_2", "hextilt_flying_arm_5"])
+@pytest.mark.parametrize("name", ["borinot_flying_arm_2", pytest.param("hextilt_flying_arm_5", marks=pytest.mark.slow)])
 def test_vehicles_of_meshes_are_drawn_as_rods(tmp_path, name, fly):
     path, names = robot_data_vehicle(name)
     model = Model(Scenario.load("paper", {"vehicle": names.model_dump(), "planner.weights": {},

@@ -21,7 +21,9 @@ Array = np.ndarray
 TICK = 0.004
 
 
-@pytest.fixture(scope="module", params=["push", *(pytest.param(name, marks=pytest.mark.slow) for name in ("pull", "drawer_close", "hatch"))]
+@pytest.fixture(
+    scope="module",
+    params=["push", *(pytest.param(name, marks=pytest.mark.slow) for name in ("pull", "drawer_close", "hatch"))],
 )
 def model(request: pytest.FixtureRequest) -> Model:
     return Model(request.param)

@@ -26,7 +26,7 @@ def room(model: Model) -> float:
     return -float(model.constraints_along(states).max()) - model.scenario.planner.margin
 
 
-@pytest.mark.parametrize("joints", [None, 3, 5])
+@pytest.mark.parametrize("joints", [None, *(pytest.param(joints, marks=pytest.mark.slow) for joints in (3, 5))])
 def test_every_proposed_key_is_named_as_toml(tmp_path: Path, joints: int | None) -> None:
     urdf = {} if joints is None else {"vehicle__urdf": str(write_arm_of(tmp_path / "arm.urdf", joints))}
     model = model_of(goal__door_angle=0.7, start__attitude=[0.0, 0.0, 0.0], **urdf)
