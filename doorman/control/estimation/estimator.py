@@ -13,7 +13,7 @@ from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.contact_monitor import ContactMonitor
 from doorman.control.estimation.door_filter import DoorFilter, HingeEstimate
 from doorman.control.estimation.present import present_attitude
-from doorman.control.kernels.estimator_step import (
+from doorman.control.kernels.estimator_memory import (
     AT,
     BEYOND,
     FREE,
@@ -23,9 +23,7 @@ from doorman.control.kernels.estimator_step import (
     MEAN_WIND,
     MEMORY,
     MOVES,
-    NOT_FINITE,
     PUSHING,
-    SINGULAR,
     STATE,
     TIP_ANGLE,
     TIP_FORCE,
@@ -34,8 +32,8 @@ from doorman.control.kernels.estimator_step import (
     WIND_NOW,
     YAW,
     EstimatorMemory,
-    advance_estimate,
 )
+from doorman.control.kernels.estimator_step import NOT_FINITE, SINGULAR, advance_estimate
 from doorman.control.kernels.tip import ARM
 from doorman.control.kernels.vehicle_step import GIVEN, SEEN, SIZE
 from doorman.control.observers.attitude_response import AttitudeResponse

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +10,53 @@ from numpy.typing import NDArray
 from doorman.compilation import kernel
 from doorman.control.kernels.attitude_step import LAG, learn_lag, rates_of_euler
 from doorman.control.kernels.contact_step import TOUCHING, listen_to_noise, watch_contact
-from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE, DoorMemory
+from doorman.control.kernels.door_filter.memory import ANGLE, INERTIA, RATE
 from doorman.control.kernels.door_filter.step import advance_door, hinge_of, pass_leaf
+from doorman.control.kernels.estimator_memory import (
+    AT,
+    BEYOND,
+    DISTURBANCE,
+    DOOR_INERTIA,
+    DOUBTED,
+    DREW_BACK,
+    FREE,
+    FREE_TIME,
+    GRIPPED,
+    GRIPS,
+    IS_TOLD,
+    LEAVING,
+    LEVER,
+    MASS,
+    MEAN_WIND,
+    MOVES,
+    NEAR,
+    NORMAL_FORCE,
+    PUSH,
+    PUSHING,
+    RESPONSE_LAG,
+    SMOOTHED,
+    STATE,
+    TIP_ANGLE,
+    TIP_FORCE,
+    TIP_SPEED,
+    TOLD,
+    TOUCHES,
+    VEHICLE_RATE,
+    WIND,
+    WIND_NOW,
+    WIND_RATE,
+    YAW,
+    EstimatorMemory,
+)
+from doorman.control.kernels.grip_step import along_normal, push_of_a_grip, rate_of_a_grip
 from doorman.control.kernels.hinge_step import ESTIMATE, observe_hinge
 from doorman.control.kernels.hinge_step import RATE as HINGE_RATE
-from doorman.control.kernels.leaf import SLIDES, leaf_direction, leaf_normal
+from doorman.control.kernels.leaf import leaf_normal
 from doorman.control.kernels.tip import ARM, ATTITUDE, BODY_RATES, tip_on_leaf
 from doorman.control.kernels.tip import POSITION as MEASURED
 from doorman.control.kernels.tip import VELOCITY as MEASURED_VELOCITY
 from doorman.control.kernels.vehicle_step import (
     FORCE,
-    LATE,
     OUTER_FORCE,
     POSITION,
     SEEN,
@@ -29,34 +64,9 @@ from doorman.control.kernels.vehicle_step import (
     advance_vehicle,
 )
 from doorman.kinematics.rotations import SMALLEST_COSINE
-from doorman.kinematics.vehicles.arms.arm import ArmParameters
 
 Array = NDArray[np.float64]
 
-FREE, PUSHING, LEAVING, GRIPPED = range(4)
-"""What is known of tip and leaf, as in `Tie`."""
-LEVER, MASS, VEHICLE_RATE, WIND_RATE, DOOR_INERTIA, GRIPS, NUMBERS = range(7)
-"""Places in the numbers."""
-BEYOND, SMOOTHED, DREW_BACK, DOUBTED, FREE_TIME, YAW, IS_TOLD, TOLD, WIND, MEAN_WIND, MEMORY = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    10,
-    13,
-    16,
-)
-"""Places in the memory: speed along the normal beyond a gripping tip's, NaN where there is none; smoothed distance of tip and
-leaf; whether the tip drew back, and until when a touch is doubted; time in free flight; heading without jumps; whether anything
-was commanded, and Φ_d; wind, and its mean."""
-(
-    AT, MOVES, WIND_NOW, TIP_FORCE, TIP_ANGLE, TIP_SPEED, NORMAL_FORCE, NEAR, TOUCHES, DISTURBANCE, RESPONSE_LAG, PUSH, STATE,
-) = 0, 3, 6, 9, 12, 13, 14, 15, 16, 17, 18, 19, 20  # fmt: skip
-"""Places in what is found: `Estimate`'s fields."""
 FOUND, SINGULAR, NOT_FINITE = range(3)
 """How a period ended: Euler angles are singular, or the tip is nowhere."""
 
@@ -70,47 +80,6 @@ _SMOOTHED = 0.05
 """Time over which the distance of tip and leaf is smoothed [s]."""
 _AVERAGED = 30.0
 """Longest time in free flight over which the wind is averaged [s]."""
-
-GRIP_POLES = 2.0
-"""Poles of a gripping tip's observer in those of the vehicle's: no force is known that moves it, so that a light leaf which gains
-speed would leave a slow observer behind."""
-
-
-class EstimatorMemory(NamedTuple):
-    """All that one estimator's kernels read and write."""
-
-    numbers: Array
-    """Shape (NUMBERS,)."""
-    memory: Array
-    """Shape (MEMORY,)."""
-    seen: Array
-    """What the sensors say: P, Ṗ, Φ, Ω, H and Ḣ, shape (12 + 2n,)."""
-    carried: Array
-    """Scratch: the same with the vehicle's velocity, and all of it carried on to now, shape (12 + 2n,)."""
-    acting: Array
-    """Place in `vehicle_step`'s given of what acts on the vehicle and of its centre of mass, shape (GIVEN,)."""
-    vehicle: Array
-    """Memory of the vehicle's observer."""
-    gripped: Array
-    """Place in `vehicle_step`'s given of a gripping tip; no force is known to move it, shape (GIVEN,)."""
-    grip: Array
-    """Memory of that tip's observer."""
-    door: DoorMemory
-    hinge_numbers: Array
-    """Of the hinge's observer."""
-    hinge: Array
-    """Its memory."""
-    contact_numbers: Array
-    """Of the contact monitor."""
-    contact: Array
-    """Its memory."""
-    response: Array
-    """Memory of the attitude's response."""
-    arm: ArmParameters
-    tip: Array
-    """Scratch, shape (6,)."""
-    found: Array
-    """Result, shape (STATE + 5 + n,)."""
 
 
 @kernel
@@ -282,15 +251,6 @@ def follow_door(
 
 
 @kernel
-def along_normal(e: EstimatorMemory, normal: tuple[float, float, float]) -> float:
-    """Share of rotors, gravity and wind along a direction [N]."""
-    total = 0.0
-    for k in range(3):
-        total += normal[k] * (e.acting[FORCE + k] + e.memory[WIND + k])
-    return total
-
-
-@kernel
 def doubts(e: EstimatorMemory, touching: bool, tip_speed: float, now: float) -> bool:
     """Whether the tip has probably left the leaf, though its estimated force does not show that yet."""
     memory, draws_back = e.memory, touching and tip_speed < -_DRAWS_BACK
@@ -298,45 +258,3 @@ def doubts(e: EstimatorMemory, touching: bool, tip_speed: float, now: float) -> 
         memory[DOUBTED] = now + _DOUBT
     memory[DREW_BACK] = 1.0 if draws_back else 0.0
     return bool(now < memory[DOUBTED])
-
-
-@kernel
-def rate_of_a_grip(e: EstimatorMemory, tip_angle: float, pose_time: float, now: float, time_step: float) -> float:
-    """Rate of a leaf that the tip grips, by an observer of the tip's own place [rad/s].
-
-    The vehicle's velocity lags behind what nobody knows of; body rates do not. A vehicle that turns about the tip it holds is
-    moved by the grip, so the sum of the two has the tip, which hardly moves, swing with the vehicle.
-    """
-    if math.isnan(e.grip[SEEN]):
-        e.grip[LATE] = e.vehicle[LATE]
-        for k in range(3):
-            e.grip[VELOCITY + k], e.grip[OUTER_FORCE + k] = e.seen[MEASURED_VELOCITY + k] + e.tip[3 + k], 0.0
-    for k in range(3):
-        e.gripped[k] = e.seen[MEASURED + k] + e.tip[k]
-    advance_vehicle(e.grip, e.gripped, 1.0, GRIP_POLES * e.numbers[VEHICLE_RATE], pose_time, now, time_step)
-    speed, normal = 0.0, leaf_normal(e.door.leaf, tip_angle)
-    for k in range(3):
-        speed += normal[k] * e.grip[VELOCITY + k]
-    return float(-speed / e.numbers[LEVER])
-
-
-@kernel
-def push_of_a_grip(e: EstimatorMemory, tip_angle: float, tip_rate: float, time_step: float) -> float:
-    r"""Push at the tip that would turn leaf and vehicle together as they turn now [N].
-
-    A vehicle that turns about the tip it holds moves otherwise than the tip. With :math:`u = n_D^T v + D_V\dot\alpha`, its
-    speed along the normal beyond the tip's, the push is :math:`n_D^T F - m_A\dot u + m_A\dot\alpha\,n_D'^T v`; the
-    normal of a hinged leaf bends by :math:`n_D' = c` (docs/theory.md).
-    """
-    normal, bend = leaf_normal(e.door.leaf, tip_angle), leaf_direction(e.door.leaf, tip_angle)
-    beyond = bends = 0.0
-    for k in range(3):
-        beyond += normal[k] * e.vehicle[VELOCITY + k]
-        bends += bend[k] * e.vehicle[VELOCITY + k]
-    if e.door.leaf[SLIDES] != 0.0:
-        bends = 0.0
-    beyond += e.numbers[LEVER] * tip_rate
-    change = 0.0 if math.isnan(e.memory[BEYOND]) else beyond - e.memory[BEYOND]
-    e.memory[BEYOND] = beyond
-    taken = e.numbers[MASS] * (change / time_step - tip_rate * bends) if time_step > 0.0 else 0.0
-    return along_normal(e, normal) - taken

@@ -11,7 +11,7 @@ from doorman.control.center_of_mass import center_of_mass
 from doorman.control.estimation.door_filter import DoorFilter
 from doorman.control.estimation.estimator import Estimate, Tie
 from doorman.control.estimation.present import present, present_posture
-from doorman.control.kernels.estimator_step import GRIP_POLES
+from doorman.control.kernels.grip_step import GRIP_POLES
 from doorman.control.kernels.vehicle_step import LATE
 from doorman.control.observers.vehicle_observer import VehicleObserver
 from doorman.control.state_converter import StateConverter
