@@ -16,6 +16,8 @@ ROOM = 0.05
 """Between disc and jambs, or a leaf, on the way out [m]."""
 _BACK = 0.25
 """Way straight back from the leaf before the way out [m]."""
+_LEAST_SLANT = 0.2
+"""Of a leaf from straight out of the doorway, where going out frees the tip of it."""
 
 
 def in_the_doorway(model: Model, position: Array) -> bool:
@@ -62,7 +64,11 @@ def way_out(model: Model, position: Array, door_angle: float) -> list[Array]:
         out, beyond = placed(np.array([outside, beside, up])), doorway.beyond(position)
         if door.normal(door_angle) @ door.into < 0.0:  # straight out leads into a leaf that is open beyond 90°
             return [placed(np.array([into, beside, up])), out]
-        return [out] if beyond == 0.0 else [position - beyond * door.along, out]
+        if beyond == 0.0:
+            return [out]
+        aside, normal = -beyond * door.along, door.normal(door_angle)
+        freed = max(float(aside @ normal), 0.0) / max(float(door.into @ normal), _LEAST_SLANT)
+        return [position + aside - freed * door.into, out]
     back = position - _BACK * door.normal(door_angle)
     into, along, _ = door.in_doorway(back - door.hinge_position)
     return [back, placed(np.array([min(into, outside), along, up]))]
