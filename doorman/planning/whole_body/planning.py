@@ -14,7 +14,7 @@ from doorman.model import Model
 from doorman.ocp.problem.problem import Problem
 from doorman.ocp.solvers.solution import PlanStatus
 from doorman.planning.composition import NO_EXTRAS, NOTHING, Extras
-from doorman.planning.grip.pushes import resistance, too_stiff
+from doorman.planning.grip.pushes import LargestPushes, resistance, too_stiff
 from doorman.planning.hinge import Hinge
 from doorman.planning.own_motion import force_left_to_the_door, stepped
 from doorman.planning.whole_body.contact import contact_forces, depth_of, turned_by, whole_body_state
@@ -51,6 +51,7 @@ class WholeBodyPlanning:
             *(("force ahead", "force to the left") if model.actuation.fully else ()),
         )  # fmt: skip
         self.numbers = whole_body_numbers(model)
+        self._pushes = LargestPushes(model)
         self._resting = _RESTING * model.scale.force
         self.start_state = self.state(model.start_state, np.zeros(3))
         self.goal_state = self.state(model.goal_state, np.zeros(3))
@@ -153,7 +154,7 @@ class WholeBodyPlanning:
         Returns:
             `PlanStatus.CANNOT_OPEN`, and its numbers in words; None if nothing speaks against it.
         """
-        return too_stiff(self.model, hinge, float(start[12]))
+        return too_stiff(self.model, hinge, float(start[12]), self._pushes)
 
     def normal_forces(self, numbers: Numbers, states: Array, inputs: Array) -> Array:
         """Force of the contact's spring. See `PlanningModel`.
