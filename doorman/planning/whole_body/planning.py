@@ -28,6 +28,8 @@ _RESTING = 0.5
 """Force of the tip in a state that is given by the door's angle, and not by the position, of the shipped vehicle [N]."""
 _TOLERANCE = 2e-3
 """Of rows that are widened by centimetres: one iteration leaves them so far off [m, rad/s]."""
+_PITCH = 4
+"""Place of the pitch in the state."""
 _REDUCED = (3, 4, 5, 12, 13)
 """Places of [Φ, α, α̇] in the state; the arm's angles follow."""
 
@@ -74,9 +76,7 @@ class WholeBodyPlanning:
             DimensionError: if it has another shape or is not finite.
             SingularityError: if the pitch is not inside ±90°.
         """
-        x = np.asarray(state)
-        checked = regular_state(np.roll(x, -3) if x.ndim == 1 else x, 14 + self.model.n_arm, field)
-        return np.roll(checked, 3)
+        return regular_state(state, 14 + self.model.n_arm, field, pitch=_PITCH)
 
     def problem(self, extras: Extras = NO_EXTRAS) -> Problem:
         """The whole-body problem. See `PlanningModel`.
