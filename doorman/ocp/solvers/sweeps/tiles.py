@@ -48,7 +48,7 @@ class Tiles(Emitter):
         Args:
             size: Doubles.
         """
-        memory = cgutils.alloca_once(self.builder, ir.ArrayType(DOUBLE, size))
+        memory: Any = cgutils.alloca_once(self.builder, ir.ArrayType(DOUBLE, size))  # type: ignore[no-untyped-call]
         memory.align = 64
         pointer = self.builder.bitcast(memory, DOUBLE.as_pointer())
         kind = ir.FunctionType(pointer.type, [pointer.type])
@@ -171,7 +171,8 @@ class Tiles(Emitter):
             for j in range(count):
                 totals = turn(totals, j)
             return totals
-        places = [[cgutils.alloca_once_value(builder, each) for each in line] for line in totals]
+        keep: Any = cgutils.alloca_once_value
+        places = [[keep(builder, each) for each in line] for line in totals]
         with cgutils.for_range(builder, ir.Constant(_INDEX, count)) as loop:
             sums = turn([[builder.load(place) for place in line] for line in places], loop.index)
             for line, targets in zip(sums, places, strict=True):
